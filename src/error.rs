@@ -1,0 +1,106 @@
+//! What can go wrong, one enum an edge: loading, compiling, saving. Every message
+//! names the file or entity, the place in it and what to do.
+
+use std::path::{Path, PathBuf};
+
+/// A file could not be read or does not make sense.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The operating system refused.
+    #[error("{file}: cannot read: {source}", file = .file.display())]
+    Io {
+        /// The file that was asked for.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A place in a text file is wrong.
+    #[error("{file}:{line}:{column}: {reason}", file = .file.display())]
+    At {
+        /// The file.
+        file: PathBuf,
+        /// From 1.
+        line: usize,
+        /// From 1, in characters.
+        column: usize,
+        /// What is wrong there and what would be right.
+        reason: String,
+    },
+    /// A file is wrong at a place that has no line and column.
+    #[error("{file}: {reason}", file = .file.display())]
+    Invalid {
+        /// The file.
+        file: PathBuf,
+        /// Where in it (an element, a face, a byte) and what is wrong.
+        reason: String,
+    },
+}
+
+impl LoadError {
+    /// For [`std::io::Result::map_err`].
+    pub fn io(file: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
+        let file = file.to_owned();
+        move |source| LoadError::Io { file, source }
+    }
+
+    /// An [`LoadError::Invalid`].
+    pub fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
+        LoadError::Invalid { file: file.to_owned(), reason: reason.into() }
+    }
+}
+
+/// A world cannot be made into a scene.
+#[derive(Debug, thiserror::Error)]
+pub enum CompileError {
+    /// There is nothing to look through.
+    #[error(
+        "the scene has no camera: add an entity such as (camera: Pinhole(vertical_fov_degrees: 45), transform: LookAt(from: (0, 1, 5), to: (0, 0, 0)))"
+    )]
+    NoCamera,
+    /// A name that nothing has.
+    #[error("there is no camera \"{name}\"; there are: {known}")]
+    UnknownCamera {
+        /// What was asked for.
+        name: String,
+        /// Those that exist.
+        known: String,
+    },
+    /// An entity's components do not make sense.
+    #[error("{entity}: {reason}")]
+    Entity {
+        /// Its name.
+        entity: String,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// More than ids or memory can hold.
+    #[error("the scene is too large: {0}")]
+    TooLarge(String),
+}
+
+/// An image could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: cannot write: {reason}", file = .file.display())]
+pub struct SaveError {
+    /// The file that was to be written.
+    pub file: PathBuf,
+    /// Why it was not.
+    pub reason: String,
+}
+
+impl SaveError {
+    /// From anything that says why.
+    pub fn new(file: &Path, reason: impl std::fmt::Display) -> SaveError {
+        SaveError { file: file.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// The one of `known` that `name` most likely meant, as `(did you mean "x"?)`, or nothing.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let near = known
+        .into_iter()
+        .map(|k| (strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase()), k))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, k)| *distance <= (k.len().max(name.len()) / 3).max(1));
+    near.map_or_else(String::new, |(_, k)| format!(" (did you mean \"{k}\"?)"))
+}

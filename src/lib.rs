@@ -1,0 +1,4 @@
+//! rayfront: a CPU renderer with one light transport and two schedules.
+pub mod error;
+pub mod math;
+pub mod world;

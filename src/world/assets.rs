@@ -1,0 +1,195 @@
+//! Bulk and shared data, referred to by ids.
+
+use std::path::PathBuf;
+
+use crate::math::{Rgb, Vec2, Vec3};
+
+use super::components::Material;
+
+/// Index into [`Assets::meshes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MeshId(pub u32);
+/// Index into [`Assets::images`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ImageId(pub u32);
+/// Index into [`Assets::textures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TextureId(pub u32);
+/// Index into [`Assets::materials`]. Also a component: the entity's material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// The store of everything that entities share.
+#[derive(Debug)]
+pub struct Assets {
+    /// Triangle meshes.
+    pub meshes: Vec<Mesh>,
+    /// Decoded pictures, each file once.
+    pub images: Vec<Image>,
+    /// Ways of looking up an image.
+    pub textures: Vec<Texture>,
+    /// Materials. The first is always the default one.
+    pub materials: Vec<NamedMaterial>,
+}
+
+impl Default for Assets {
+    fn default() -> Self {
+        Self {
+            meshes: Vec::new(),
+            images: Vec::new(),
+            textures: Vec::new(),
+            materials: vec![NamedMaterial::default()],
+        }
+    }
+}
+
+impl Assets {
+    /// Adds a mesh.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.meshes.push(mesh);
+        MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Adds an image.
+    pub fn add_image(&mut self, image: Image) -> ImageId {
+        self.images.push(image);
+        ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// Adds a texture, or finds the same one again.
+    pub fn add_texture(&mut self, texture: Texture) -> TextureId {
+        let found = self.textures.iter().position(|t| *t == texture);
+        TextureId(found.unwrap_or_else(|| {
+            self.textures.push(texture);
+            self.textures.len() - 1
+        }) as u32)
+    }
+
+    /// Adds a material; `name` is what scene files call it, if anything.
+    pub fn add_material(&mut self, name: Option<String>, material: Material) -> MaterialId {
+        self.materials.push(NamedMaterial { name, material });
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+}
+
+/// A material and what it is called.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NamedMaterial {
+    /// The author's name for it, if it has one.
+    pub name: Option<String>,
+    /// The material.
+    pub material: Material,
+}
+
+/// An indexed triangle mesh in local space. All positions, normals and UVs are finite
+/// and every index is within `positions`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// What the author or the file calls it.
+    pub name: String,
+    /// The file that it came from, if any; what a saved scene refers to.
+    pub source: Option<PathBuf>,
+    /// Vertices in metres.
+    pub positions: Vec<Vec3>,
+    /// Shading normals, one a vertex, or empty: flat. Any length but zero; a
+    /// zero normal stands for "flat here".
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, one a vertex, or empty. (0, 0) is the image's top left.
+    pub uvs: Vec<Vec2>,
+    /// Linear factors on the diffuse colour, one a vertex, or empty.
+    pub colors: Vec<Rgb>,
+    /// Three vertex indices a triangle, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// The mesh's own material for each triangle, or empty. An entity's [`MaterialId`]
+    /// component wins over it.
+    pub triangle_materials: Vec<MaterialId>,
+}
+
+/// A decoded picture, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// The file that it came from, if any.
+    pub source: Option<PathBuf>,
+    /// Pixels a row, above zero.
+    pub width: u32,
+    /// Rows, above zero.
+    pub height: u32,
+    /// `width * height` pixels.
+    pub texels: Texels,
+}
+
+/// The pixels of an [`Image`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    /// Eight bits a channel: red, green, blue in the sRGB curve (unless a texture
+    /// says otherwise), then linear alpha.
+    Rgba8(Vec<[u8; 4]>),
+    /// Linear floats, finite.
+    Rgb32(Vec<[f32; 3]>),
+}
+
+/// What lies between texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// The texel whose square the point is in.
+    Nearest,
+    /// A blend of the four texels around the point.
+    #[default]
+    Bilinear,
+}
+
+/// What lies outside the unit square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image's border.
+    Clamp,
+    /// The image mirrored at every edge.
+    Mirror,
+}
+
+/// How an eight-bit image's values are to be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorSpace {
+    /// By the sRGB curve (IEC 61966-2-1).
+    #[default]
+    Srgb,
+    /// As they are.
+    Linear,
+}
+
+/// An image and how it is looked up: at `uv * scale + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texture {
+    /// Which image.
+    pub image: ImageId,
+    /// Between texels.
+    pub filter: TextureFilter,
+    /// Outside the unit square, along u and v.
+    pub wrap: [Wrap; 2],
+    /// How often the image fits into a unit of uv.
+    pub scale: Vec2,
+    /// Added after scaling.
+    pub offset: Vec2,
+    /// For eight-bit images.
+    pub color_space: ColorSpace,
+    /// A factor on what was looked up.
+    pub factor: Rgb,
+}
+
+impl Texture {
+    /// The image, filtered and repeated, as it is.
+    pub fn new(image: ImageId) -> Self {
+        Self {
+            image,
+            filter: TextureFilter::default(),
+            wrap: [Wrap::Repeat; 2],
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            color_space: ColorSpace::Srgb,
+            factor: Rgb::WHITE,
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The components that an entity can carry. Lengths are in metres, angles in
+//! radians, colours linear Rec. 709.
+
+use crate::math::{Mat4, Quat, Rgb, Vec2, Vec3};
+
+use super::assets::{MaterialId, MeshId, TextureId};
+
+/// What the author calls an entity. Names are unique in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name(pub String);
+
+/// The entity that this one's [`Transform`] is relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parent(pub hecs::Entity);
+
+/// Local space to the parent's space (or the world's). Cameras look along −Z
+/// with +Y up; spot, directional and area lights shine along −Z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transform {
+    /// Scale first, then rotate, then translate.
+    Trs {
+        /// In metres.
+        translation: Vec3,
+        /// A unit quaternion.
+        rotation: Quat,
+        /// A factor for each axis; may be negative, not zero.
+        scale: Vec3,
+    },
+    /// An affine matrix (last row 0 0 0 1) that can be inverted.
+    Matrix(Mat4),
+}
+
+impl Transform {
+    /// Leaves everything where it is.
+    pub const IDENTITY: Transform =
+        Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+/// What rays can hit, in local space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// Centred at the local origin. u runs around +Y once, starting at −X and going by +Z;
+    /// v runs from 0 at the +Y pole to 1 at the −Y pole.
+    Sphere {
+        /// In metres, above zero.
+        radius_m: f32,
+    },
+    /// Three corners, counter-clockwise seen from the front.
+    Triangle {
+        /// The corners.
+        vertices: [Vec3; 3],
+        /// Shading normals at the corners; flat when absent.
+        normals: Option<[Vec3; 3]>,
+        /// Texture coordinates; (0,0), (1,0), (0,1) when absent.
+        uvs: Option<[Vec2; 3]>,
+    },
+    /// A planar convex quadrilateral. Its corners, in order around it, are the
+    /// texture's top left, top right, bottom right and bottom left.
+    Plane {
+        /// The corners.
+        corners: [Vec3; 4],
+    },
+    /// A triangle mesh of the asset store.
+    Mesh(MeshId),
+}
+
+impl MaterialId {
+    /// The white diffuse material that every asset store begins with.
+    pub const DEFAULT: MaterialId = MaterialId(0);
+}
+
+/// A factor that is one colour or comes from a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColorInput {
+    /// The same everywhere.
+    Constant(Rgb),
+    /// Looked up at the hit's texture coordinates.
+    Texture(TextureId),
+}
+
+impl Default for ColorInput {
+    fn default() -> Self {
+        Self::Constant(Rgb::BLACK)
+    }
+}
+
+/// How a surface answers light. Entities carry a [`MaterialId`] as component.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// The classic model.
+    BlinnPhong(BlinnPhong),
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self::BlinnPhong(BlinnPhong::default())
+    }
+}
+
+/// Which vector the specular lobe of [`BlinnPhong`] is built about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Highlight {
+    /// `max(n·h, 0)^shininess`, h half way between light and viewer (Blinn 1977).
+    #[default]
+    Blinn,
+    /// `max(r·l, 0)^shininess`, r the mirror direction (Phong 1975).
+    Phong,
+}
+
+/// Light with irradiance E (measured across its direction) leaves as
+/// `E · (diffuse · max(n·l, 0) + specular · lobe)`; to that are added
+/// `emission`, the mirror image times `kr` and, with an `ior`, what is seen
+/// through the surface times `kt`. No factor 1/π, as in Whitted's day.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlinnPhong {
+    /// kd, for each colour.
+    pub diffuse: ColorInput,
+    /// ks, for each colour.
+    pub specular: ColorInput,
+    /// The exponent of the specular lobe; at least 0.
+    pub shininess: f32,
+    /// Which lobe.
+    pub highlight: Highlight,
+    /// Weight of the mirror reflection; with an `ior`, a factor on Fresnel's weight.
+    pub kr: ColorInput,
+    /// Weight of the refraction, a factor on what Fresnel leaves; counts only with an `ior`.
+    pub kt: Rgb,
+    /// Index of refraction of the inside (where the normal does not point); none
+    /// for what light does not enter.
+    pub ior: Option<f32>,
+    /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. It lights no other surface.
+    pub emission: ColorInput,
+}
+
+impl Default for BlinnPhong {
+    fn default() -> Self {
+        Self {
+            diffuse: ColorInput::Constant(Rgb::splat(0.8)),
+            specular: ColorInput::Constant(Rgb::BLACK),
+            shininess: 32.0,
+            highlight: Highlight::Blinn,
+            kr: ColorInput::Constant(Rgb::BLACK),
+            kt: Rgb::WHITE,
+            ior: None,
+            emission: ColorInput::Constant(Rgb::BLACK),
+        }
+    }
+}
+
+/// How N sample points are spread over a square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pattern {
+    /// Each on its own, uniformly at random.
+    Uniform,
+    /// One at random in each cell of a grid (stratified).
+    #[default]
+    Jittered,
+    /// The centres of the cells of a grid.
+    Regular,
+}
+
+/// How irradiance depends on the distance from a light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Falloff {
+    /// As 1/d².
+    #[default]
+    InverseSquare,
+    /// As at one metre, at every distance.
+    Constant,
+}
+
+/// What sends light into the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// From the local origin into all directions: intensity Φ/4π.
+    Point {
+        /// Φ in W.
+        power_w: Rgb,
+        /// With distance.
+        falloff: Falloff,
+    },
+    /// A point light (of intensity Φ/4π) seen only within a cone about −Z.
+    Spot {
+        /// Φ in W of the point light without its cone.
+        power_w: Rgb,
+        /// Half angle in radians within which nothing is lost.
+        inner_angle: f32,
+        /// Half angle in radians beyond which nothing arrives; at most π/2.
+        outer_angle: f32,
+        /// With distance.
+        falloff: Falloff,
+    },
+    /// Parallel light along −Z.
+    Directional {
+        /// On a surface across the light, W m⁻².
+        irradiance: Rgb,
+    },
+    /// A rectangle in the local XY plane, centred at the origin, that emits
+    /// towards −Z with the same radiance Φ/(πA) in all directions.
+    Area {
+        /// Φ in W.
+        power_w: Rgb,
+        /// Width along X and height along Y in metres.
+        size_m: Vec2,
+        /// Shadow rays for each hit, at least 1.
+        samples: u32,
+        /// Where on the light they go.
+        pattern: Pattern,
+        /// Whether rays can hit it (it then hides what is behind it, too).
+        visible: bool,
+    },
+}
+
+/// How a camera turns image points into rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Camera {
+    /// All rays pass the local origin.
+    Pinhole {
+        /// The full vertical angle of view in radians, in (0, π).
+        vertical_fov: f32,
+    },
+    /// Rays pass a lens about the local origin and meet in the focal plane.
+    ThinLens {
+        /// The full vertical angle of view in radians, in (0, π).
+        vertical_fov: f32,
+        /// In metres, at least 0.
+        lens_radius_m: f32,
+        /// From the lens to the plane in focus, along −Z.
+        focus_distance_m: f32,
+        /// How a pixel's samples are spread over the lens.
+        pattern: Pattern,
+    },
+    /// Parallel rays along −Z.
+    Orthographic {
+        /// Height of the image in metres.
+        height_m: f32,
+    },
+}

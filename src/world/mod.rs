@@ -1,0 +1,43 @@
+//! The authored scene: what a person said, before anything is prepared for
+//! rendering. Entities live in a [`hecs::World`]; bulk data (meshes, images)
+//! and shared data (materials) live beside it in [`Assets`], referred to by
+//! integer ids. [`crate::compile`] turns a world into a scene.
+
+pub mod assets;
+pub mod components;
+pub mod settings;
+
+pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
+pub use components::*;
+pub use settings::*;
+
+/// Everything that a scene file says.
+#[derive(Default)]
+pub struct World {
+    /// The entities with their components (see [`components`]).
+    pub entities: hecs::World,
+    /// Meshes, images, textures and materials, which entities share.
+    pub assets: Assets,
+    /// How to render.
+    pub settings: Settings,
+    /// What the loader noticed that is no error, one line each.
+    pub warnings: Vec<String>,
+}
+
+impl World {
+    /// The entities in the order in which they were spawned, the only order that
+    /// is the author's: hecs iterates by archetype.
+    pub fn in_order(&self) -> Vec<hecs::Entity> {
+        let mut entities: Vec<_> = self.entities.iter().map(|e| e.entity()).collect();
+        entities.sort_by_key(|e| e.id());
+        entities
+    }
+
+    /// The entity's [`Name`], or `entity N` by its place in the file.
+    pub fn name_of(&self, entity: hecs::Entity) -> String {
+        match self.entities.get::<&Name>(entity) {
+            Ok(name) => name.0.clone(),
+            Err(_) => format!("entity {}", entity.id()),
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! How to render: what a scene file's `settings` say and command line flags override.
+
+use crate::math::Rgb;
+
+use super::components::Pattern;
+
+/// What a scene file says about rendering. The defaults are those of a file without settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Width and height in pixels, each 1 to 65,536.
+    pub size: [u32; 2],
+    /// Samples a pixel (spp), at least 1.
+    pub samples: u32,
+    /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black.
+    pub max_depth: u32,
+    /// A branch ends when no component of its throughput is above this. The default of
+    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1.
+    pub min_throughput: f32,
+    /// How light travels.
+    pub transport: Transport,
+    /// Which random numbers: another seed, another (equally right) noise.
+    pub seed: u64,
+    /// How samples are spread over a pixel and what it gathers.
+    pub filter: PixelFilter,
+    /// Where in a pixel its samples go, before the filter is applied.
+    pub pixel_pattern: Pattern,
+    /// What a ray sees that hits nothing.
+    pub background: Background,
+    /// Radiance W m⁻² sr⁻¹ that every surface sends back times its diffuse colour, from nowhere.
+    pub ambient: Rgb,
+    /// From radiance to display.
+    pub tonemap: Tonemap,
+    /// Stops: radiance is multiplied by 2^exposure before the tone curve.
+    pub exposure_ev: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            size: [960, 540],
+            samples: 16,
+            max_depth: 8,
+            min_throughput: 1.0 / 1024.0,
+            transport: Transport::Whitted,
+            seed: 0,
+            filter: PixelFilter::default(),
+            pixel_pattern: Pattern::Jittered,
+            background: Background::default(),
+            ambient: Rgb::BLACK,
+            tonemap: Tonemap::default(),
+            exposure_ev: 0.0,
+        }
+    }
+}
+
+/// How light travels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transport {
+    /// Direct light, mirror reflection and refraction (Whitted 1980), with
+    /// distributed shadow and lens rays (Cook, Porter and Carpenter 1984).
+    #[default]
+    Whitted,
+}
+
+/// The weight of a sample by its distance from the pixel's centre, sampled by
+/// importance: every sample counts the same and lands where the filter says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PixelFilter {
+    /// Constant over one pixel.
+    Box,
+    /// Falls linearly to zero at `radius`.
+    Tent {
+        /// In pixels.
+        radius: f32,
+    },
+    /// A Gaussian bell of standard deviation `radius / 3`, cut off at `radius`.
+    Gaussian {
+        /// In pixels.
+        radius: f32,
+    },
+    /// The four-term window of Blackman and Harris over ±`radius`.
+    BlackmanHarris {
+        /// In pixels.
+        radius: f32,
+    },
+}
+
+impl Default for PixelFilter {
+    fn default() -> Self {
+        Self::BlackmanHarris { radius: 1.5 }
+    }
+}
+
+/// The radiance that comes from where nothing is. It lights no surface by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Background {
+    /// The same in all directions.
+    Constant(Rgb),
+    /// By the height of the direction: `bottom` straight down, `top` straight up (+Y), linear in y.
+    Gradient {
+        /// Straight down.
+        bottom: Rgb,
+        /// Straight up.
+        top: Rgb,
+    },
+}
+
+impl Default for Background {
+    fn default() -> Self {
+        Self::Constant(Rgb::BLACK)
+    }
+}
+
+/// From scene radiance to what a screen shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tonemap {
+    /// Cut off at 1.
+    #[default]
+    Clamp,
+    /// Divide all by the image's largest component.
+    ScaleByMaximum,
+    /// x (1 + x / w²) / (1 + x) on luminance with w = 4 (Reinhard and others 2002).
+    Reinhard,
+    /// The ACES reference rendering transform, Hill's fit.
+    Aces,
+    /// Sobotka's AgX, base look.
+    Agx,
+    /// Khronos PBR Neutral.
+    PbrNeutral,
+}
