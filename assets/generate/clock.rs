@@ -13,6 +13,8 @@ use crate::solids::{Station, beveled, bezier, extrude, lathe, rounded, sweep};
 pub const CENTER: DVec2 = DVec2::new(0.0, 190.0);
 /// The balance staff.
 pub const BALANCE: DVec2 = DVec2::new(0.0, 84.0);
+/// The pallet fork's pivot, on the line from the escape wheel to the balance.
+pub const PALLETS: DVec2 = DVec2::new(-5.434, 103.573);
 
 /// An arbor of the going train: what turns, where, by how much.
 pub struct Arbor {
@@ -66,19 +68,19 @@ pub fn parts() -> Vec<(&'static str, Polygons)> {
     add("clock_pinion_8", gears::pinion(0.6, 8, 5.0), 28.0);
     add("clock_arbor", arbor(), 30.0);
     add("clock_barrel", barrel(), 30.0);
-    add("clock_mainspring", spiral_ribbon(9.0, 25.5, 11.0, 0.8, 7.0), 40.0);
-    add("clock_plate", plate(), 34.0);
+    add("clock_mainspring", spiral_ribbon(9.0, 25.5, 11.0, 0.8, 6.0), 40.0);
+    add("clock_plate", plate().with_planar_uvs(80.0), 34.0);
     add("clock_pillar", pillar(), 30.0);
     add("clock_screw", screw(), 30.0);
     add("clock_chaton", chaton(), 50.0);
     add("clock_dial", dial(), 30.0);
     add("clock_bezel", bezel(), 40.0);
-    add("clock_hour_hand", hand(33.0, 3.4, 2.3), 34.0);
-    add("clock_minute_hand", hand(49.0, 2.6, 1.7), 34.0);
+    add("clock_hour_hand", hand(42.0, 3.5, 2.4), 34.0);
+    add("clock_minute_hand", hand(58.0, 2.7, 1.8), 34.0);
     add("clock_hand_cap", hand_cap(), 30.0);
     add("clock_balance", balance(), 30.0);
     add("clock_hairspring", spiral_ribbon(3.0, 14.5, 10.0, 0.22, 1.3), 40.0);
-    add("clock_balance_cock", balance_cock(), 34.0);
+    add("clock_balance_cock", balance_cock().with_planar_uvs(80.0), 34.0);
     add("clock_pallet_fork", pallet_fork(), 34.0);
     add("clock_pallet_stone", pallet_stone(), 20.0);
     add("clock_base", base(), 34.0);
@@ -168,26 +170,30 @@ fn plate() -> Solid {
         parts.push(curve(mirrored, shoulder, DVec2::new(30.0, 140.0), waist, 4.2));
         parts.push(curve(mirrored, waist, DVec2::new(34.0, 84.0), foot, 4.6));
         parts.push(curve(mirrored, foot, DVec2::new(30.0, 60.0), DVec2::new(0.0, BALANCE.y), 3.4));
-        parts.push(bar(mirrored, DVec2::new(0.0, 49.0), DVec2::new(56.0, 49.0), 5.0, 5.0));
+        parts.push(bar(mirrored, DVec2::new(0.0, 46.8), DVec2::new(56.0, 46.8), 5.0, 5.0));
         let mut shape = parts
             .into_iter()
             .fold(f64::INFINITY, |a, b| if a.is_finite() { smooth_union(a, b, 5.0) } else { b });
         for arbor in &arbors {
             shape = smooth_union(shape, disc(p, arbor.at, 7.0), 4.0);
         }
+        shape = smooth_union(shape, bar(p, escape, PALLETS, 2.6, 2.6), 5.0);
+        shape = smooth_union(shape, disc(p, PALLETS, 5.6), 3.0);
         shape = smooth_union(shape, disc(p, BALANCE, 7.5), 4.0);
         for pillar in &pillars {
             shape = smooth_union(shape, disc(p, *pillar, 6.4), 4.0);
         }
         shape
     };
-    let low = DVec2::new(-66.0, 40.0);
+    let low = DVec2::new(-66.0, 38.0);
     let high = DVec2::new(66.0, 256.0);
     let mut outline = contours(field, low, high, 0.7, 0.02).swap_remove(0);
     for arbor in &arbors {
         outline = outline.with_hole(circle(arbor.at, 3.2, 32));
     }
-    outline = outline.with_hole(circle(BALANCE, 3.2, 32));
+    for place in [BALANCE, PALLETS] {
+        outline = outline.with_hole(circle(place, 3.2, 32));
+    }
     extrude(&outline, &beveled(-1.5, 1.5, 0.55))
 }
 
@@ -279,7 +285,7 @@ fn hand(length: f64, moon: f64, foot: f64) -> Solid {
 }
 
 fn hand_cap() -> Solid {
-    let mut profile = vec![(0.0, -4.0), (1.6, -4.0), (1.6, 0.0), (2.6, 0.0), (2.6, 0.5)];
+    let mut profile = vec![(0.0, -12.0), (1.6, -12.0), (1.6, 0.0), (2.6, 0.0), (2.6, 0.5)];
     profile.extend((1..=5).map(|i| {
         let p = polar(1.0, 18.0 * f64::from(i));
         (if i == 5 { 0.0 } else { 2.6 * p.x }, 0.5 + 1.3 * p.y)

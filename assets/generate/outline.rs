@@ -134,7 +134,7 @@ pub fn contours(
     let size = ((high - low) / cell).ceil();
     let (columns, rows) = (size.x as usize + 1, size.y as usize + 1);
     // A shift by a fraction that no drawing uses keeps straight edges off the grid lines.
-    let at = |i: usize, j: usize| low + DVec2::new(i as f64 - 0.31831, j as f64 - 0.27183) * cell;
+    let at = |i: usize, j: usize| low + DVec2::new(i as f64 - 0.293, j as f64 - 0.271) * cell;
     let values: Vec<f64> = (0..columns * rows).map(|k| field(at(k % columns, k / columns))).collect();
     let inside = |i: usize, j: usize| values[j * columns + i] < 0.0;
     // Directed steps from grid edge to grid edge with the shape on the left. An edge is

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use image::{ImageError, RgbImage};
 
 use crate::dial;
-use crate::mesh::{polar, sin_cos_degrees};
+use crate::mesh::sin_cos_degrees;
 use crate::noise::{fractal, fractal2, lattice};
 use crate::terrain::Terrain;
 
