@@ -100,7 +100,7 @@ pub fn clock(uv: DVec2) -> DVec3 {
     }
     const HEIGHT: f64 = 9.8;
     // The numerals fan out with the radius.
-    let glyph = DVec2::new(local.x / (radius / 52.7).max(0.5), radius - 52.7) / HEIGHT;
+    let glyph = DVec2::new(local.x / (1.14 * radius / 52.7).max(0.5), radius - 52.7) / HEIGHT;
     if glyph.y.abs() < 0.6 {
         let strokes = numeral(HOURS[hour]);
         let nearest = strokes.iter().map(|s| s.distance(glyph)).fold(f64::INFINITY, f64::min);

@@ -103,12 +103,13 @@ impl Terrain {
 
     /// The height at a point in grid units.
     pub fn height(&self, p: DVec2) -> f64 {
-        self.at(p.clamp(DVec2::ZERO, DVec2::splat((self.side - 2) as f64))).0
+        self.at(p.clamp(DVec2::ZERO, DVec2::splat(self.side as f64 - 1.001))).0
     }
 
-    /// How much the ground at a grid point is tilted: 0 flat, towards 1 steep.
+    /// How much the ground around a grid point is tilted: 0 flat, towards 1 steep.
     pub fn steepness(&self, p: DVec2) -> f64 {
-        let slope = self.at(p.clamp(DVec2::ZERO, DVec2::splat((self.side - 2) as f64))).1.length();
+        let rise = |step: DVec2| (self.height(p + step) - self.height(p - step)) / 4.0;
+        let slope = DVec2::new(rise(DVec2::new(2.0, 0.0)), rise(DVec2::new(0.0, 2.0))).length();
         let slope = slope * (self.side - 1) as f64;
         1.0 - 1.0 / libm::sqrt(1.0 + slope * slope)
     }

@@ -147,7 +147,7 @@ fn cabinet(p: DVec2) -> DVec3 {
 
 /// Grass where it is flat and low, rock where it is steep, snow on top.
 fn ground(p: DVec2, terrain: &Terrain) -> DVec3 {
-    let grid = (p * (terrain.side - 1) as f64).clamp(DVec2::ZERO, DVec2::splat((terrain.side - 2) as f64));
+    let grid = p * (terrain.side - 1) as f64;
     let height = terrain.height(grid);
     let steep = terrain.steepness(grid);
     let speckle = fractal2(p * 60.0, 4);
