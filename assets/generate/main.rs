@@ -18,6 +18,8 @@ mod solids;
 mod sphereflake;
 mod stage;
 mod terrain;
+#[cfg(test)]
+mod tests;
 mod textures;
 mod triangulate;
 
