@@ -14,13 +14,13 @@ const CELLS: usize = 112;
 /// Half the side of the cube that is searched.
 const EXTENT: f64 = 1.35;
 /// The surface lies at this distance from the set: hides what the grid can't resolve.
-const LEVEL: f64 = 0.006;
+const LEVEL: f64 = 0.008;
 
 /// An estimate of the distance to the set, less the level.
 fn field(p: DVec3) -> f64 {
     let mut z = DVec4::new(p.x, p.y, p.z, 0.0);
     let mut derivative = 1.0;
-    for _ in 0..14 {
+    for _ in 0..9 {
         let squared = z.length_squared();
         if squared > 64.0 {
             break;

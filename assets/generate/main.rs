@@ -44,6 +44,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("fractal", fractal::julia()),
         ("terrain", terrain.solid().smoothed(60.0)),
         ("cyclorama", stage::cyclorama().smoothed(30.0)),
+        ("screwdriver_handle", stage::screwdriver_handle().smoothed(40.0).scaled(0.001)),
+        ("screwdriver_blade", stage::screwdriver_blade().smoothed(40.0).scaled(0.001)),
         ("table_top", stage::table_top().smoothed(40.0)),
     ];
     meshes.extend(cabinet::stages());

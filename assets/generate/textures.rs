@@ -78,7 +78,7 @@ fn wood(p: DVec2) -> DVec3 {
     let fibre = fractal(DVec3::new(p.x * 9.0, p.y * 240.0, shift * 3.0), 3);
     let pore = smooth(0.24, 0.5, fractal(DVec3::new(p.x * 22.0, p.y * 330.0, 4.0 + shift), 2));
     let (light, dark) = (DVec3::new(0.60, 0.41, 0.26), DVec3::new(0.36, 0.215, 0.125));
-    let tone = (0.46 * late + 0.5 * fibre + 0.30 * (shift - 0.5) + 0.26).clamp(0.0, 1.0);
+    let tone = (0.34 * late + 0.6 * fibre + 0.34 * (shift - 0.5) + 0.32).clamp(0.0, 1.0);
     let gap = (p.y * 4.0 - board).min(board + 1.0 - p.y * 4.0);
     light.lerp(dark, tone) * (1.0 - 0.28 * pore) * (0.35 + 0.65 * smooth(0.0, 0.008, gap))
 }
