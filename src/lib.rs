@@ -1,6 +1,8 @@
 //! rayfront: a CPU renderer with one light transport and two schedules.
+pub mod bvh;
 pub mod error;
 pub mod math;
 pub mod sampling;
+pub mod scene;
 pub mod simd;
 pub mod world;

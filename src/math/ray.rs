@@ -1,7 +1,6 @@
 //! Rays and what they find.
 
 use super::Vector;
-use crate::simd::Float;
 
 /// The points `origin + t * direction` for t_min < t < t_max, one ray a lane.
 #[derive(Clone, Copy)]
