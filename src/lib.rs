@@ -1,8 +1,10 @@
 //! rayfront: a CPU renderer with one light transport and two schedules.
 pub mod bvh;
+pub mod compile;
 pub mod error;
 pub mod math;
 pub mod sampling;
 pub mod scene;
+pub mod shading;
 pub mod simd;
 pub mod world;

@@ -2,6 +2,14 @@
 
 use crate::math::NONE;
 
+/// Bits of [`Materials::flags`].
+pub mod flag {
+    /// The specular lobe is Phong's, not Blinn's.
+    pub const PHONG: u32 = 1;
+    /// Only the side that the normal points to gives off light.
+    pub const ONE_SIDED_EMISSION: u32 = 2;
+}
+
 /// Parameters by material id.
 #[derive(Debug, Default)]
 pub struct Materials {
@@ -17,8 +25,8 @@ pub struct Materials {
     pub kt: Vec<[f32; 3]>,
     /// Exponent of the specular lobe.
     pub shininess: Vec<f32>,
-    /// 1 for Phong's lobe, 0 for Blinn's.
-    pub phong: Vec<u32>,
+    /// See [`flag`].
+    pub flags: Vec<u32>,
     /// Index of refraction, 0 where light does not enter.
     pub ior: Vec<f32>,
     /// What people call them.

@@ -1,0 +1,298 @@
+//! A hit to a point with normals, texture coordinates and a bound on its rounding error.
+
+use crate::bvh::SPHERE;
+use crate::math::elementary::{acos_turns, atan2_turns};
+use crate::math::{NONE, Ray, Vector};
+use crate::scene::Geometry;
+use crate::simd::{Float, Int, Mask};
+
+/// [`crate::math::Hit`] in each lane.
+#[derive(Clone, Copy)]
+pub struct HitLanes<F: Float> {
+    /// Along the ray.
+    pub t: F,
+    /// Weight of a triangle's second corner.
+    pub u: F,
+    /// Weight of its third corner.
+    pub v: F,
+    /// Primitive id.
+    pub primitive: F::Int,
+    /// Instance id or [`NONE`].
+    pub instance: F::Int,
+}
+
+/// What shading knows of a hit point.
+#[derive(Clone, Copy)]
+pub struct Surface<F: Float> {
+    /// In world space.
+    pub position: Vector<F>,
+    /// |true position − position| is at most this, for each axis.
+    pub error: Vector<F>,
+    /// Unit normal of the surface itself, on the viewer's side.
+    pub geometric_normal: Vector<F>,
+    /// Unit normal for shading, on the viewer's side.
+    pub normal: Vector<F>,
+    /// Where the viewer is on the inner side, where the normal does not point.
+    pub inside: F::Mask,
+    /// Texture coordinates.
+    pub uv: (F, F),
+    /// Factor of the vertex colours.
+    pub color: Vector<F>,
+    /// Material id.
+    pub material: F::Int,
+}
+
+/// γₙ = n ε / (1 − n ε): the relative error of n rounded operations (Higham; PBRT 4th ed., 6.8).
+const fn gamma(n: u32) -> f32 {
+    const HALF_ULP: f32 = f32::EPSILON * 0.5;
+    (n as f32 * HALF_ULP) / (1.0 - n as f32 * HALF_ULP)
+}
+
+/// What triangles and spheres say about a hit, in their own space.
+struct Local<F: Float> {
+    position: Vector<F>,
+    error: Vector<F>,
+    geometric_normal: Vector<F>,
+    normal: Vector<F>,
+    uv: (F, F),
+    color: Vector<F>,
+    part: F::Int,
+}
+
+impl<F: Float> Local<F> {
+    #[inline(always)]
+    fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        let vector = |a, b| Vector::select(mask, a, b);
+        Self {
+            position: vector(yes.position, no.position),
+            error: vector(yes.error, no.error),
+            geometric_normal: vector(yes.geometric_normal, no.geometric_normal),
+            normal: vector(yes.normal, no.normal),
+            uv: (F::select(mask, yes.uv.0, no.uv.0), F::select(mask, yes.uv.1, no.uv.1)),
+            color: vector(yes.color, no.color),
+            part: F::Int::select(mask, yes.part, no.part),
+        }
+    }
+}
+
+impl<F: Float> Surface<F> {
+    /// Looks a hit up. Lanes outside `mask` hold nothing of meaning.
+    #[inline(always)]
+    pub fn new(geometry: &Geometry, ray: &Ray<F>, hit: &HitLanes<F>, mask: F::Mask) -> Self {
+        let is_sphere = !(hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
+        let is_triangle = mask & !is_sphere;
+        let placed = !hit.instance.eq(F::Int::splat(NONE)) & mask;
+        let local = if !is_sphere.any() {
+            triangle(geometry, hit, is_triangle)
+        } else {
+            let spheres = sphere(geometry, ray, hit, is_sphere, placed);
+            if is_triangle.any() {
+                Local::select(is_sphere, spheres, triangle(geometry, hit, is_triangle))
+            } else {
+                spheres
+            }
+        };
+        let mut material = F::Int::gather(&geometry.parts.material, local.part, mask);
+        let mut world = local;
+        if placed.any() {
+            material = placed_material(geometry, hit, material, placed);
+            world = to_world(geometry, hit, world, placed);
+        }
+        Self::facing(world, ray, material)
+    }
+
+    /// Turns the normals to the viewer.
+    #[inline(always)]
+    fn facing(world: Local<F>, ray: &Ray<F>, material: F::Int) -> Self {
+        let zero = F::zero();
+        // The shading normal says which side is outside; where there is none, it is the geometric one.
+        let outward = world.normal;
+        let agrees = outward.dot(world.geometric_normal).ge(zero);
+        let geometric = Vector::select(agrees, world.geometric_normal, -world.geometric_normal);
+        let inside = geometric.dot(ray.direction).gt(zero);
+        Self {
+            position: world.position,
+            error: world.error,
+            geometric_normal: Vector::select(inside, -geometric, geometric),
+            normal: Vector::select(inside, -outward, outward),
+            inside,
+            uv: world.uv,
+            color: world.color,
+            material,
+        }
+    }
+
+    /// A ray's origin just off the surface on the side of `direction`, beyond the error of
+    /// the point along the normal (PBRT 4th ed., 6.8.6).
+    #[inline(always)]
+    pub fn leave(&self, direction: Vector<F>) -> Vector<F> {
+        leave(self.position, self.error, self.geometric_normal, direction)
+    }
+}
+
+/// See [`Surface::leave`].
+#[inline(always)]
+pub fn leave<F: Float>(
+    position: Vector<F>,
+    error: Vector<F>,
+    normal: Vector<F>,
+    direction: Vector<F>,
+) -> Vector<F> {
+    // The sum below rounds, too: by half an ulp of the position.
+    let rounding = position.abs() * F::splat(f32::EPSILON);
+    let distance = normal.abs().dot(error + rounding);
+    let away = direction.dot(normal).lt(F::zero());
+    position + normal * F::select(away, -distance, distance)
+}
+
+#[inline(always)]
+fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Local<F> {
+    let id = hit.primitive;
+    let indices = geometry.triangles.as_flattened();
+    let first = id * F::Int::splat(3);
+    let corner = |k: u32| F::Int::gather(indices, first + F::Int::splat(k), mask);
+    let vertices = [corner(0), corner(1), corner(2)];
+    let part = F::Int::gather(&geometry.triangle_parts, id, mask);
+    let weights = [F::one() - hit.u - hit.v, hit.u, hit.v];
+
+    let p = vertices.map(|v| Vector::gather(&geometry.positions, v, mask));
+    let terms = [p[0] * weights[0], p[1] * weights[1], p[2] * weights[2]];
+    let position = terms[0] + terms[1] + terms[2];
+    let error = (terms[0].abs() + terms[1].abs() + terms[2].abs()) * F::splat(gamma(7));
+    let sign = F::gather(&geometry.parts.sign, part, mask);
+    let flat = unit_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
+
+    let interpolate = |table: &[[f32; 3]], base: F::Int, mask: F::Mask| {
+        let at = |k: usize| Vector::gather(table, vertices[k] + base, mask) * weights[k];
+        at(0) + at(1) + at(2)
+    };
+    let none = F::Int::splat(NONE);
+    let base = F::Int::gather(&geometry.parts.normals, part, mask);
+    let smooth = mask & !base.eq(none);
+    let normal = if smooth.any() {
+        let n = interpolate(&geometry.normals, base, smooth);
+        // Opposite normals can cancel, and a zero normal stands for "flat here".
+        Vector::select(smooth, unit_or(n, flat), flat)
+    } else {
+        flat
+    };
+
+    let base = F::Int::gather(&geometry.parts.uvs, part, mask);
+    let mapped = mask & !base.eq(none);
+    let mut uv = (hit.u, hit.v);
+    if mapped.any() {
+        let table = geometry.uvs.as_flattened();
+        let at = |k: usize, axis: u32| {
+            let index = (vertices[k] + base) * F::Int::splat(2) + F::Int::splat(axis);
+            F::gather(table, index, mapped) * weights[k]
+        };
+        let along = |axis: u32| at(0, axis) + at(1, axis) + at(2, axis);
+        uv = (F::select(mapped, along(0), uv.0), F::select(mapped, along(1), uv.1));
+    }
+
+    let base = F::Int::gather(&geometry.parts.colors, part, mask);
+    let colored = mask & !base.eq(none);
+    let white = Vector::new(F::one(), F::one(), F::one());
+    let color = if colored.any() {
+        Vector::select(colored, interpolate(&geometry.colors, base, colored), white)
+    } else {
+        white
+    };
+    Local { position, error, geometric_normal: flat, normal, uv, color, part }
+}
+
+/// v / |v|, or `other` where v is too short (or not a number).
+#[inline(always)]
+fn unit_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
+    let square = v.dot(v);
+    let long = square.gt(F::splat(1e-36));
+    let length = F::select(long, square, F::one()).sqrt();
+    Vector::select(long, v * (F::one() / length), other)
+}
+
+#[inline(always)]
+fn sphere<F: Float>(
+    geometry: &Geometry,
+    ray: &Ray<F>,
+    hit: &HitLanes<F>,
+    mask: F::Mask,
+    placed: F::Mask,
+) -> Local<F> {
+    let id = hit.primitive & F::Int::splat(!SPHERE);
+    let table = geometry.spheres.as_flattened();
+    let at = |k: u32| F::gather(table, id * F::Int::splat(4) + F::Int::splat(k), mask);
+    let (center, radius) = (Vector::new(at(0), at(1), at(2)), at(3));
+    let mut ray = *ray;
+    if (mask & placed).any() {
+        ray = to_local(geometry, &ray, hit.instance, mask & placed);
+    }
+    // The point is put back onto the sphere along its normal: how far the ray went no longer matters.
+    let rough = ray.origin + ray.direction * hit.t - center;
+    let normal = unit_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
+    let position = center + normal * radius;
+    let radii = Vector::new(radius, radius, radius);
+    let error = (center.abs() + radii) * F::splat(gamma(6));
+
+    let axes = geometry.sphere_axes.as_flattened();
+    let row = |k: u32| {
+        let first = id * F::Int::splat(9) + F::Int::splat(3 * k);
+        let at = |i: u32| F::gather(axes, first + F::Int::splat(i), mask);
+        Vector::new(at(0), at(1), at(2)).dot(normal)
+    };
+    let (x, y, z) = (row(0), row(1), row(2));
+    let uv = (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0));
+    let white = Vector::new(F::one(), F::one(), F::one());
+    let part = F::Int::gather(&geometry.sphere_parts, id, mask);
+    Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
+}
+
+/// The rows of an instance's matrix: 0 to 2 to world, 3 to 5 to local.
+#[inline(always)]
+fn row<F: Float>(geometry: &Geometry, instance: F::Int, k: u32, mask: F::Mask) -> (Vector<F>, F) {
+    let table = geometry.instances.as_flattened();
+    let first = instance * F::Int::splat(24) + F::Int::splat(4 * k);
+    let at = |i: u32| F::gather(table, first + F::Int::splat(i), mask);
+    (Vector::new(at(0), at(1), at(2)), at(3))
+}
+
+#[inline(always)]
+fn to_local<F: Float>(geometry: &Geometry, ray: &Ray<F>, instance: F::Int, placed: F::Mask) -> Ray<F> {
+    let rows = [3, 4, 5].map(|k| row(geometry, instance, k, placed));
+    let origin = rows.map(|(r, t)| r.dot(ray.origin) + t);
+    let direction = rows.map(|(r, _)| r.dot(ray.direction));
+    let vector = |v: [F; 3]| Vector::new(v[0], v[1], v[2]);
+    Ray {
+        origin: Vector::select(placed, vector(origin), ray.origin),
+        direction: Vector::select(placed, vector(direction), ray.direction),
+        ..*ray
+    }
+}
+
+#[inline(always)]
+fn placed_material<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, own: F::Int, placed: F::Mask) -> F::Int {
+    let given = F::Int::gather(&geometry.instance_materials, hit.instance, placed);
+    F::Int::select(placed & !given.eq(F::Int::splat(NONE)), given, own)
+}
+
+#[inline(always)]
+fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, placed: F::Mask) -> Local<F> {
+    let rows = [0, 1, 2].map(|k| row(geometry, hit.instance, k, placed));
+    let position = rows.map(|(r, t)| r.dot(local.position) + t);
+    // The error of the local point, carried over, and that of this transformation itself.
+    let error = rows.map(|(r, t)| {
+        let r = r.abs();
+        r.dot(local.error) * F::splat(1.0 + gamma(3))
+            + (r.dot(local.position.abs()) + t.abs()) * F::splat(gamma(4))
+    });
+    // Normals go by the transpose of the inverse: its columns are the rows of to-local.
+    let inverse = [3, 4, 5].map(|k| row(geometry, hit.instance, k, placed).0);
+    let turn = |n: Vector<F>| unit_or(inverse[0] * n.x + inverse[1] * n.y + inverse[2] * n.z, n);
+    let vector = |v: [F; 3]| Vector::new(v[0], v[1], v[2]);
+    Local {
+        position: Vector::select(placed, vector(position), local.position),
+        error: Vector::select(placed, vector(error), local.error),
+        geometric_normal: Vector::select(placed, turn(local.geometric_normal), local.geometric_normal),
+        normal: Vector::select(placed, turn(local.normal), local.normal),
+        ..local
+    }
+}
