@@ -131,7 +131,7 @@ mod tests {
         let pixel = |index: u32| {
             let t = f64::from(index) / f64::from(WIDTH * HEIGHT);
             let radiance = libm::exp2(t * 20.0 - 12.0) as f32;
-            Rgb::new(radiance, radiance * 0.37, if index % 5 == 0 { 0.0 } else { 0.001 })
+            Rgb::new(radiance, radiance * 0.37, if index.is_multiple_of(5) { 0.0 } else { 0.001 })
         };
         (0..WIDTH * HEIGHT).map(pixel).collect()
     }

@@ -8,9 +8,10 @@ use crate::error::LoadError;
 pub const LARGEST_SIDE: u64 = 65_536;
 /// Bytes of a decoded picture.
 pub const LARGEST_SIZE: u64 = 2 << 30;
-/// Decoded bytes for a byte of the file. Deflate, the strongest packer among the
-/// formats, reaches 1,032; twice that for three channels made from one, and as much again.
-const LARGEST_EXPANSION: u64 = 4096;
+/// Decoded bytes for a byte of the file. Deflate packs up to 1,032 bytes into one, each of
+/// which may be eight pixels of one bit that become four bytes each: 33,024; the rest is
+/// reserve for the other formats.
+const LARGEST_EXPANSION: u64 = 1 << 16;
 /// Decoded bytes that any file may have, however short.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
 

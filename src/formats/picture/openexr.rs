@@ -19,9 +19,14 @@ use crate::world::{Image, Texels};
 /// Where in a file the colours are.
 struct Source {
     layer: usize,
-    /// For red, green and blue the index of a channel, or none: zero.
-    channels: [Option<usize>; 3],
+    channels: Colours,
 }
+
+/// For red, green and blue the index of a channel, or none: zero.
+type Colours = [Option<usize>; 3];
+
+/// Looks for them among the names of a layer's channels.
+type FindColours = fn(&[String]) -> Option<Colours>;
 
 /// The first layer that has colours, at its highest resolution. The picture is the file's
 /// display window; it is black where the layer has no data.
@@ -52,7 +57,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 /// or with a prefix as in `view.R`; else luminance, else whichever of the three there are.
 fn find_colours(headers: &[Header]) -> Result<Source, String> {
     let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
-    let wanted: [fn(&[String]) -> Option<[Option<usize>; 3]>; 3] = [all_three, luminance, some_of_three];
+    let wanted: [FindColours; 3] = [all_three, luminance, some_of_three];
     for find in wanted {
         for (layer, header) in flat() {
             if let Some(channels) = find(&names(header)) {
@@ -71,7 +76,7 @@ fn names(header: &Header) -> Vec<String> {
     header.channels.list.iter().map(|channel| channel.name.to_string()).collect()
 }
 
-fn all_three(names: &[String]) -> Option<[Option<usize>; 3]> {
+fn all_three(names: &[String]) -> Option<Colours> {
     let at = |name: &str| names.iter().position(|other| other == name);
     let prefixes = names.iter().filter_map(|name| name.strip_suffix(".R"));
     std::iter::once(String::new()).chain(prefixes.map(|prefix| format!("{prefix}."))).find_map(|prefix| {
@@ -80,7 +85,7 @@ fn all_three(names: &[String]) -> Option<[Option<usize>; 3]> {
     })
 }
 
-fn luminance(names: &[String]) -> Option<[Option<usize>; 3]> {
+fn luminance(names: &[String]) -> Option<Colours> {
     let found = names
         .iter()
         .position(|name| name == "Y")
@@ -88,7 +93,7 @@ fn luminance(names: &[String]) -> Option<[Option<usize>; 3]> {
     found.map(|channel| [Some(channel); 3])
 }
 
-fn some_of_three(names: &[String]) -> Option<[Option<usize>; 3]> {
+fn some_of_three(names: &[String]) -> Option<Colours> {
     let channels = ["R", "G", "B"].map(|channel| names.iter().position(|name| name == channel));
     channels.iter().any(Option::is_some).then_some(channels)
 }

@@ -235,6 +235,16 @@ fn oversized_pictures_are_refused_in_words() {
 }
 
 #[test]
+fn a_small_file_may_honestly_be_a_large_picture() {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 4096, 4096);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.write_header().unwrap().write_image_data(&vec![0; 4096 * 4096 / 8]).unwrap();
+    assert!(bytes.len() < 16_384, "{}", bytes.len());
+    assert!(survives("black.png", &bytes));
+}
+
+#[test]
 fn no_beginning_of_a_file_is_a_panic() {
     for (name, bytes) in samples() {
         for length in 0..bytes.len() {
