@@ -2,6 +2,8 @@
 pub mod bvh;
 pub mod compile;
 pub mod error;
+pub mod film;
+pub mod formats;
 pub mod math;
 pub mod sampling;
 pub mod scene;

@@ -1,0 +1,3 @@
+//! From samples to pixels, and from pixels to what a screen shows.
+
+pub mod tonemap;

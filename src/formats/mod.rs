@@ -1,0 +1,3 @@
+//! Files: the only place that knows file formats.
+
+pub mod picture;

@@ -1,0 +1,3 @@
+//! Tests that go through the crate's public face, in one binary to link once.
+
+mod pictures;
