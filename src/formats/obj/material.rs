@@ -131,7 +131,8 @@ impl<'a> Materials<'a> {
         ignored.extend(others.iter().filter(|key| source.unknown_param.contains_key(**key)));
         if !ignored.is_empty() {
             let (name, ignored) = (&source.name, ignored.join(", "));
-            self.warnings.push(format!("{}: material {name:?}: {ignored} are ignored", file.display()));
+            self.warnings
+                .push(format!("{}: material {name:?}: not supported and ignored: {ignored}", file.display()));
         }
     }
 }

@@ -63,14 +63,15 @@ fn text_of(bytes: &[u8]) -> Cow<'_, str> {
     if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n").into() } else { text }
 }
 
-/// Where a file that `from` refers to is to be found, relative to its folder. Exporters write
-/// backslashes, and absolute paths of the author's own machine, of which the last part is kept.
+/// Where a file that `from` refers to is to be found: relative to its folder, or else beside
+/// it, which helps with absolute paths of the author's own machine.
 fn refer(from: &Path, name: &str) -> PathBuf {
     let name = name.trim().trim_matches('"').replace('\\', "/");
     let folder = from.parent().unwrap_or(Path::new(""));
     let is_absolute = name.starts_with('/') || name.as_bytes().get(1) == Some(&b':');
-    let name = if is_absolute { name.rsplit('/').next().unwrap_or_default() } else { &name };
-    folder.join(name)
+    let beside = folder.join(name.rsplit('/').next().unwrap_or_default());
+    let written = folder.join(&name);
+    if is_absolute || (beside.is_file() && !written.is_file()) { beside } else { written }
 }
 
 /// Makes one mesh of tobj's, which are split by material.

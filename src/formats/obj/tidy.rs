@@ -1,6 +1,7 @@
 //! An OBJ file checked, and brought into the plainest form there is.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 use smallvec::SmallVec;
@@ -55,6 +56,8 @@ pub struct Tidied {
     /// The largest index into each that nothing had answered to when it was read.
     pending: [Option<Pending>; 3],
     skipped: [usize; 4],
+    seen_libraries: HashSet<String>,
+    seen_materials: HashSet<String>,
 }
 
 /// An index and the line of it.
@@ -78,8 +81,11 @@ impl Tidied {
             let mut line = Cow::Borrowed(line);
             while line.trim_end().ends_with('\\') {
                 let Some((_, more)) = lines.next() else { break };
-                let so_far = line.trim_end().trim_end_matches('\\');
-                line = Cow::Owned(format!("{so_far} {more}"));
+                let so_far = line.trim_end().len() - 1;
+                let joined = line.to_mut();
+                joined.truncate(so_far);
+                joined.push(' ');
+                joined.push_str(more);
             }
             let read = tidied.read_line(&line, number + 1);
             read.map_err(|(place, reason)| Fault { line: number + 1, column: column(&line, place), reason })?;
@@ -87,7 +93,7 @@ impl Tidied {
         tidied.check_pending()?;
         for (count, what) in tidied.skipped.iter().zip(SKIPPED) {
             if *count > 0 {
-                tidied.warnings.push(format!("{count} {what} are skipped: only polygons are rendered"));
+                tidied.warnings.push(format!("{what} skipped: {count} (only polygons are rendered)"));
             }
         }
         Ok(tidied)
@@ -105,9 +111,9 @@ impl Tidied {
             "l" => self.skipped[1] += 1,
             "curv" | "curv2" | "surf" => self.skipped[3] += 1,
             "mtllib" => {
-                let name = rest.trim().to_owned();
-                if !self.libraries.contains(&name) {
-                    self.libraries.push(name);
+                let name = rest.trim();
+                if self.seen_libraries.insert(name.to_owned()) {
+                    self.libraries.push(name.to_owned());
                 }
             }
             "usemtl" => self.use_material(rest.trim()),
@@ -245,7 +251,7 @@ impl Tidied {
         if name.is_empty() {
             return;
         }
-        if !self.material_names.iter().any(|known| known == name) {
+        if self.seen_materials.insert(name.to_owned()) {
             self.material_names.push(name.to_owned());
         }
         self.line(&["usemtl", name]);

@@ -116,6 +116,11 @@ pub struct Element {
 }
 
 impl Element {
+    /// Whether anything is done with an element of that name.
+    pub fn is_wanted(name: &str) -> bool {
+        matches!(name, "vertex" | "face" | "tristrips")
+    }
+
     /// The fewest bytes that a row can take in binary.
     pub fn least_size(&self) -> u64 {
         let size = |p: &Property| match p.kind {
@@ -202,8 +207,7 @@ fn read_line(
         }
         ["element", name, count] => {
             let count = count.parse().map_err(|_| format!("{count:?} is not a number of elements"))?;
-            let again = elements.iter().any(|e| e.name == name);
-            if again && matches!(name, "vertex" | "face" | "tristrips") {
+            if Element::is_wanted(name) && elements.iter().any(|e| e.name == name) {
                 return Err(format!("element {name} is declared twice"));
             }
             elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });

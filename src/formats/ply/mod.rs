@@ -56,7 +56,7 @@ fn read_body<S: Source>(mut source: S, header: &Header) -> Result<Mesh, String> 
     let mut mesh = Mesh::default();
     let mut has_vertices = false;
     let mut polygons: Vec<(S, &Element)> = Vec::new();
-    let wanted = |element: &Element| matches!(element.name.as_str(), "vertex" | "face" | "tristrips");
+    let last = header.elements.iter().rposition(|element| Element::is_wanted(&element.name));
     for (i, element) in header.elements.iter().enumerate() {
         source.check_room(element)?;
         match element.name.as_str() {
@@ -68,7 +68,7 @@ fn read_body<S: Source>(mut source: S, header: &Header) -> Result<Mesh, String> 
             "face" | "tristrips" if element.count > 0 => polygons.push((source.clone(), element)),
             _ => {}
         }
-        if !header.elements[i + 1..].iter().any(wanted) {
+        if last.is_none_or(|last| i >= last) {
             break;
         }
         source.skip_element(element)?;
