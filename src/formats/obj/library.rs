@@ -1,10 +1,14 @@
 //! Material libraries (MTL): found, tidied and read by tobj.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use super::{refer, text_of};
+use super::tidy::short;
+use super::{first_of, refer, text_of};
+
+/// How many libraries a file may name: what they hold is kept, so this limits memory.
+const LIBRARIES: usize = 256;
 
 /// The materials of all libraries that an OBJ file names.
 #[derive(Default)]
@@ -31,17 +35,24 @@ impl Library {
 /// Reads all libraries that `names` stand for. What is missing or wrong in them is a warning.
 pub fn load_all(obj: &Path, names: &[String], warnings: &mut Vec<String>) -> Library {
     let mut library = Library::default();
-    for name in names {
+    let mut files: Vec<PathBuf> = Vec::new();
+    for name in names.iter().take(LIBRARIES) {
         // A line may name several files; but names with spaces are more common.
         let whole = refer(obj, name);
-        let files = if whole.is_file() || !name.contains(char::is_whitespace) {
-            vec![whole]
+        if whole.is_file() || !name.contains(char::is_whitespace) {
+            files.push(whole);
         } else {
-            name.split_whitespace().map(|part| refer(obj, part)).collect()
-        };
-        for file in files {
-            load_one(&file, obj, &mut library, warnings);
+            files.extend(name.split_whitespace().take(LIBRARIES).map(|part| refer(obj, part)));
         }
+    }
+    let mut seen = HashSet::new();
+    files.retain(|file| seen.insert(file.clone()));
+    if names.len() > LIBRARIES || files.len() > LIBRARIES {
+        warnings.push(format!("{}: only the first {LIBRARIES} material libraries are read", obj.display()));
+        files.truncate(LIBRARIES);
+    }
+    for file in &files {
+        load_one(file, obj, &mut library, warnings);
     }
     library
 }
@@ -59,7 +70,10 @@ fn load_one(file: &Path, obj: &Path, library: &mut Library, warnings: &mut Vec<S
         }
     };
     let (text, faults) = tidy(&text_of(&bytes));
-    warnings.extend(faults.iter().map(|fault| format!("{}:{fault}", file.display())));
+    if !faults.is_empty() {
+        let ignored = first_of(&faults);
+        warnings.push(format!("{}: lines without a proper value are ignored: {ignored}", file.display()));
+    }
     match tobj::load_mtl_buf(&mut text.as_bytes()) {
         Ok((materials, _)) => {
             for material in materials {
@@ -72,8 +86,7 @@ fn load_one(file: &Path, obj: &Path, library: &mut Library, warnings: &mut Vec<S
     }
 }
 
-/// The lines of a library that make sense, and what is wrong with the others (with the line's
-/// number first). One bad line shall not cost the whole library, as it would with tobj.
+/// The lines of a library that make sense, and the numbers and keywords of the others. One bad line shall not cost the whole library, as it would with tobj.
 fn tidy(text: &str) -> (String, Vec<String>) {
     let mut tidied = String::with_capacity(text.len());
     let mut faults = Vec::new();
@@ -81,7 +94,6 @@ fn tidy(text: &str) -> (String, Vec<String>) {
         let line = line.trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
-        let mut fault = |reason: String| faults.push(format!("{}:1: {reason}", i + 1));
         let value = match keyword {
             "" => continue,
             _ if keyword.starts_with('#') => continue,
@@ -97,7 +109,7 @@ fn tidy(text: &str) -> (String, Vec<String>) {
                 // Writing to a string can't fail.
                 let _ = writeln!(tidied, "{keyword} {value}");
             }
-            None => fault(format!("{keyword} has no proper value: the line is ignored")),
+            None => faults.push(format!("{} ({})", i + 1, short(keyword))),
         }
     }
     (tidied, faults)

@@ -4,7 +4,7 @@
 //! tobj 4 panics on short colours and huge indices, turns polylines into triangles, loses
 //! texture coordinates that only some corners have, knows no line numbers and fails on a
 //! trailing comment. So every file is first checked and brought into the plainest form
-//! ([`tidy`] for OBJ, [`library`] for MTL) and tobj sees only that. Faces are triangulated here:
+//! (`tidy.rs` for OBJ, `library.rs` for MTL) and tobj sees only that. Faces are triangulated here:
 //! tobj makes fans of concave ones.
 //!
 //! OBJ's v points up and ours down, so v becomes 1 − v. Colours are taken to be linear.
@@ -42,9 +42,12 @@ pub fn load(
     })?;
     warnings.extend(tidied.warnings.iter().map(|w| format!("{}: {w}", path.display())));
     let library = library::load_all(path, &tidied.libraries, warnings);
-    for name in tidied.material_names.iter().filter(|name| library.find(name).is_none()) {
+    let unknown = tidied.material_names.iter().filter(|name| library.find(name).is_none());
+    let unknown: Vec<String> = unknown.map(|name| format!("{name:?}")).collect();
+    if !unknown.is_empty() {
+        let names = first_of(&unknown);
         warnings
-            .push(format!("{}: no library has the material {name:?}: the default is used", path.display()));
+            .push(format!("{}: no library has the material {names}: the default is used", path.display()));
     }
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
     let (models, _) = tobj::load_obj_buf(&mut tidied.text.as_bytes(), &options, |_| library.for_tobj())
@@ -74,6 +77,15 @@ fn refer(from: &Path, name: &str) -> PathBuf {
     if is_absolute || (beside.is_file() && !written.is_file()) { beside } else { written }
 }
 
+/// The first few of what may be millions.
+fn first_of(items: &[String]) -> String {
+    const MOST: usize = 8;
+    match items.len().saturating_sub(MOST) {
+        0 => items.join(", "),
+        more => format!("{} and {more} more", items[..MOST].join(", ")),
+    }
+}
+
 /// Makes one mesh of tobj's, which are split by material.
 fn merge(
     models: &[tobj::Model],
@@ -96,7 +108,9 @@ fn merge(
             mesh.uvs.extend(part.texcoords.chunks_exact(2).map(|uv| Vec2::new(uv[0], 1.0 - uv[1])));
         }
         if tidied.has_colors {
-            mesh.colors.extend(part.vertex_color.chunks_exact(3).map(|c| Rgb::new(c[0], c[1], c[2])));
+            mesh.colors.extend(
+                part.vertex_color.chunks_exact(3).map(|c| Rgb::new(c[0], c[1], c[2]).map(|c| c.max(0.0))),
+            );
         }
         let mut rest = &part.indices[..];
         // tobj gives no numbers of corners where all are three.

@@ -34,7 +34,8 @@ const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 /// in every corner, absolute and in range; only polygons; one material library.
 ///
 /// What a corner does not name it gets from two first lines: texture coordinates of zero and
-/// the zero normal, which stands for "flat here". So every index is one more than in the file.
+/// the zero normal, which stands for "flat here". So indices of these two kinds are one more
+/// than in the file.
 #[derive(Default)]
 pub struct Tidied {
     /// For tobj.
@@ -179,21 +180,17 @@ impl Tidied {
         self.text.push('f');
         for corner in corners {
             let mut parts = corner.text.split('/');
-            let mut indices = [1; 3];
+            let mut indices = [0; 3];
             for (kind, index) in indices.iter_mut().enumerate() {
-                // Without a name the corner gets the first of its kind, which is ours.
-                if let Some(found) = self.index(kind, parts.next().unwrap_or(""), corner.place, line)? {
-                    *index = found + 1;
-                }
+                *index = self.index(kind, parts.next().unwrap_or(""), corner.place, line)?;
             }
             if parts.next().is_some() {
                 return Err((corner.place, format!("{:?} has more than three indices", corner.text)));
             }
-            self.has_uvs |= indices[1] > 1;
-            self.has_normals |= indices[2] > 1;
             let [v, vt, vn] = indices;
-            // No such line is added to the vertices.
-            write_infallibly(&mut self.text, format_args!(" {}/{vt}/{vn}", v - 1));
+            self.has_uvs |= vt > 0;
+            self.has_normals |= vn > 0;
+            write_infallibly(&mut self.text, format_args!(" {v}/{}/{}", vt + 1, vn + 1));
         }
         self.text.push('\n');
         if corners.len() < 3 {
@@ -203,18 +200,12 @@ impl Tidied {
         Ok(())
     }
 
-    /// An index counted from 1, or none where the file names none (which a vertex must).
-    fn index(
-        &mut self,
-        kind: usize,
-        text: &str,
-        place: usize,
-        line: usize,
-    ) -> Result<Option<i64>, Complaint> {
+    /// An index counted from 1, or 0 where the file names none (a vertex it must).
+    fn index(&mut self, kind: usize, text: &str, place: usize, line: usize) -> Result<i64, Complaint> {
         let what = KINDS[kind];
         // Some exporters write 0 for "none".
         if kind > 0 && (text.is_empty() || text == "0") {
-            return Ok(None);
+            return Ok(0);
         }
         let index: i64 =
             text.parse().map_err(|_| (place, format!("{:?} is not a {what} index", short(text))))?;
@@ -230,7 +221,7 @@ impl Tidied {
         if absolute > count && self.pending[kind].is_none_or(|pending| absolute > pending.index) {
             self.pending[kind] = Some(Pending { index: absolute, line });
         }
-        Ok(Some(absolute))
+        Ok(absolute)
     }
 
     /// Faces may come before what they refer to, but it has to come.
@@ -297,6 +288,6 @@ fn number(word: &Word) -> Result<f32, Complaint> {
 }
 
 /// As much of a word as fits into a message.
-fn short(text: &str) -> String {
+pub fn short(text: &str) -> String {
     text.chars().take(40).collect()
 }

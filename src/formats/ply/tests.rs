@@ -209,6 +209,27 @@ fn what_is_not_finite_is_refused_or_left_out() {
 }
 
 #[test]
+fn integer_colours_follow_the_srgb_curve() {
+    let file = |kind: &str, colors: &str| {
+        let text = ascii("x y z red green blue", &format!("face 1{FACES}"), colors, "3 0 1 2");
+        let text = ["red", "green", "blue"]
+            .iter()
+            .fold(text, |text, name| text.replace(&format!("float {name}"), &format!("{kind} {name}")));
+        parse_bytes(text.as_bytes()).unwrap().colors[0].to_array()
+    };
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    // 0.5 on the curve is 0.214041 of the light; below 0.04045 it is a line.
+    assert!(near(file("ushort", "0 0 0 0 65535 1285\n1 0 0 0 0 0\n0 1 0 0 0 0"), [0.0, 1.0, 0.001_517_635]));
+    for kind in ["uchar", "int"] {
+        assert!(near(
+            file(kind, "0 0 0 128 255 5\n1 0 0 0 0 0\n0 1 0 0 0 0"),
+            [0.215_860_5, 1.0, 0.001_517_635]
+        ));
+    }
+    assert_eq!(file("double", "0 0 0 0.5 2 -1\n1 0 0 0 0 0\n0 1 0 0 0 0"), [0.5, 2.0, 0.0]);
+}
+
+#[test]
 fn errors_name_the_place_and_the_reason() {
     let face = format!("face 2{FACES}");
     let body = |vertices: &str, faces: &str| refusal(&ascii("x y z", &face, vertices, faces));

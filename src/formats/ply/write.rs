@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::SaveError;
 use crate::world::Mesh;
 
-/// Writes a mesh to a file, as [`write`] does.
+/// Writes a mesh to a file, as [`write()`] does.
 pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
     let to_error = |error: io::Error| SaveError::new(path, error);
     let mut file = io::BufWriter::with_capacity(1 << 20, std::fs::File::create(path).map_err(to_error)?);
@@ -16,8 +16,8 @@ pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
 
 /// Writes positions, triangles and whichever of normals, texture coordinates and colours
 /// there are, little-endian. Reading gives the same floats again, except that v is stored as
-/// 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1 (and so for whatever an 8- or 16-bit
-/// grid needs), otherwise within one rounding of 1 − v. Name and materials are not part of it.
+/// 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1 and within 2⁻²⁴ of anything between
+/// them. Name and materials are not part of it.
 pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
     let vertices = mesh.positions.len();
     let [has_normals, has_uvs, has_colors] = [mesh.normals.len(), mesh.uvs.len(), mesh.colors.len()]
