@@ -1,19 +1,15 @@
 //! Images and textures to texels and columns.
 
 use crate::error::CompileError;
+use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
 use crate::scene::textures::flag;
 use crate::world::assets::{Assets, ColorSpace, Texels, TextureFilter, Wrap};
 
-/// The IEC 61966-2-1 curve, from code value to linear.
-fn srgb_to_linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
-}
-
 pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
-    let unit = |i: u32| f64::from(i) / 255.0;
-    let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_to_linear(unit(i))));
-    let mut out = Textures { decode: decode.map(|v| v as f32).collect(), ..Textures::default() };
+    let unit = |i: u16| f32::from(i) / 255.0;
+    let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i))));
+    let mut out = Textures { decode: decode.collect(), ..Textures::default() };
     let mut first = Vec::with_capacity(assets.images.len());
     for image in &assets.images {
         match &image.texels {

@@ -1,6 +1,8 @@
 //! Every use of a random number has a named dimension, 16 for the camera and 16 for
 //! each bounce, so that no two uses share one.
 
+use crate::simd::Int;
+
 /// How many dimensions a bounce has.
 pub const PER_BOUNCE: u32 = 16;
 
@@ -22,10 +24,11 @@ impl Dimension {
         3
     }
 
-    /// The number of this dimension at a bounce (0 is the first hit); camera dimensions
-    /// have no bounce.
-    pub const fn at(self, bounce: u32) -> u32 {
-        self as u32 + bounce * PER_BOUNCE
+    /// The number of this dimension at a bounce (0 is the first hit, and what camera
+    /// dimensions take).
+    #[inline(always)]
+    pub fn at<I: Int>(self, bounce: I) -> I {
+        I::splat(self as u32) + bounce * I::splat(PER_BOUNCE)
     }
 }
 
@@ -41,7 +44,10 @@ mod tests {
             let bounces = if (dimension as u32) < PER_BOUNCE { 1 } else { 300 };
             for bounce in 0..bounces {
                 for k in 0..dimension.count() {
-                    assert!(used.insert(dimension.at(bounce) + k), "{dimension:?} at bounce {bounce}");
+                    assert!(
+                        used.insert(dimension.at(std::num::Wrapping(bounce)).0 + k),
+                        "{dimension:?} at bounce {bounce}"
+                    );
                 }
             }
             let end = dimension as u32 % PER_BOUNCE + dimension.count();

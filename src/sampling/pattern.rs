@@ -1,7 +1,7 @@
 //! N points in the unit square: uniform, jittered or regular, each point a pure
 //! function of its index.
 
-use super::hash::{Key, combine};
+use super::hash::Key;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Pattern;
 
@@ -94,8 +94,8 @@ fn scramble<I: Int>(i: I, mask: I, seed: I) -> I {
 /// A pixel's sample `key.sample` as a point in the unit square, spread over all samples
 /// of the pixel by `pattern`. `grid` is made for their number.
 #[inline(always)]
-pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: Key<F::Int>, dimension: u32) -> (F, F) {
-    let at = |offset: u32| F::Int::splat(dimension + offset);
+pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: Key<F::Int>, dimension: F::Int) -> (F, F) {
+    let at = |offset: u32| dimension + F::Int::splat(offset);
     match pattern {
         Pattern::Uniform => (key.uniform(at(0)), key.uniform(at(1))),
         Pattern::Regular => grid.point(key.sample, (F::splat(0.5), F::splat(0.5))),
@@ -116,7 +116,7 @@ pub fn point_of_many<F: Float>(
     which: u32,
     pixel: Grid,
     key: Key<F::Int>,
-    dimension: u32,
+    dimension: F::Int,
 ) -> (F, F) {
     let key = key.fork(which);
     match pattern {
@@ -126,12 +126,6 @@ pub fn point_of_many<F: Float>(
             grid.point(F::Int::splat(which), point(Pattern::Jittered, pixel, key, dimension))
         }
     }
-}
-
-/// A hash for one of several equal things that a [`Key`] is forked for.
-#[inline(always)]
-pub fn label(a: u32, b: u32) -> u32 {
-    combine(std::num::Wrapping(a), std::num::Wrapping(b)).0
 }
 
 #[cfg(test)]
@@ -181,7 +175,7 @@ mod tests {
         assert_eq!(grid, Grid { columns: 6, rows: 6 });
         let mut cells = std::collections::HashSet::new();
         for s in 0..36 {
-            let (u, v): (f32, f32) = point(Pattern::Jittered, grid, key(s), 0);
+            let (u, v): (f32, f32) = point(Pattern::Jittered, grid, key(s), Wrapping(0));
             assert!((0.0..1.0).contains(&u) && (0.0..1.0).contains(&v));
             cells.insert(((u * 6.0) as u32, (v * 6.0) as u32));
         }
@@ -196,7 +190,7 @@ mod tests {
             let mut coarse = std::collections::HashSet::new();
             for which in 0..4 {
                 let (u, v): (f32, f32) =
-                    point_of_many(Pattern::Jittered, light, which, pixel, key(sample), 16);
+                    point_of_many(Pattern::Jittered, light, which, pixel, key(sample), Wrapping(16));
                 coarse.insert(((u * 2.0) as u32, (v * 2.0) as u32));
                 fine.insert(((u * 8.0) as u32, (v * 8.0) as u32));
             }
@@ -216,9 +210,9 @@ mod tests {
 
     #[test]
     fn regular_points_are_cell_centres() {
-        let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(1), key(0), 0);
+        let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(1), key(0), Wrapping(0));
         assert_eq!((u, v), (0.5, 0.5));
-        let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(16), key(6), 0);
+        let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(16), key(6), Wrapping(0));
         assert_eq!((u, v), (0.625, 0.375));
     }
 }

@@ -4,7 +4,7 @@ use crate::math::{Ray, Vector};
 use crate::sampling::pattern::{Grid, point};
 use crate::sampling::{Dimension, Key, warp};
 use crate::scene::{Camera, Projection};
-use crate::simd::Float;
+use crate::simd::{Float, Int};
 
 /// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
 /// and y up (PBRT 4th ed., 5.2). `pixel` says how many samples the pixel has.
@@ -22,7 +22,7 @@ pub fn ray<F: Float>(camera: &Camera, x: F, y: F, key: Key<F::Int>, pixel: Grid)
         Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, pattern } => {
             let k = F::splat(tan_half_fov);
             let focus = (forward + right * (x * k) + up * (y * k)) * F::splat(focus_distance);
-            let (u, v) = point::<F>(pattern, pixel, key, Dimension::Lens.at(0));
+            let (u, v) = point::<F>(pattern, pixel, key, Dimension::Lens.at(F::Int::splat(0)));
             let (a, b) = warp::concentric_disk(u, v);
             let radius = F::splat(lens_radius);
             let offset = right * (a * radius) + up * (b * radius);

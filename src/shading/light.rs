@@ -30,7 +30,7 @@ pub fn sample_light<F: Float>(
     which: u32,
     pixel: Grid,
     key: Key<F::Int>,
-    bounce: u32,
+    bounce: F::Int,
     position: Vector<F>,
 ) -> LightSample<F> {
     match light {

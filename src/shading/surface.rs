@@ -26,8 +26,8 @@ pub struct HitLanes<F: Float> {
 pub struct Surface<F: Float> {
     /// In world space.
     pub position: Vector<F>,
-    /// |true position − position| is at most this, for each axis.
-    pub error: Vector<F>,
+    /// How far along the geometric normal a ray must begin to be off the surface for sure.
+    pub offset: F,
     /// Unit normal of the surface itself, on the viewer's side.
     pub geometric_normal: Vector<F>,
     /// Unit normal for shading, on the viewer's side.
@@ -112,7 +112,7 @@ impl<F: Float> Surface<F> {
         let inside = geometric.dot(ray.direction).gt(zero);
         Self {
             position: world.position,
-            error: world.error,
+            offset: off_surface(world.position, world.error, geometric),
             geometric_normal: Vector::select(inside, -geometric, geometric),
             normal: Vector::select(inside, -outward, outward),
             inside,
@@ -121,28 +121,21 @@ impl<F: Float> Surface<F> {
             material,
         }
     }
-
-    /// A ray's origin just off the surface on the side of `direction`, beyond the error of
-    /// the point along the normal (PBRT 4th ed., 6.8.6).
-    #[inline(always)]
-    pub fn leave(&self, direction: Vector<F>) -> Vector<F> {
-        leave(self.position, self.error, self.geometric_normal, direction)
-    }
 }
 
-/// See [`Surface::leave`].
+/// The error of a point along the normal, and what adding it to the point rounds away
+/// (PBRT 4th ed., 6.8.6).
 #[inline(always)]
-pub fn leave<F: Float>(
-    position: Vector<F>,
-    error: Vector<F>,
-    normal: Vector<F>,
-    direction: Vector<F>,
-) -> Vector<F> {
-    // The sum below rounds, too: by half an ulp of the position.
+fn off_surface<F: Float>(position: Vector<F>, error: Vector<F>, normal: Vector<F>) -> F {
     let rounding = position.abs() * F::splat(f32::EPSILON);
-    let distance = normal.abs().dot(error + rounding);
+    normal.abs().dot(error + rounding)
+}
+
+/// A ray's origin just off a surface on the side of `direction`.
+#[inline(always)]
+pub fn leave<F: Float>(position: Vector<F>, normal: Vector<F>, offset: F, direction: Vector<F>) -> Vector<F> {
     let away = direction.dot(normal).lt(F::zero());
-    position + normal * F::select(away, -distance, distance)
+    position + normal * F::select(away, -offset, offset)
 }
 
 #[inline(always)]
