@@ -65,45 +65,136 @@ pub(super) struct Unclosed {
 pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
     let mut open: Vec<Unclosed> = Vec::new();
     let mut offset = 0;
-    while let Some(character) = text[offset..].chars().next() {
-        let rest = &text[offset..];
-        let literal = match character {
-            '"' => Some((plain_string(rest), "string")),
-            'r' if starts_raw_string(rest) => Some((raw_string(rest), "string")),
-            '\'' => Some((Some(character_literal(rest)), "character")),
-            '/' if rest.starts_with("/*") => Some((block_comment(rest), "comment")),
-            '/' if rest.starts_with("//") => Some((Some(rest.find('\n').unwrap_or(rest.len())), "comment")),
-            'a'..='z' | 'A'..='Z' | '_' => Some((Some(rest.len() - split_identifier(rest).1.len()), "word")),
-            _ => None,
-        };
-        if let Some((length, what)) = literal {
-            match length {
-                Some(length) => offset += length.max(1),
-                None => return Some(Unclosed { offset, what }),
-            }
-            continue;
-        }
-        match character {
-            '(' => open.push(Unclosed { offset, what: "\"(\"" }),
-            '[' => open.push(Unclosed { offset, what: "\"[\"" }),
-            '{' => open.push(Unclosed { offset, what: "\"{\"" }),
-            ')' | ']' | '}' => {
-                let expected = match character {
-                    ')' => "\"(\"",
-                    ']' => "\"[\"",
-                    _ => "\"{\"",
-                };
+    while offset < text.len() {
+        let (token, length) = token(&text[offset..]);
+        match token {
+            Token::Open(what) => open.push(Unclosed { offset, what }),
+            Token::Close(expected) => {
                 // A closing bracket too many is where the parser stops by itself.
                 let last = open.pop()?;
                 if last.what != expected {
                     return Some(last);
                 }
             }
+            Token::Unclosed(what) => return Some(Unclosed { offset, what }),
             _ => {}
         }
-        offset += character.len_utf8();
+        offset += length;
     }
     open.pop()
+}
+
+/// The values between the brackets that `text` begins with, without blanks in front;
+/// what follows the closing bracket counts for nothing.
+pub(super) fn items(text: &str) -> Vec<&str> {
+    let mut items = Vec::new();
+    let (mut depth, mut offset, mut start) = (0_usize, 0, 0);
+    while offset < text.len() {
+        let (token, length) = token(&text[offset..]);
+        let (ends_item, next_depth) = match token {
+            Token::Open(_) => (false, depth + 1),
+            Token::Close(_) => (depth <= 1, depth.saturating_sub(1)),
+            Token::Comma => (depth == 1, depth),
+            _ => (false, depth),
+        };
+        if depth == 0 && next_depth == 1 {
+            start = offset + length;
+        }
+        if ends_item {
+            let item = skip_blank(&text[start..offset]);
+            if !item.is_empty() {
+                items.push(item);
+            }
+            start = offset + length;
+        }
+        depth = next_depth;
+        offset += length;
+        if depth == 0 {
+            break;
+        }
+    }
+    items
+}
+
+/// What follows the brackets that `text` begins with.
+pub(super) fn skip_brackets(text: &str) -> &str {
+    let (mut depth, mut offset) = (0_usize, 0);
+    while offset < text.len() {
+        let (token, length) = token(&text[offset..]);
+        match token {
+            Token::Open(_) => depth += 1,
+            Token::Close(_) => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        offset += length;
+        if depth == 0 {
+            break;
+        }
+    }
+    &text[offset..]
+}
+
+/// `key: value` as both of them; none if there is no colon.
+pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
+    let (mut depth, mut offset) = (0_usize, 0);
+    while offset < item.len() {
+        let (token, length) = token(&item[offset..]);
+        match token {
+            Token::Open(_) => depth += 1,
+            Token::Close(_) => depth = depth.saturating_sub(1),
+            Token::Colon if depth == 0 => {
+                return Some((item[..offset].trim_end(), skip_blank(&item[offset + length..])));
+            }
+            _ => {}
+        }
+        offset += length;
+    }
+    None
+}
+
+/// What matters to find one's way through brackets.
+enum Token {
+    /// What it is, in quotes.
+    Open(&'static str),
+    /// What it closes.
+    Close(&'static str),
+    Comma,
+    Colon,
+    /// A string or comment without end.
+    Unclosed(&'static str),
+    Other,
+}
+
+/// The token that `text`, which is not empty, begins with, and its length in bytes.
+fn token(text: &str) -> (Token, usize) {
+    let literal = |length: Option<usize>, what| match length {
+        Some(length) => (Token::Other, length),
+        None => (Token::Unclosed(what), text.len()),
+    };
+    let bytes = text.as_bytes();
+    match bytes[0] {
+        b'(' => (Token::Open("\"(\""), 1),
+        b'[' => (Token::Open("\"[\""), 1),
+        b'{' => (Token::Open("\"{\""), 1),
+        b')' => (Token::Close("\"(\""), 1),
+        b']' => (Token::Close("\"[\""), 1),
+        b'}' => (Token::Close("\"{\""), 1),
+        b',' => (Token::Comma, 1),
+        b':' => (Token::Colon, 1),
+        b'"' => literal(plain_string(text), "string"),
+        b'\'' => (Token::Other, character_literal(text)),
+        b'/' if text.starts_with("/*") => literal(block_comment(text), "comment"),
+        b'/' if text.starts_with("//") => (Token::Other, text.find('\n').unwrap_or(text.len())),
+        b'r' if starts_raw_string(&text[1..]) => literal(raw_string(text, 1), "string"),
+        b'b' if bytes.get(1) == Some(&b'r') && starts_raw_string(&text[2..]) => {
+            literal(raw_string(text, 2), "string")
+        }
+        b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
+            let word = bytes.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
+            (Token::Other, word)
+        }
+        _ => (Token::Other, text.chars().next().map_or(1, char::len_utf8)),
+    }
 }
 
 /// The white space of RON.
@@ -124,13 +215,16 @@ fn plain_string(text: &str) -> Option<usize> {
     None
 }
 
+/// Whether the `r` before `text` begins a raw string.
 fn starts_raw_string(text: &str) -> bool {
-    text[1..].trim_start_matches('#').starts_with('"')
+    text.trim_start_matches('#').starts_with('"')
 }
 
-fn raw_string(text: &str) -> Option<usize> {
-    let hashes = text[1..].len() - text[1..].trim_start_matches('#').len();
-    let body = 2 + hashes;
+/// The length of the raw string whose `r` or `br` is `prefix` bytes long.
+fn raw_string(text: &str, prefix: usize) -> Option<usize> {
+    let after = &text[prefix..];
+    let hashes = after.len() - after.trim_start_matches('#').len();
+    let body = prefix + hashes + 1;
     let end = format!("\"{}", "#".repeat(hashes));
     text[body..].find(&end).map(|offset| body + offset + end.len())
 }
@@ -204,6 +298,19 @@ mod tests {
         assert_eq!(split_identifier("r#in:"), ("in", ":"));
         assert_eq!(split_identifier("12"), ("", "12"));
         assert_eq!(split_identifier(""), ("", ""));
+    }
+
+    #[test]
+    fn brackets_are_taken_apart() {
+        assert_eq!(
+            items("(1, (2, 3) ,/* , */ \"4,)\", r#\"\"),\"#, ',' , br\"\\\",) // x"),
+            ["1", "(2, 3) ", "\"4,)\"", "r#\"\"),\"#", "',' ", "br\"\\\""]
+        );
+        assert!(items("( )").is_empty());
+        assert!(items("").is_empty());
+        assert!(items("5").is_empty());
+        assert_eq!(key_and_value("\"a:b\" : (c: 1)"), Some(("\"a:b\"", "(c: 1)")));
+        assert_eq!(key_and_value("(c: 1)"), None);
     }
 
     #[test]

@@ -1,19 +1,25 @@
 //! World scenes in [RON](https://github.com/ron-rs/ron): a list of entities whose keys
 //! are the components. Reading is [`load`], writing [`save`].
 //!
-//! `ron` parses (`source`), into structures of unread values (`schema`), which become
-//! components one by one (`value`, `lower`), so that every mistake is reported with the
-//! line and column of the very value.
+//! `ron` decides whether the text is well formed (`source`); serde fills structures whose
+//! values are yet unread (`fields`, `schema`), and these become components one by one
+//! (`value`, `lower`), so that every mistake is reported with the line and column of the
+//! very value.
 
+mod fields;
 mod locate;
 mod lower;
 mod schema;
 mod source;
+#[cfg(test)]
+mod tests;
 mod value;
+mod write;
 
 use std::path::Path;
 
 use self::source::Source;
+pub use self::write::{save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
 use crate::world::World;

@@ -1,4 +1,4 @@
-//! The structures of a scene file as `ron` reads them. Values stay raw: what they may be
+//! The structures of a scene file as serde fills them. Values stay raw: what they may be
 //! depends on their form (a colour is a tuple, a number or a texture), and `lower` has to
 //! know where they stand.
 

@@ -1,29 +1,23 @@
-//! The text of a scene, how `ron` reads parts of it, and errors that name their place.
+//! The text of a scene, and errors that name their place in it.
 //!
-//! A scene is read from the outside in. [`Source::read`] has `ron` parse one structure
-//! whose values stay [`Raw`]: slices of the text, already known to be well formed. So
-//! whatever turns out to be wrong with a value later, the slice says where it stands.
+//! `ron` reads the text once and says whether it is well formed. After that, values are
+//! [`Raw`]: slices of the text, taken apart only as far as the schema asks. So whatever
+//! turns out to be wrong with a value, its slice says where it stands; and `ron` need not
+//! read any nested value twice, as its own raw values would have it do.
 
 use std::path::Path;
 
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
-use ron::value::RawValue;
-use serde::de::{Deserialize, Deserializer};
+use serde::de::{Deserialize, IgnoredAny};
 
+use super::fields::{self, FieldError};
 use super::locate;
 use crate::error::{LoadError, did_you_mean};
 
 /// A value's text as it stands in the file, without blanks in front.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Raw<'a>(pub &'a str);
-
-impl<'de: 'a, 'a> Deserialize<'de> for Raw<'a> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = <&'a RawValue>::deserialize(deserializer)?;
-        Ok(Raw(locate::skip_blank(raw.get_ron())))
-    }
-}
 
 /// One of several forms, chosen by its name: `Sphere(radius_m: 1)` or `Clamp`.
 #[derive(Clone, Copy, Debug)]
@@ -51,9 +45,17 @@ impl<'a> Source<'a> {
         self.path
     }
 
-    /// The whole file.
-    pub(super) fn root<T: Deserialize<'a>>(&self) -> Result<T, LoadError> {
-        self.read(self.text, locate::skip_blank(self.text), "the scene")
+    /// The whole file as one value, once it is known to be well formed.
+    pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
+        self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
+        let mut rest = locate::skip_blank(self.text);
+        // Attributes, such as #![enable(implicit_some)].
+        while rest.starts_with('#') {
+            let Some(bracket) = rest.find('[') else { break };
+            let attribute = locate::skip_brackets(&rest[bracket..]);
+            rest = locate::skip_blank(attribute);
+        }
+        Ok(Raw(rest))
     }
 
     /// Line and column of `place`, a slice of the text.
@@ -72,16 +74,6 @@ impl<'a> Source<'a> {
         self.options.from_str(raw.0).ok()
     }
 
-    /// `text` as a structure that messages call `what`; `place` is to blame for what is missing.
-    pub(super) fn read<T: Deserialize<'a>>(
-        &self,
-        text: &'a str,
-        place: &str,
-        what: &str,
-    ) -> Result<T, LoadError> {
-        self.options.from_str(text).map_err(|error| self.explain(text, place, what, &error))
-    }
-
     /// The structure `raw`, which has to begin with a parenthesis.
     pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
         if !raw.0.starts_with('(') {
@@ -92,15 +84,35 @@ impl<'a> Source<'a> {
 
     /// The fields of a variant; without parentheses it has none.
     pub(super) fn variant_fields<T: Deserialize<'a>>(&self, variant: Variant<'a>) -> Result<T, LoadError> {
-        let body = variant.body.unwrap_or("()");
-        let inside = locate::skip_blank(body.strip_prefix('(').unwrap_or(body));
-        let (name, rest) = locate::split_identifier(inside);
-        let named = !name.is_empty() && locate::skip_blank(rest).starts_with(':');
-        if !named && !inside.starts_with(')') {
-            let reason = format!("{} wants its values with their names, as (key: value, …)", variant.name);
-            return Err(self.error(inside, reason));
+        self.read(variant.body.unwrap_or("()"), variant.name, variant.name)
+    }
+
+    /// `(key: value, …)` as a structure that messages call `what`; `place` is to blame for
+    /// what is missing.
+    fn read<T: Deserialize<'a>>(&self, body: &'a str, place: &str, what: &str) -> Result<T, LoadError> {
+        let mut members = Vec::new();
+        for item in locate::items(body) {
+            let (name, rest) = locate::split_identifier(item);
+            let value = locate::skip_blank(rest).strip_prefix(':').map(locate::skip_blank);
+            let Some(value) = value.filter(|_| !name.is_empty()) else {
+                let reason = format!("{what} wants every value with its name, as (key: value, …)");
+                return Err(self.error(item, reason));
+            };
+            members.push((name, Raw(value)));
         }
-        self.read(body, variant.name, variant.name)
+        fields::read(&members).map_err(|(key, error)| match error {
+            FieldError::Unknown { known } => {
+                let key = key.unwrap_or(place);
+                let suggestion = suggest(key, known.iter().copied());
+                let (found, known) = (shorten(key), known.join(", "));
+                self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
+            }
+            FieldError::Duplicate(field) => {
+                self.error(key.unwrap_or(place), format!("{what} has the field \"{field}\" twice"))
+            }
+            FieldError::Missing(field) => self.error(place, format!("{what} needs the field \"{field}\"")),
+            FieldError::Other(reason) => self.error(place, reason),
+        })
     }
 
     /// Refuses parentheses after a variant that has no fields.
@@ -138,30 +150,11 @@ impl<'a> Source<'a> {
         self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kind}s: {known}", shorten(name)))
     }
 
-    /// Translates what `ron` says about `text` into a place in the file and our words.
-    fn explain(&self, text: &str, place: &str, what: &str, error: &SpannedError) -> LoadError {
+    /// Translates what `ron` says about the text into a place in it and our words.
+    fn syntax_error(&self, error: &SpannedError) -> LoadError {
         use ron::Error;
-        // Where `ron` was before its last step, and where it stopped.
-        let start = &text[locate::offset(text, error.span.start.line, error.span.start.col)..];
-        let stop = &text[locate::offset(text, error.span.end.line, error.span.end.col)..];
-        match &error.code {
-            Error::NoSuchStructField { expected, found, .. } => {
-                let suggestion = suggest(found, expected.iter().copied());
-                let (found, known) = (shorten(found), expected.join(", "));
-                self.error(start, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
-            }
-            Error::DuplicateStructField { field, .. } => {
-                self.error(start, format!("{what} has the field \"{field}\" twice"))
-            }
-            Error::MissingStructField { field, .. } => {
-                self.error(place, format!("{what} needs the field \"{field}\""))
-            }
-            code => self.syntax_error(stop, code),
-        }
-    }
-
-    fn syntax_error(&self, stop: &str, code: &ron::Error) -> LoadError {
-        use ron::Error;
+        let code = &error.code;
+        let stop = &self.text[locate::offset(self.text, error.span.end.line, error.span.end.col)..];
         let unclosed = locate::find_unclosed(self.text);
         // The end of the file is no place to look for a mistake.
         let at_end = locate::skip_blank(stop).is_empty();
@@ -183,13 +176,6 @@ impl<'a> Source<'a> {
             Error::ExpectedMapColon => format!("expected a colon after the key, found {found}"),
             Error::ExpectedIdentifier | Error::SuggestRawIdentifier(_) => {
                 format!("expected the name of a field, found {found}")
-            }
-            Error::ExpectedStructLike
-            | Error::ExpectedNamedStructLike(_)
-            | Error::ExpectedDifferentStructName { .. } => {
-                format!(
-                    "expected \"(\" (a scene is (settings: …, materials: …, entities: […])), found {found}"
-                )
             }
             Error::ExpectedFloat
             | Error::ExpectedInteger

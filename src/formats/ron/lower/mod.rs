@@ -8,6 +8,9 @@ mod material;
 mod settings;
 mod transform;
 
+pub(super) use self::emitter::radians;
+pub(super) use self::material::glass;
+
 use std::collections::HashMap;
 
 use self::assets::AssetCache;
@@ -28,7 +31,8 @@ struct Lowering<'s, 'a> {
 
 /// Reads the whole scene.
 pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
-    let scene: schema::Scene = source.root()?;
+    let root = source.root()?;
+    let scene: schema::Scene = source.fields(root, "a scene")?;
     let mut lowering = Lowering {
         source,
         world: World::default(),
