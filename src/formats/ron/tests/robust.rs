@@ -1,9 +1,13 @@
 //! Nothing that a file says may panic, whatever happened to it.
 
+use std::path::Path;
+
 use proptest::prelude::*;
 
+use super::writing::assert_same;
 use super::{EVERYTHING, read};
 use crate::error::LoadError;
+use crate::formats::ron::write;
 
 /// Reads, and checks that an error's place is within the text.
 fn survives(text: &str) {
@@ -13,7 +17,14 @@ fn survives(text: &str) {
             assert!((1..=in_line.chars().count() + 1).contains(&column), "{line}:{column} in {text}");
         }
         Err(other) => panic!("an error without a place: {other}"),
-        Ok(_) => {}
+        // Whatever is accepted can be saved, unless its mesh is now called .pl or .exe.
+        Ok(world) => {
+            if let Ok(written) = write(&world, Path::new("scenes/test.ron")) {
+                let again =
+                    read(&written).unwrap_or_else(|error| panic!("{error} in\n{written}\nfrom {text}"));
+                assert_same(&world, &again);
+            }
+        }
     }
 }
 

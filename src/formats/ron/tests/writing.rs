@@ -43,7 +43,7 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
     )
 }
 
-fn assert_same(before: &World, after: &World) {
+pub(super) fn assert_same(before: &World, after: &World) {
     assert_eq!(format!("{:?}", before.settings), format!("{:?}", after.settings));
     let (orders, others) = (before.in_order(), after.in_order());
     assert_eq!(orders.len(), others.len());
