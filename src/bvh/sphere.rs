@@ -13,8 +13,9 @@ use crate::simd::Float;
 /// The hit is the first of the two beyond `t_min`.
 #[inline(always)]
 pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> BlockHits<T> {
-    let splat = |v: Vector<f32>| Vector::new(T::splat(v.x), T::splat(v.y), T::splat(v.z));
-    let (origin, direction) = (splat(ray.origin), splat(ray.direction));
+    let (o, d) = (ray.origin, ray.direction);
+    let origin = Vector::new(T::splat(o.x), T::splat(o.y), T::splat(o.z));
+    let direction = Vector::new(T::splat(d.x), T::splat(d.y), T::splat(d.z));
     let center = Vector::new(
         T::load(&block.center[0][lane..]),
         T::load(&block.center[1][lane..]),

@@ -250,10 +250,11 @@ impl Slabs {
             let (mut near, mut far) = (L::Node::splat(parent_near), L::Node::splat(t_max));
             for axis in 0..3 {
                 let side = self.near_side[axis];
-                let plane = |side: usize| L::Node::load(&node.planes[side][axis][lane..]);
+                let near_plane = L::Node::load(&node.planes[side][axis][lane..]);
+                let far_plane = L::Node::load(&node.planes[1 - side][axis][lane..]);
                 let origin = L::Node::splat(self.origin[axis]);
-                near = ((plane(side) - origin) * L::Node::splat(self.near_scale[axis])).max(near);
-                far = ((plane(1 - side) - origin) * L::Node::splat(self.far_scale[axis])).min(far);
+                near = ((near_plane - origin) * L::Node::splat(self.near_scale[axis])).max(near);
+                far = ((far_plane - origin) * L::Node::splat(self.far_scale[axis])).min(far);
             }
             near.store(&mut entered.near[lane..]);
             entered.bits |= near.le(far).bits() << lane;
@@ -310,8 +311,9 @@ fn accept<T: Float, const ANY: bool>(
         let lane = bits.trailing_zeros() as usize;
         bits &= bits - 1;
         let found = Hit { t: ts[lane], u: us[lane], v: vs[lane], primitive: ids[lane], instance };
-        let order = |h: &Hit| (h.primitive, h.instance);
-        if found.t < best.t || (found.t == best.t && order(&found) < order(best)) {
+        if found.t < best.t
+            || (found.t == best.t && (found.primitive, found.instance) < (best.primitive, best.instance))
+        {
             *best = found;
         }
     }

@@ -55,13 +55,9 @@ pub struct BlockHits<T: Float> {
 /// so no ray passes between them.
 #[inline(always)]
 pub fn intersect<T: Float>(block: &TriangleBlock, lane: usize, ray: &Shear) -> BlockHits<T> {
-    let corner = |index: usize| {
-        let vertex = &block.vertex[index];
-        let at = |k: usize| T::load(&vertex[ray.axes[k]][lane..]) - T::splat(ray.origin[k]);
-        let (x, y, z) = (at(0), at(1), at(2));
-        (x - T::splat(ray.shear[0]) * z, y - T::splat(ray.shear[1]) * z, z)
-    };
-    let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (corner(0), corner(1), corner(2));
+    let (ax, ay, az) = corner::<T>(block, 0, lane, ray);
+    let (bx, by, bz) = corner::<T>(block, 1, lane, ray);
+    let (cx, cy, cz) = corner::<T>(block, 2, lane, ray);
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
@@ -74,4 +70,14 @@ pub fn intersect<T: Float>(block: &TriangleBlock, lane: usize, ray: &Shear) -> B
     let t = (u * az + v * bz + w * cz) * T::splat(ray.shear[2]) * reciprocal;
     // A block's unused lanes are degenerate: their determinant is zero.
     BlockHits { mask, t, u: v * reciprocal, v: w * reciprocal }
+}
+
+/// A corner of each triangle, seen from the ray's origin and sheared.
+#[inline(always)]
+fn corner<T: Float>(block: &TriangleBlock, index: usize, lane: usize, ray: &Shear) -> (T, T, T) {
+    let vertex = &block.vertex[index];
+    let x = T::load(&vertex[ray.axes[0]][lane..]) - T::splat(ray.origin[0]);
+    let y = T::load(&vertex[ray.axes[1]][lane..]) - T::splat(ray.origin[1]);
+    let z = T::load(&vertex[ray.axes[2]][lane..]) - T::splat(ray.origin[2]);
+    (x - T::splat(ray.shear[0]) * z, y - T::splat(ray.shear[1]) * z, z)
 }

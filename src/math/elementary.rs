@@ -56,8 +56,8 @@ pub fn sin_cos_turns<F: Float>(turns: F) -> (F, F) {
     let sin = r * polynomial(r2, [6.283_185_3, -41.341_663, 81.592_56, -75.402_25]);
     let cos = polynomial(r2, [1.0, -19.739_208, 64.939_316, -85.442_86, 59.220_5]);
     let quadrant = quarter.to_int();
-    let bit = |n: u32| (quadrant & F::Int::splat(n)).eq(F::Int::splat(n));
-    let (odd, two) = (bit(1), bit(2));
+    let odd = (quadrant & F::Int::splat(1)).eq(F::Int::splat(1));
+    let two = (quadrant & F::Int::splat(2)).eq(F::Int::splat(2));
     let (s, c) = (F::select(odd, cos, sin), F::select(odd, sin, cos));
     let flip_cos = (odd & !two) | (two & !odd);
     (F::select(two, -s, s), F::select(flip_cos, -c, c))

@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Rgb, Vec3};
-use crate::simd::Float;
+use crate::simd::{Float, Int};
 
 /// A vector in each lane.
 #[derive(Clone, Copy)]
@@ -35,11 +35,16 @@ impl<F: Float> Vector<F> {
     /// Three consecutive entries of a table at `3 * index`.
     #[inline(always)]
     pub fn gather(table: &[[f32; 3]], index: F::Int, mask: F::Mask) -> Self {
-        use crate::simd::Int;
-        let flat = table.as_flattened();
-        let first = index * F::Int::splat(3);
-        let at = |offset| F::gather(flat, first + F::Int::splat(offset), mask);
-        Self::new(at(0), at(1), at(2))
+        Self::gather_flat(table.as_flattened(), index * F::Int::splat(3), mask)
+    }
+    /// Three consecutive entries of a table from `first` on.
+    #[inline(always)]
+    pub fn gather_flat(table: &[f32], first: F::Int, mask: F::Mask) -> Self {
+        Self::new(
+            F::gather(table, first, mask),
+            F::gather(table, first + F::Int::splat(1), mask),
+            F::gather(table, first + F::Int::splat(2), mask),
+        )
     }
     /// a · b, summed x, y, z.
     #[inline(always)]

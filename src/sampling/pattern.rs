@@ -95,13 +95,13 @@ fn scramble<I: Int>(i: I, mask: I, seed: I) -> I {
 /// of the pixel by `pattern`. `grid` is made for their number.
 #[inline(always)]
 pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: Key<F::Int>, dimension: F::Int) -> (F, F) {
-    let at = |offset: u32| dimension + F::Int::splat(offset);
+    let (second, order) = (dimension + F::Int::splat(1), dimension + F::Int::splat(2));
     match pattern {
-        Pattern::Uniform => (key.uniform(at(0)), key.uniform(at(1))),
+        Pattern::Uniform => (key.uniform(dimension), key.uniform(second)),
         Pattern::Regular => grid.point(key.sample, (F::splat(0.5), F::splat(0.5))),
         Pattern::Jittered => {
-            let cell = permute(key.sample, grid.cells(), key.shared(at(2)));
-            grid.point(cell, (key.uniform(at(0)), key.uniform(at(1))))
+            let cell = permute(key.sample, grid.cells(), key.shared(order));
+            grid.point(cell, (key.uniform(dimension), key.uniform(second)))
         }
     }
 }

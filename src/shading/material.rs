@@ -33,20 +33,24 @@ impl<F: Float> Shaded<F> {
     #[inline(always)]
     pub fn new(materials: &Materials, textures: &Textures, surface: &Surface<F>, mask: F::Mask) -> Self {
         let id = surface.material;
-        let color = |column| texture::color(column, textures, id, surface.uv, mask);
+        let uv = surface.uv;
         let flags = F::Int::gather(&materials.flags, id, mask);
-        let has = |bit: u32| !(flags & F::Int::splat(bit)).eq(F::Int::splat(0));
-        let dark = has(flag::ONE_SIDED_EMISSION) & surface.inside;
+        let dark = has(flags, flag::ONE_SIDED_EMISSION) & surface.inside;
         let tint = surface.color;
         Self {
-            diffuse: color(&materials.diffuse) * Color::new(tint.x, tint.y, tint.z),
-            specular: color(&materials.specular),
+            diffuse: texture::color(&materials.diffuse, textures, id, uv, mask)
+                * Color::new(tint.x, tint.y, tint.z),
+            specular: texture::color(&materials.specular, textures, id, uv, mask),
             shininess: F::gather(&materials.shininess, id, mask),
-            phong: has(flag::PHONG),
-            kr: color(&materials.kr),
+            phong: has(flags, flag::PHONG),
+            kr: texture::color(&materials.kr, textures, id, uv, mask),
             kt: Color::gather(&materials.kt, id, mask),
             ior: F::gather(&materials.ior, id, mask),
-            emission: Color::select(dark, Color::black(), color(&materials.emission)),
+            emission: Color::select(
+                dark,
+                Color::black(),
+                texture::color(&materials.emission, textures, id, uv, mask),
+            ),
         }
     }
 
@@ -55,4 +59,10 @@ impl<F: Float> Shaded<F> {
     pub fn any_refracts(&self, mask: F::Mask) -> bool {
         (mask & self.ior.gt(F::zero())).any()
     }
+}
+
+/// Lanes whose flags have a bit set.
+#[inline(always)]
+fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
+    !(flags & I::splat(bit)).eq(I::splat(0))
 }

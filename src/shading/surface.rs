@@ -62,14 +62,13 @@ struct Local<F: Float> {
 impl<F: Float> Local<F> {
     #[inline(always)]
     fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
-        let vector = |a, b| Vector::select(mask, a, b);
         Self {
-            position: vector(yes.position, no.position),
-            error: vector(yes.error, no.error),
-            geometric_normal: vector(yes.geometric_normal, no.geometric_normal),
-            normal: vector(yes.normal, no.normal),
+            position: Vector::select(mask, yes.position, no.position),
+            error: Vector::select(mask, yes.error, no.error),
+            geometric_normal: Vector::select(mask, yes.geometric_normal, no.geometric_normal),
+            normal: Vector::select(mask, yes.normal, no.normal),
             uv: (F::select(mask, yes.uv.0, no.uv.0), F::select(mask, yes.uv.1, no.uv.1)),
-            color: vector(yes.color, no.color),
+            color: Vector::select(mask, yes.color, no.color),
             part: F::Int::select(mask, yes.part, no.part),
         }
     }
@@ -143,27 +142,26 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     let id = hit.primitive;
     let indices = geometry.triangles.as_flattened();
     let first = id * F::Int::splat(3);
-    let corner = |k: u32| F::Int::gather(indices, first + F::Int::splat(k), mask);
-    let vertices = [corner(0), corner(1), corner(2)];
+    let vertices = [
+        F::Int::gather(indices, first, mask),
+        F::Int::gather(indices, first + F::Int::splat(1), mask),
+        F::Int::gather(indices, first + F::Int::splat(2), mask),
+    ];
     let part = F::Int::gather(&geometry.triangle_parts, id, mask);
     let weights = [F::one() - hit.u - hit.v, hit.u, hit.v];
 
-    let p = vertices.map(|v| Vector::gather(&geometry.positions, v, mask));
+    let p = corners(&geometry.positions, vertices, mask);
     let terms = [p[0] * weights[0], p[1] * weights[1], p[2] * weights[2]];
     let position = terms[0] + terms[1] + terms[2];
     let error = (terms[0].abs() + terms[1].abs() + terms[2].abs()) * F::splat(gamma(7));
     let sign = F::gather(&geometry.parts.sign, part, mask);
     let flat = unit_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
 
-    let interpolate = |table: &[[f32; 3]], base: F::Int, mask: F::Mask| {
-        let at = |k: usize| Vector::gather(table, vertices[k] + base, mask) * weights[k];
-        at(0) + at(1) + at(2)
-    };
     let none = F::Int::splat(NONE);
     let base = F::Int::gather(&geometry.parts.normals, part, mask);
     let smooth = mask & !base.eq(none);
     let normal = if smooth.any() {
-        let n = interpolate(&geometry.normals, base, smooth);
+        let n = interpolate(&geometry.normals, vertices, base, weights, smooth);
         // Opposite normals can cancel, and a zero normal stands for "flat here".
         Vector::select(smooth, unit_or(n, flat), flat)
     } else {
@@ -174,24 +172,49 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     let mapped = mask & !base.eq(none);
     let mut uv = (hit.u, hit.v);
     if mapped.any() {
-        let table = geometry.uvs.as_flattened();
-        let at = |k: usize, axis: u32| {
-            let index = (vertices[k] + base) * F::Int::splat(2) + F::Int::splat(axis);
-            F::gather(table, index, mapped) * weights[k]
-        };
-        let along = |axis: u32| at(0, axis) + at(1, axis) + at(2, axis);
-        uv = (F::select(mapped, along(0), uv.0), F::select(mapped, along(1), uv.1));
+        let (mut u, mut v) = (F::zero(), F::zero());
+        for k in 0..3 {
+            let index = (vertices[k] + base) * F::Int::splat(2);
+            u = u + F::gather(geometry.uvs.as_flattened(), index, mapped) * weights[k];
+            let index = index + F::Int::splat(1);
+            v = v + F::gather(geometry.uvs.as_flattened(), index, mapped) * weights[k];
+        }
+        uv = (F::select(mapped, u, uv.0), F::select(mapped, v, uv.1));
     }
 
     let base = F::Int::gather(&geometry.parts.colors, part, mask);
     let colored = mask & !base.eq(none);
     let white = Vector::new(F::one(), F::one(), F::one());
     let color = if colored.any() {
-        Vector::select(colored, interpolate(&geometry.colors, base, colored), white)
+        Vector::select(colored, interpolate(&geometry.colors, vertices, base, weights, colored), white)
     } else {
         white
     };
     Local { position, error, geometric_normal: flat, normal, uv, color, part }
+}
+
+/// An entry of a table for each vertex.
+#[inline(always)]
+fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask: F::Mask) -> [Vector<F>; 3] {
+    [
+        Vector::gather(table, vertices[0], mask),
+        Vector::gather(table, vertices[1], mask),
+        Vector::gather(table, vertices[2], mask),
+    ]
+}
+
+/// The weighted sum of the vertices' entries, found `base` away from their numbers.
+#[inline(always)]
+fn interpolate<F: Float>(
+    table: &[[f32; 3]],
+    vertices: [F::Int; 3],
+    base: F::Int,
+    weights: [F; 3],
+    mask: F::Mask,
+) -> Vector<F> {
+    let places = [vertices[0] + base, vertices[1] + base, vertices[2] + base];
+    let [a, b, c] = corners(table, places, mask);
+    a * weights[0] + b * weights[1] + c * weights[2]
 }
 
 /// v / |v|, or `other` where v is too short (or not a number).
@@ -212,9 +235,10 @@ fn sphere<F: Float>(
     placed: F::Mask,
 ) -> Local<F> {
     let id = hit.primitive & F::Int::splat(!SPHERE);
-    let table = geometry.spheres.as_flattened();
-    let at = |k: u32| F::gather(table, id * F::Int::splat(4) + F::Int::splat(k), mask);
-    let (center, radius) = (Vector::new(at(0), at(1), at(2)), at(3));
+    let (center, radius) = {
+        let (table, first) = (geometry.spheres.as_flattened(), id * F::Int::splat(4));
+        (Vector::gather_flat(table, first, mask), F::gather(table, first + F::Int::splat(3), mask))
+    };
     let mut ray = *ray;
     if (mask & placed).any() {
         ray = to_local(geometry, &ray, hit.instance, mask & placed);
@@ -226,37 +250,62 @@ fn sphere<F: Float>(
     let radii = Vector::new(radius, radius, radius);
     let error = (center.abs() + radii) * F::splat(gamma(6));
 
-    let axes = geometry.sphere_axes.as_flattened();
-    let row = |k: u32| {
-        let first = id * F::Int::splat(9) + F::Int::splat(3 * k);
-        let at = |i: u32| F::gather(axes, first + F::Int::splat(i), mask);
-        Vector::new(at(0), at(1), at(2)).dot(normal)
-    };
-    let (x, y, z) = (row(0), row(1), row(2));
+    let (axes, first) = (geometry.sphere_axes.as_flattened(), id * F::Int::splat(9));
+    let x = Vector::gather_flat(axes, first, mask).dot(normal);
+    let y = Vector::gather_flat(axes, first + F::Int::splat(3), mask).dot(normal);
+    let z = Vector::gather_flat(axes, first + F::Int::splat(6), mask).dot(normal);
     let uv = (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0));
     let white = Vector::new(F::one(), F::one(), F::one());
     let part = F::Int::gather(&geometry.sphere_parts, id, mask);
     Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
 }
 
-/// The rows of an instance's matrix: 0 to 2 to world, 3 to 5 to local.
+/// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.
 #[inline(always)]
-fn row<F: Float>(geometry: &Geometry, instance: F::Int, k: u32, mask: F::Mask) -> (Vector<F>, F) {
-    let table = geometry.instances.as_flattened();
-    let first = instance * F::Int::splat(24) + F::Int::splat(4 * k);
-    let at = |i: u32| F::gather(table, first + F::Int::splat(i), mask);
-    (Vector::new(at(0), at(1), at(2)), at(3))
+fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Mask) -> Rows<F> {
+    let (table, start) = (geometry.instances.as_flattened(), instance * F::Int::splat(24));
+    let start = start + F::Int::splat(4 * first);
+    let (second, third) = (start + F::Int::splat(4), start + F::Int::splat(8));
+    Rows {
+        x: Vector::gather_flat(table, start, mask),
+        y: Vector::gather_flat(table, second, mask),
+        z: Vector::gather_flat(table, third, mask),
+        offset: Vector::new(
+            F::gather(table, start + F::Int::splat(3), mask),
+            F::gather(table, second + F::Int::splat(3), mask),
+            F::gather(table, third + F::Int::splat(3), mask),
+        ),
+    }
+}
+
+/// An affine transform.
+struct Rows<F> {
+    x: Vector<F>,
+    y: Vector<F>,
+    z: Vector<F>,
+    offset: Vector<F>,
+}
+
+impl<F: Float> Rows<F> {
+    #[inline(always)]
+    fn apply(&self, v: Vector<F>) -> Vector<F> {
+        Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// By the absolute values: carries bounds over.
+    #[inline(always)]
+    fn apply_abs(&self, v: Vector<F>) -> Vector<F> {
+        Vector::new(self.x.abs().dot(v), self.y.abs().dot(v), self.z.abs().dot(v))
+    }
 }
 
 #[inline(always)]
 fn to_local<F: Float>(geometry: &Geometry, ray: &Ray<F>, instance: F::Int, placed: F::Mask) -> Ray<F> {
-    let rows = [3, 4, 5].map(|k| row(geometry, instance, k, placed));
-    let origin = rows.map(|(r, t)| r.dot(ray.origin) + t);
-    let direction = rows.map(|(r, _)| r.dot(ray.direction));
-    let vector = |v: [F; 3]| Vector::new(v[0], v[1], v[2]);
+    let rows = rows(geometry, instance, 3, placed);
+    let (origin, direction) = (rows.apply(ray.origin) + rows.offset, rows.apply(ray.direction));
     Ray {
-        origin: Vector::select(placed, vector(origin), ray.origin),
-        direction: Vector::select(placed, vector(direction), ray.direction),
+        origin: Vector::select(placed, origin, ray.origin),
+        direction: Vector::select(placed, direction, ray.direction),
         ..*ray
     }
 }
@@ -269,23 +318,25 @@ fn placed_material<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, own: F::Int
 
 #[inline(always)]
 fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, placed: F::Mask) -> Local<F> {
-    let rows = [0, 1, 2].map(|k| row(geometry, hit.instance, k, placed));
-    let position = rows.map(|(r, t)| r.dot(local.position) + t);
+    let there = rows(geometry, hit.instance, 0, placed);
+    let position = there.apply(local.position) + there.offset;
     // The error of the local point, carried over, and that of this transformation itself.
-    let error = rows.map(|(r, t)| {
-        let r = r.abs();
-        r.dot(local.error) * F::splat(1.0 + gamma(3))
-            + (r.dot(local.position.abs()) + t.abs()) * F::splat(gamma(4))
-    });
-    // Normals go by the transpose of the inverse: its columns are the rows of to-local.
-    let inverse = [3, 4, 5].map(|k| row(geometry, hit.instance, k, placed).0);
-    let turn = |n: Vector<F>| unit_or(inverse[0] * n.x + inverse[1] * n.y + inverse[2] * n.z, n);
-    let vector = |v: [F; 3]| Vector::new(v[0], v[1], v[2]);
+    let moved = there.apply_abs(local.position.abs()) + there.offset.abs();
+    let error = there.apply_abs(local.error) * F::splat(1.0 + gamma(3)) + moved * F::splat(gamma(4));
+    let back = rows(geometry, hit.instance, 3, placed);
+    let geometric = turn(&back, local.geometric_normal);
+    let normal = turn(&back, local.normal);
     Local {
-        position: Vector::select(placed, vector(position), local.position),
-        error: Vector::select(placed, vector(error), local.error),
-        geometric_normal: Vector::select(placed, turn(local.geometric_normal), local.geometric_normal),
-        normal: Vector::select(placed, turn(local.normal), local.normal),
+        position: Vector::select(placed, position, local.position),
+        error: Vector::select(placed, error, local.error),
+        geometric_normal: Vector::select(placed, geometric, local.geometric_normal),
+        normal: Vector::select(placed, normal, local.normal),
         ..local
     }
+}
+
+/// Normals go by the transpose of the inverse: its columns are the rows of to-local.
+#[inline(always)]
+fn turn<F: Float>(to_local: &Rows<F>, n: Vector<F>) -> Vector<F> {
+    unit_or(to_local.x * n.x + to_local.y * n.y + to_local.z * n.z, n)
 }

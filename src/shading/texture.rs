@@ -28,30 +28,22 @@ pub fn color<F: Float>(
 #[inline(always)]
 pub fn lookup<F: Float>(textures: &Textures, texture: F::Int, uv: (F, F), mask: F::Mask) -> Color<F> {
     let flags = F::Int::gather(&textures.flags, texture, mask);
-    let transform = |k: u32| {
-        let index = texture * F::Int::splat(4) + F::Int::splat(k);
-        F::gather(textures.transform.as_flattened(), index, mask)
-    };
-    let size = |axis: u32| {
-        let index = texture * F::Int::splat(2) + F::Int::splat(axis);
-        F::gather(textures.size.as_flattened(), index, mask)
-    };
+    let corner = texture * F::Int::splat(2);
+    let width = F::gather(textures.size.as_flattened(), corner, mask);
+    let height = F::gather(textures.size.as_flattened(), corner + F::Int::splat(1), mask);
     let factor = Color::gather(&textures.factor, texture, mask);
-    let image = Picture {
-        textures,
-        mask,
-        flags,
-        first: F::Int::gather(&textures.first, texture, mask),
-        width: size(0),
-    };
-    let along_u = Axis { size: size(0), mode: flags.shr::<{ flag::WRAP_U }>() & F::Int::splat(3) };
-    let along_v = Axis { size: size(1), mode: flags.shr::<{ flag::WRAP_V }>() & F::Int::splat(3) };
+    let image =
+        Picture { textures, mask, flags, first: F::Int::gather(&textures.first, texture, mask), width };
+    let along_u = Axis { size: width, mode: flags.shr::<{ flag::WRAP_U }>() & F::Int::splat(3) };
+    let along_v = Axis { size: height, mode: flags.shr::<{ flag::WRAP_V }>() & F::Int::splat(3) };
+    let (table, first) = (textures.transform.as_flattened(), texture * F::Int::splat(4));
+    let scale_u = F::gather(table, first, mask);
+    let scale_v = F::gather(table, first + F::Int::splat(1), mask);
+    let offset_u = F::gather(table, first + F::Int::splat(2), mask);
+    let offset_v = F::gather(table, first + F::Int::splat(3), mask);
     // Beyond a million repeats a float has no bits left for the place within the image.
-    let place = |axis: &Axis<F>, coordinate: F, scale: F, offset: F| {
-        (coordinate * scale + offset).clamp(-1e6, 1e6) * axis.size
-    };
-    let x = place(&along_u, uv.0, transform(0), transform(2));
-    let y = place(&along_v, uv.1, transform(1), transform(3));
+    let x = (uv.0 * scale_u + offset_u).clamp(-1e6, 1e6) * width;
+    let y = (uv.1 * scale_v + offset_v).clamp(-1e6, 1e6) * height;
 
     let bilinear = !(flags & F::Int::splat(flag::BILINEAR)).eq(F::Int::splat(0)) & mask;
     if !bilinear.any() {
@@ -61,12 +53,13 @@ pub fn lookup<F: Float>(textures: &Textures, texture: F::Int, uv: (F, F), mask: 
     let half = F::select(bilinear, F::splat(0.5), F::zero());
     let (x, y) = (x - half, y - half);
     let (column, row) = (x.floor(), y.floor());
-    let weight = |fraction: F| F::select(bilinear, fraction, F::zero());
-    let (wx, wy) = (weight(x - column), weight(y - row));
-    let columns = [along_u.wrap(column), along_u.wrap(column + F::one())];
-    let rows = [along_v.wrap(row), along_v.wrap(row + F::one())];
-    let blend = |y: F| image.texel(columns[0], y) * (F::one() - wx) + image.texel(columns[1], y) * wx;
-    (blend(rows[0]) * (F::one() - wy) + blend(rows[1]) * wy) * factor
+    let wx = F::select(bilinear, x - column, F::zero());
+    let wy = F::select(bilinear, y - row, F::zero());
+    let (left, right) = (along_u.wrap(column), along_u.wrap(column + F::one()));
+    let (top, bottom) = (along_v.wrap(row), along_v.wrap(row + F::one()));
+    let upper = image.texel(left, top) * (F::one() - wx) + image.texel(right, top) * wx;
+    let lower = image.texel(left, bottom) * (F::one() - wx) + image.texel(right, bottom) * wx;
+    (upper * (F::one() - wy) + lower * wy) * factor
 }
 
 /// One direction of an image.
@@ -85,8 +78,9 @@ impl<F: Float> Axis<F> {
         let double = self.size * F::splat(2.0);
         let folded = texel - (texel / double).floor() * double;
         let mirrored = folded.min(double - F::one() - folded);
-        let is = |mode: u32| self.mode.eq(F::Int::splat(mode));
-        let wrapped = F::select(is(1), clamped, F::select(is(2), mirrored, repeated));
+        let clamps = self.mode.eq(F::Int::splat(1));
+        let mirrors = self.mode.eq(F::Int::splat(2));
+        let wrapped = F::select(clamps, clamped, F::select(mirrors, mirrored, repeated));
         // The divisions round: never outside, whatever they did.
         wrapped.max(F::zero()).min(last)
     }
@@ -113,9 +107,13 @@ impl<F: Float> Picture<'_, F> {
             let word = F::Int::gather(&self.textures.texels8, index, bytes);
             let linear = !(self.flags & F::Int::splat(flag::LINEAR)).eq(F::Int::splat(0));
             let curve = F::Int::select(linear, F::Int::splat(0), F::Int::splat(256));
-            let decode =
-                |byte: F::Int| F::gather(&self.textures.decode, (byte & F::Int::splat(255)) + curve, bytes);
-            color = Color::new(decode(word), decode(word.shr::<8>()), decode(word.shr::<16>()));
+            let low = F::Int::splat(255);
+            let table = &self.textures.decode;
+            color = Color::new(
+                F::gather(table, (word & low) + curve, bytes),
+                F::gather(table, (word.shr::<8>() & low) + curve, bytes),
+                F::gather(table, (word.shr::<16>() & low) + curve, bytes),
+            );
         }
         if float.any() {
             color = Color::select(float, Color::gather(&self.textures.texels32, index, float), color);

@@ -115,17 +115,16 @@ impl PathQueue {
     /// The paths from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> Path<F> {
-        let f = |column| self.0.float::<F>(column, at);
-        let i = |column| self.0.integer::<F::Int>(column, at);
+        let q = &self.0;
         Path {
-            origin: Vector::new(f(0), f(1), f(2)),
-            direction: Vector::new(f(3), f(4), f(5)),
-            throughput: Color::new(f(6), f(7), f(8)),
-            radiance: Color::new(f(9), f(10), f(11)),
-            pixel: i(0),
-            sample: i(1),
-            branch: i(2),
-            depth: i(3),
+            origin: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
+            direction: Vector::new(q.float(3, at), q.float(4, at), q.float(5, at)),
+            throughput: Color::new(q.float(6, at), q.float(7, at), q.float(8, at)),
+            radiance: Color::new(q.float(9, at), q.float(10, at), q.float(11, at)),
+            pixel: q.integer(0, at),
+            sample: q.integer(1, at),
+            branch: q.integer(2, at),
+            depth: q.integer(3, at),
         }
     }
 
@@ -304,17 +303,17 @@ impl VertexQueue {
     /// The vertices from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> crate::integrator::whitted::Vertex<F> {
-        let f = |column| self.0.float::<F>(column, at);
+        let q = &self.0;
         let phong: F::Int = self.0.integer(0, at);
         crate::integrator::whitted::Vertex {
-            position: Vector::new(f(0), f(1), f(2)),
-            offset: f(3),
-            geometric_normal: Vector::new(f(4), f(5), f(6)),
-            normal: Vector::new(f(7), f(8), f(9)),
+            position: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
+            offset: q.float(3, at),
+            geometric_normal: Vector::new(q.float(4, at), q.float(5, at), q.float(6, at)),
+            normal: Vector::new(q.float(7, at), q.float(8, at), q.float(9, at)),
             model: crate::shading::blinn_phong::BlinnPhong {
-                diffuse: Color::new(f(10), f(11), f(12)),
-                specular: Color::new(f(13), f(14), f(15)),
-                shininess: f(16),
+                diffuse: Color::new(q.float(10, at), q.float(11, at), q.float(12, at)),
+                specular: Color::new(q.float(13, at), q.float(14, at), q.float(15, at)),
+                shininess: q.float(16, at),
                 phong: phong.eq(F::Int::splat(1)),
             },
         }

@@ -17,8 +17,8 @@ fn lanes<F: Float>(count: usize) -> F::Mask {
 /// The numbers `first`, `first + 1`, …
 #[inline(always)]
 fn numbered<I: Int>(first: usize) -> I {
-    let steps: [u32; 16] = std::array::from_fn(|i| i as u32);
-    I::load(&steps) + I::splat(first as u32)
+    const STEPS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    I::load(&STEPS) + I::splat(first as u32)
 }
 
 /// Camera paths for pixels and samples, to the end of `out`.
