@@ -131,7 +131,7 @@ fn walk<L: Lanes, const ANY: bool>(bvh: &Bvh, world: &Ray<f32>, stack: &mut [Ent
             Kind::Triangles => {
                 let block = &bvh.triangles[child.index()];
                 for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
-                    let hits = triangle::intersect::<L::Block>(block, lane, &local.shear);
+                    let hits = triangle::intersect::<L::Block>(block, lane, &local.ray, &local.shear);
                     if accept::<_, ANY>(&hits, &block.primitive[lane..], near, world.t_min, instance, best) {
                         return true;
                     }
