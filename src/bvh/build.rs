@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::layout::{BLOCK, Kind};
 use crate::math::{Aabb, Vec3};
 
-/// Bins an axis is cut into.
+/// The most bins that an axis is cut into.
 const BINS: usize = 16;
 /// Subtrees with fewer references are built by one thread.
 const PARALLEL: usize = 8192;
@@ -161,8 +161,8 @@ fn split(references: &mut [Reference], extent: &Extent, depth: u32) -> usize {
     if depth >= MAX_SAH_DEPTH {
         return half;
     }
-    let binning = Binning::new(extent);
-    let middle = match best_plane(&fill_bins(references, &binning)) {
+    let binning = Binning::new(extent, references.len());
+    let middle = match best_plane(&fill_bins(references, &binning), binning.bins) {
         Some((axis, plane)) => partition(references, |r| binning.bin(r)[axis] < plane),
         None => 0,
     };
@@ -177,23 +177,27 @@ fn split(references: &mut [Reference], extent: &Extent, depth: u32) -> usize {
 
 /// From a centroid to its bin on each axis.
 struct Binning {
+    /// How many there are on each axis.
+    bins: usize,
     origin: Vec4,
     scale: Vec4,
 }
 
 impl Binning {
-    fn new(extent: &Extent) -> Self {
+    fn new(extent: &Extent, references: usize) -> Self {
+        // Sweeping 16 bins for a dozen references would take longer than binning them.
+        let bins = (4 + references / 12).min(BINS);
         let size = extent.center_max - extent.center_min;
         // A flat axis has one bin. The factor keeps the largest centroid within the last bin.
-        let scale = |s: f32| if s > 1e-30 && s.is_finite() { BINS as f32 * 0.999_99 / s } else { 0.0 };
-        Self { origin: extent.center_min, scale: Vec4::from_array(size.to_array().map(scale)) }
+        let scale = |s: f32| if s > 1e-30 && s.is_finite() { bins as f32 * 0.999_99 / s } else { 0.0 };
+        Self { bins, origin: extent.center_min, scale: Vec4::from_array(size.to_array().map(scale)) }
     }
 
     #[inline(always)]
     fn bin(&self, reference: &Reference) -> [usize; 3] {
         let (min, max) = reference.corners();
         let place = (min + max - self.origin) * self.scale;
-        [place.x, place.y, place.z].map(|p| (p as usize).min(BINS - 1))
+        [place.x, place.y, place.z].map(|p| (p as usize).min(self.bins - 1))
     }
 }
 
@@ -250,19 +254,19 @@ fn fill_bins(references: &[Reference], binning: &Binning) -> Bins {
 }
 
 /// The axis and first bin of the right side with the least cost; none if all is in one bin.
-fn best_plane(bins: &Bins) -> Option<(usize, usize)> {
+fn best_plane(bins: &Bins, count: usize) -> Option<(usize, usize)> {
     let mut best = None;
     let mut best_cost = f32::INFINITY;
     for (axis, bins) in bins.iter().enumerate() {
         let mut right = [0.0; BINS];
         let mut sum = Bin::EMPTY;
-        for plane in (1..BINS).rev() {
+        for plane in (1..count).rev() {
             sum = sum.union(bins[plane]);
             right[plane] = sum.cost();
         }
         let total = sum.count + bins[0].count;
         let mut left = Bin::EMPTY;
-        for plane in 1..BINS {
+        for plane in 1..count {
             left = left.union(bins[plane - 1]);
             if left.count == 0 || left.count == total {
                 continue;
