@@ -147,6 +147,7 @@ impl Report<'_> {
                 "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract,
                 "shadow": rays.shadow, "total": rays.total(),
             },
+            "spilled_forks": statistics.spilled,
             "mrays_per_s": self.mrays_per_second(),
             "seconds": {
                 "load": p.load.as_secs_f64(), "compile": p.compile.as_secs_f64(),

@@ -85,7 +85,7 @@ pub struct Session {
 pub type OnProgress<'a> = &'a (dyn Fn(u64) + Sync);
 
 impl Session {
-    /// Gets ready. All memory that grows with the scene or the image exists afterwards.
+    /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
         let region = options.region.unwrap_or(Region::whole(settings.size));
         Self {
