@@ -39,7 +39,7 @@ use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Settings;
 
-/// Paths of a wave unless told otherwise. Measured: 2 to 16 thousand are equal, less and more are slower.
+/// Paths of a wave unless told otherwise. Measured: 256 to 16,384 are equal, 65,536 is up to 1.28 times slower.
 pub const DEFAULT_WAVE: usize = 4096;
 
 /// How to render what the settings say. None of it can be seen in the image, but for the region.
