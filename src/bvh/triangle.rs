@@ -92,7 +92,7 @@ pub fn intersect<T: Float>(
 }
 
 /// How far off t can be, from the largest coordinates and edge functions (PBRT 4th ed.,
-/// 6.8.7, with one more factor of two on z for its missing scale).
+/// 6.8.7; z is scaled last here, by `scale`).
 #[inline(always)]
 fn error_bound<T: Float>(x: T, y: T, z: T, edge: T, scale: T) -> T {
     const EPSILON: f32 = f32::EPSILON * 0.5;

@@ -12,7 +12,7 @@ use crate::bvh::{Bvh, Instance};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
 use crate::scene::{Geometry, Part};
-use crate::world::{MaterialId, Mesh, MeshId, Shape, World};
+use crate::world::{MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 pub(super) fn compile(
     world: &World,
@@ -108,7 +108,7 @@ fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[V
 /// Two triangles; texture coordinates by projecting each corner on the two edges that meet
 /// in the first one, divided by the edges' lengths.
 fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
-    check_plane(corners)?;
+    check_plane(corners).map_err(|(_, reason)| reason)?;
     let [a, b, _, d] = corners.map(|c| c.as_dvec3());
     let (u_edge, v_edge) = (b - a, d - a);
     let project = |p: Vec3| {
@@ -124,29 +124,6 @@ fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
 /// A quadrilateral split along its first diagonal.
 fn quad_mesh(corners: [Vec3; 4]) -> Mesh {
     Mesh { positions: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
-}
-
-/// Whether four corners are a planar convex quadrilateral, going around it.
-pub fn check_plane(corners: [Vec3; 4]) -> Result<(), String> {
-    let c = corners.map(|c| c.as_dvec3());
-    let diameter = (c[2] - c[0]).length().max((c[3] - c[1]).length());
-    let normal = (c[2] - c[0]).cross(c[3] - c[1]);
-    if normal.length() <= 1e-9 * diameter * diameter {
-        return Err("the plane's corners lie on a line or are given crosswise: go around it".into());
-    }
-    let normal = normal.normalize();
-    let off = (c[1] - c[0]).dot(normal).abs().max((c[3] - c[0]).dot(normal).abs());
-    if off > 1e-4 * diameter {
-        return Err(format!("the plane's corners are not in a plane: off by {off:.3e} m"));
-    }
-    for i in 0..4 {
-        let (before, here, after) = (c[(i + 3) % 4], c[i], c[(i + 1) % 4]);
-        if (here - before).cross(after - here).dot(normal) <= 0.0 {
-            let n = i + 1;
-            return Err(format!("the plane is not convex at corner {n}, or its corners are not in order"));
-        }
-    }
-    Ok(())
 }
 
 /// What instances place.

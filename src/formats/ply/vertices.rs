@@ -1,5 +1,6 @@
 //! The `vertex` element.
 
+use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::Mesh;
 
@@ -142,7 +143,7 @@ struct ColorCurve {
 
 impl ColorCurve {
     fn new() -> Self {
-        Self { of_byte: std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0)) }
+        Self { of_byte: std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)) }
     }
 
     /// Integers are sRGB: of 0 to 65,535 if `ushort`, of 0 to 255 otherwise. Floats are linear;
@@ -151,15 +152,9 @@ impl ColorCurve {
         match scalar {
             Some(Scalar::F32 | Scalar::F64) if value.is_finite() => value.max(0.0),
             Some(Scalar::F32 | Scalar::F64) => 1.0,
-            Some(Scalar::U16) => srgb_to_linear(f64::from(value) / 65535.0),
+            Some(Scalar::U16) => srgb_decode(value / 65535.0),
             // The cast saturates, so that it is within the table.
             _ => self.of_byte[usize::from(value as u8)],
         }
     }
-}
-
-/// The curve of IEC 61966-2-1, in double precision and with the same bits everywhere.
-fn srgb_to_linear(value: f64) -> f32 {
-    let linear = if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) };
-    linear as f32
 }
