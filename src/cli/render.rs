@@ -11,9 +11,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::args::Render;
 use super::report::{Phases, Report};
 use super::{Failure, usage};
-use crate::film::Region;
 use crate::film::tonemap::DisplayTransform;
+use crate::film::{PixelSum, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
+use crate::math::Rgb;
 use crate::render::{Options, Session};
 use crate::world::{Settings, World};
 
@@ -84,6 +85,17 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
         && (x1 > width || y1 > height)
     {
         return Err(Failure(format!("--crop ends at {x1},{y1}, beyond the image of {width}x{height}")));
+    }
+    let region = arguments.crop.unwrap_or(Region::whole(settings.size));
+    // Sums, and the picture that is made of them.
+    let needed = region.area() as u64 * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
+    if let Some(available) = usage::available_memory()
+        && needed > available
+    {
+        let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
+        return Err(Failure(format!(
+            "an image of {width}x{height} takes {needed:.1} GB and {available:.1} GB are free: use --crop or a smaller --size"
+        )));
     }
     let defaults = Options::default();
     Ok(Options {
