@@ -1,4 +1,15 @@
 //! rayfront: a CPU renderer with one light transport and two schedules.
+pub mod bvh;
+pub mod cli;
+pub mod compile;
 pub mod error;
+pub mod film;
+pub mod formats;
+pub mod integrator;
 pub mod math;
+pub mod render;
+pub mod sampling;
+pub mod scene;
+pub mod shading;
+pub mod simd;
 pub mod world;

@@ -1,6 +1,14 @@
-//! Vectors, colours and rays. Everything above speaks in these types.
+//! Vectors, colours, rays and boxes. Everything above speaks in these types: the
+//! author's side in `Vec3` and [`Rgb`], the renderer's in lanes of [`Vector`] and [`Color`].
 
+pub mod aabb;
+pub mod elementary;
+pub mod ray;
 pub mod rgb;
+pub mod vector;
 
-pub use glam::{Affine3A, DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
+pub use aabb::Aabb;
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
+pub use ray::{Hit, NONE, Ray};
 pub use rgb::Rgb;
+pub use vector::{Color, Vector};

@@ -242,3 +242,41 @@ pub enum Camera {
         height_m: f32,
     },
 }
+
+/// How far a plane's corners may be from one plane, over its diameter.
+const PLANAR: f64 = 1e-4;
+/// Sine of the angle at a corner below which its edges count as one line.
+const STRAIGHT: f64 = 1e-9;
+
+/// Whether the corners go around a flat convex quadrilateral; else what is wrong and at
+/// which of them.
+pub fn check_plane(corners: [Vec3; 4]) -> Result<(), (Option<usize>, String)> {
+    let [a, b, c, d] = corners.map(|corner| corner.as_dvec3());
+    // Twice the area, along the normal: what the two diagonals span.
+    let normal = (c - a).cross(d - b);
+    let diameter =
+        [b - a, c - a, d - a, c - b, d - b, d - c].map(|v| v.length()).into_iter().fold(0.0, f64::max);
+    if normal.length() <= STRAIGHT * diameter * diameter {
+        return Err((None, "the plane has no area: give its corners in order around it".to_owned()));
+    }
+    let normal = normal / normal.length();
+    let centre = (a + b + c + d) / 4.0;
+    for (index, corner) in [a, b, c, d].into_iter().enumerate() {
+        let distance = (corner - centre).dot(normal).abs();
+        if distance > PLANAR * diameter {
+            let reason = format!(
+                "the corners are not in one plane (this one is {distance:.3e} m off): move it or use two triangles"
+            );
+            return Err((Some(index), reason));
+        }
+    }
+    for (index, [before, at, after]) in [[d, a, b], [a, b, c], [b, c, d], [c, d, a]].into_iter().enumerate() {
+        let (incoming, outgoing) = (at - before, after - at);
+        if incoming.cross(outgoing).dot(normal) <= STRAIGHT * incoming.length() * outgoing.length() {
+            let reason = "the plane is not convex at this corner: give the corners in order around it, \
+                          or use two triangles";
+            return Err((Some(index), reason.to_owned()));
+        }
+    }
+    Ok(())
+}

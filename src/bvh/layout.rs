@@ -1,0 +1,218 @@
+//! The flattened tree as it lies in memory.
+
+use crate::math::{Aabb, DAffine3, NONE, Vec3};
+
+/// Children of a node.
+pub const WIDTH: usize = 16;
+/// Primitives of a block.
+pub const BLOCK: usize = 8;
+
+/// Boxes grow by this part of their own coordinates, and slab distances by the same part
+/// of themselves; both are needed for rounding never to cull a hit.
+pub const PADDING: f32 = 1.0 / 524_288.0;
+
+/// Set in the primitive ids of spheres; triangles have it clear.
+pub const SPHERE: u32 = 1 << 31;
+
+/// What a child word points at: the kind in the two high bits, an index below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Child(pub u32);
+
+/// The kinds of [`Child`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Index of a [`Node`].
+    Node = 0,
+    /// Index of a [`TriangleBlock`].
+    Triangles = 1,
+    /// Index of a [`SphereBlock`].
+    Spheres = 2,
+    /// Index of an [`Instance`].
+    Instance = 3,
+}
+
+impl Child {
+    /// The largest index.
+    pub const MAX_INDEX: usize = (1 << 30) - 1;
+
+    /// A word from its parts.
+    pub fn new(kind: Kind, index: usize) -> Self {
+        assert!(index <= Self::MAX_INDEX, "more than 2^30 nodes or blocks");
+        Self((kind as u32) << 30 | index as u32)
+    }
+
+    /// What it points at.
+    #[inline(always)]
+    pub fn kind(self) -> Kind {
+        match self.0 >> 30 {
+            0 => Kind::Node,
+            1 => Kind::Triangles,
+            2 => Kind::Spheres,
+            _ => Kind::Instance,
+        }
+    }
+
+    /// Where.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        (self.0 & Self::MAX_INDEX as u32) as usize
+    }
+}
+
+/// 16 boxes and what is in them. 448 bytes: planes of one kind lie together, a cache line each.
+///
+/// ```text
+/// min.x ×16 │ min.y ×16 │ min.z ×16 │ max.x ×16 │ max.y ×16 │ max.z ×16 │ child ×16
+/// ```
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct Node {
+    /// Low corners, then high corners, by axis. Unused boxes are inside out and never hit.
+    pub planes: [[[f32; WIDTH]; 3]; 2],
+    /// What each box holds.
+    pub child: [u32; WIDTH],
+}
+
+impl Node {
+    /// All 16 boxes unused.
+    pub const EMPTY: Node =
+        Node { planes: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], child: [0; WIDTH] };
+
+    /// Fills one of the boxes.
+    pub fn set(&mut self, slot: usize, bounds: &Aabb, child: Child) {
+        for axis in 0..3 {
+            self.planes[0][axis][slot] = bounds.min[axis];
+            self.planes[1][axis][slot] = bounds.max[axis];
+        }
+        self.child[slot] = child.0;
+    }
+
+    /// One of the boxes.
+    pub fn bounds(&self, slot: usize) -> Aabb {
+        let corner = |side: usize| Vec3::from_array(self.planes[side].map(|axis| axis[slot]));
+        Aabb { min: corner(0), max: corner(1) }
+    }
+}
+
+/// Up to 8 triangles, 320 bytes. Unused ones are degenerate and never hit.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct TriangleBlock {
+    /// Corner, then axis, then triangle.
+    pub vertex: [[[f32; BLOCK]; 3]; 3],
+    /// Primitive ids, [`NONE`] where unused.
+    pub primitive: [u32; BLOCK],
+}
+
+impl TriangleBlock {
+    /// No triangle.
+    pub const EMPTY: TriangleBlock =
+        TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], primitive: [NONE; BLOCK] };
+}
+
+/// Up to 8 spheres, 192 bytes. Unused ones have no radius (NaN) and are never hit.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct SphereBlock {
+    /// By axis.
+    pub center: [[f32; BLOCK]; 3],
+    /// In metres.
+    pub radius: [f32; BLOCK],
+    /// Primitive ids, [`NONE`] where unused.
+    pub primitive: [u32; BLOCK],
+}
+
+impl SphereBlock {
+    /// No sphere.
+    pub const EMPTY: SphereBlock =
+        SphereBlock { center: [[0.0; BLOCK]; 3], radius: [f32::NAN; BLOCK], primitive: [NONE; BLOCK] };
+}
+
+/// A subtree placed somewhere: rays enter it through `to_local`, and t means the same
+/// on both sides because directions are not made unit length there.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// World to local, three rows of four.
+    pub to_local: [[f32; 4]; 3],
+    /// Local to world, three rows of four.
+    pub to_world: [[f32; 4]; 3],
+    /// The subtree; never another instance.
+    pub root: Child,
+}
+
+impl Instance {
+    /// Places a subtree. The transform must have an inverse.
+    pub fn new(to_world: &DAffine3, root: Child) -> Self {
+        let rows = |m: &DAffine3| {
+            let (c, t) = (m.matrix3, m.translation);
+            [0, 1, 2].map(|r| [c.x_axis[r] as f32, c.y_axis[r] as f32, c.z_axis[r] as f32, t[r] as f32])
+        };
+        Self { to_local: rows(&to_world.inverse()), to_world: rows(to_world), root }
+    }
+}
+
+/// The whole structure: all trees lie in the same arrays, the parts of each together.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// Inner nodes, depth first, children of a node together.
+    pub nodes: Vec<Node>,
+    /// Triangles.
+    pub triangles: Vec<TriangleBlock>,
+    /// Spheres.
+    pub spheres: Vec<SphereBlock>,
+    /// Subtrees placed in the world.
+    pub instances: Vec<Instance>,
+    /// The world's tree, if there is anything at all.
+    pub root: Option<Root>,
+    /// The most entries that a traversal's stack can hold.
+    pub stack_size: usize,
+}
+
+/// A tree with its box.
+#[derive(Clone, Copy, Debug)]
+pub struct Root {
+    /// Its topmost node or block.
+    pub child: Child,
+    /// Around everything in it.
+    pub bounds: Aabb,
+}
+
+impl Default for Bvh {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            instances: Vec::new(),
+            root: None,
+            stack_size: WIDTH,
+        }
+    }
+}
+
+impl Bvh {
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.spheres[..])
+            + size_of_val(&self.instances[..])
+    }
+}
+
+/// The box grown by [`PADDING`] of its coordinates.
+pub fn pad(bounds: Aabb) -> Aabb {
+    Aabb { min: bounds.min - bounds.min.abs() * PADDING, max: bounds.max + bounds.max.abs() * PADDING }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_whole_cache_lines() {
+        assert_eq!(size_of::<Node>(), 448);
+        assert_eq!(size_of::<TriangleBlock>(), 320);
+        assert_eq!(size_of::<SphereBlock>(), 192);
+    }
+}

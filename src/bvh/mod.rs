@@ -1,0 +1,66 @@
+//! The acceleration structure: one flattened tree of 16-wide nodes over blocks of 8
+//! triangles or spheres, and over instances of further trees in the same arrays.
+//!
+//! Built in three steps, a file each: [`build`] makes a binary tree with the surface
+//! area heuristic, [`collapse`] folds it into wide nodes at least expected cost,
+//! [`layout`] is what comes out; [`assemble`] puts the steps together. [`traverse`] answers queries. Layer 3.
+//!
+//! **Which hit is the answer** does not depend on the order in which nodes are
+//! visited, the lane width or the schedule. Every box is padded ([`layout::pad`]) and
+//! every slab distance rounded outwards, so that a leaf is never culled before a hit
+//! inside it; a hit's `t` is raised to the ray's entry into its leaf box where rounding
+//! put it before; a node is skipped only if the ray enters it beyond the best hit;
+//! of equal hits the smallest (primitive, instance) wins. So the answer is the
+//! minimum of (max(t, entry), primitive, instance) over all primitives.
+
+pub mod assemble;
+pub mod build;
+pub mod check;
+pub mod collapse;
+pub mod layout;
+pub mod sphere;
+pub mod traverse;
+pub mod triangle;
+
+pub use assemble::Geometry;
+pub use layout::{Bvh, Instance, Root, SPHERE};
+pub use traverse::{Stack, any, closest};
+
+/// A view of ray columns: all slices have the same length.
+#[derive(Clone, Copy)]
+pub struct Rays<'a> {
+    /// X, Y and Z of the origins.
+    pub origin: [&'a [f32]; 3],
+    /// X, Y and Z of the directions, of unit length.
+    pub direction: [&'a [f32]; 3],
+    /// At least 0.
+    pub t_min: &'a [f32],
+    /// Infinity where nothing bounds the ray.
+    pub t_max: &'a [f32],
+}
+
+impl Rays<'_> {
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        self.t_max.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.t_max.is_empty()
+    }
+}
+
+/// Hit columns, one entry a ray (see [`crate::math::Hit`]).
+pub struct HitsMut<'a> {
+    /// Distances; infinity for a miss.
+    pub t: &'a mut [f32],
+    /// First barycentric coordinates.
+    pub u: &'a mut [f32],
+    /// Second barycentric coordinates.
+    pub v: &'a mut [f32],
+    /// Primitive ids, [`crate::math::NONE`] for a miss.
+    pub primitive: &'a mut [u32],
+    /// Instance ids, [`crate::math::NONE`] in world space.
+    pub instance: &'a mut [u32],
+}

@@ -1,0 +1,39 @@
+//! The one sphere test that decides, in every kernel.
+
+use super::layout::SphereBlock;
+use super::triangle::BlockHits;
+use crate::math::{Ray, Vector};
+use crate::simd::Float;
+
+/// Tests the spheres from `lane` on, for a direction of any length. The discriminant is
+/// taken about the point of the ray nearest to the centre, which stays exact for small
+/// and distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for
+/// ray/sphere intersection", Ray Tracing Gems, 2019).
+///
+/// The hit is the first of the two beyond `t_min`.
+#[inline(always)]
+pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> BlockHits<T> {
+    let (o, d) = (ray.origin, ray.direction);
+    let origin = Vector::new(T::splat(o.x), T::splat(o.y), T::splat(o.z));
+    let direction = Vector::new(T::splat(d.x), T::splat(d.y), T::splat(d.z));
+    let center = Vector::new(
+        T::load(&block.center[0][lane..]),
+        T::load(&block.center[1][lane..]),
+        T::load(&block.center[2][lane..]),
+    );
+    let radius = T::load(&block.radius[lane..]);
+    let from_center = origin - center;
+    let a = direction.dot(direction);
+    let b = -from_center.dot(direction);
+    let nearest = from_center + direction * (b / a);
+    let discriminant = radius * radius - nearest.dot(nearest);
+    let root = (a * discriminant.max(T::zero())).sqrt();
+    let q = b + T::select(b.lt(T::zero()), -root, root);
+    let c = from_center.dot(from_center) - radius * radius;
+    let (t0, t1) = (c / q, q / a);
+    let (first, second) = (t0.min(t1), t0.max(t1));
+    let t = T::select(first.gt(T::splat(ray.t_min)), first, second);
+    // NaN radii (unused lanes) and NaN distances compare false.
+    let mask = discriminant.ge(T::zero()) & t.eq(t);
+    BlockHits { mask, t, u: T::zero(), v: T::zero() }
+}

@@ -1,0 +1,211 @@
+//! What can be said on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::film::Region;
+use crate::integrator::Schedule;
+use crate::simd::Level;
+use crate::world::{Settings, Tonemap};
+
+/// A CPU renderer: a scene in, an image out.
+#[derive(Parser, Debug)]
+#[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
+                        130 interrupted (what there was has been saved).")]
+pub struct Arguments {
+    /// Other things to do than to render.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// What to render.
+    #[command(flatten)]
+    pub render: Render,
+}
+
+/// Other things to do than to render.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
+    Info(Info),
+}
+
+/// `rayfront info`.
+#[derive(Args, Debug)]
+pub struct Info {
+    /// A scene (.ron) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rayfront SCENE`.
+#[derive(Args, Debug)]
+pub struct Render {
+    /// A scene (.ron) or a mesh (.ply, .obj)
+    #[arg(required = true)]
+    pub scene: Option<PathBuf>,
+    /// Where the image goes: .png, .exr or .hdr; may be given several times [default: the scene's name with .png, here]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: Option<u32>,
+    /// Size of the image in pixels, such as 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Bounces after the camera ray
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    pub depth: Option<u32>,
+    /// Order in which rays are traced; the image is the same
+    #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
+    pub schedule: ScheduleName,
+    /// Paths of a wave of the wavefront schedule; the image is the same
+    #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
+          value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub wave: u32,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Instruction set [default: the widest there is]; the image is the same
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
+    pub simd: Option<Level>,
+    /// Which random numbers
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Render only columns X0 to X1 and rows Y0 to Y1 (the latter not included)
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    pub crop: Option<Region>,
+    /// Tone curve of PNG files
+    #[arg(long, value_enum)]
+    pub tonemap: Option<TonemapName>,
+    /// Stops of exposure of PNG files, such as -1.5
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_exposure)]
+    pub exposure: Option<f32>,
+    /// Bits a channel of PNG files
+    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
+    pub bits: u8,
+    /// No progress bar, no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Print statistics as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Render {
+    /// The scene's settings with what was said here instead.
+    pub fn apply(&self, settings: &mut Settings) {
+        let set = |to: &mut u32, from: Option<u32>| *to = from.unwrap_or(*to);
+        set(&mut settings.samples, self.spp);
+        set(&mut settings.max_depth, self.depth);
+        settings.size = self.size.unwrap_or(settings.size);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        settings.exposure_ev = self.exposure.unwrap_or(settings.exposure_ev);
+        settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
+    }
+}
+
+/// Names of [`Schedule`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum ScheduleName {
+    /// Breadth first, queue by queue
+    Wavefront,
+    /// Depth first, pixel by pixel
+    Recursive,
+}
+
+impl From<ScheduleName> for Schedule {
+    fn from(name: ScheduleName) -> Self {
+        match name {
+            ScheduleName::Wavefront => Schedule::Wavefront,
+            ScheduleName::Recursive => Schedule::Recursive,
+        }
+    }
+}
+
+/// Names of [`Tonemap`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum TonemapName {
+    /// Cut off at 1
+    Clamp,
+    /// Divide by the largest component
+    ScaleByMaximum,
+    /// Reinhard and others, on luminance
+    Reinhard,
+    /// The ACES fit
+    Aces,
+    /// AgX
+    Agx,
+    /// Khronos PBR Neutral
+    PbrNeutral,
+}
+
+impl From<TonemapName> for Tonemap {
+    fn from(name: TonemapName) -> Self {
+        match name {
+            TonemapName::Clamp => Tonemap::Clamp,
+            TonemapName::ScaleByMaximum => Tonemap::ScaleByMaximum,
+            TonemapName::Reinhard => Tonemap::Reinhard,
+            TonemapName::Aces => Tonemap::Aces,
+            TonemapName::Agx => Tonemap::Agx,
+            TonemapName::PbrNeutral => Tonemap::PbrNeutral,
+        }
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']);
+    let side = |s: &str| s.trim().parse().ok().filter(|n| (1..=65_536).contains(n));
+    parts
+        .and_then(|(w, h)| Some([side(w)?, side(h)?]))
+        .ok_or_else(|| "expected width x height, each 1 to 65536, such as 1280x720".into())
+}
+
+fn parse_crop(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Region { x0, y0, x1, y1 }),
+        _ => Err("expected X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, such as 100,50,200,150".into()),
+    }
+}
+
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
+    stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
+}
+
+fn parse_bits(text: &str) -> Result<u8, String> {
+    text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
+}
+
+fn parse_level(text: &str) -> Result<Level, String> {
+    Level::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = Level::available().into_iter().map(Level::name).collect();
+        format!("this processor has: {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declaration_is_sound() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_checked() {
+        assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
+        assert!(parse_size("0x5").is_err() && parse_size("70000x5").is_err() && parse_size("12").is_err());
+        assert!(parse_crop("1,2,3,4").is_ok());
+        assert!(parse_crop("3,2,3,4").is_err() && parse_crop("1,2,3").is_err());
+        assert!(parse_exposure("nan").is_err() && parse_exposure("-1.5") == Ok(-1.5));
+    }
+}

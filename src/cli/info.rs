@@ -1,0 +1,115 @@
+//! `rayfront info SCENE`: what there is, without rendering it.
+
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+
+use super::{Failure, args};
+use crate::scene::{CompiledScene, Light};
+use crate::world::World;
+
+pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
+    let world = crate::formats::load(&arguments.scene)?;
+    let scene = crate::compile::compile(&world, None)
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let facts = facts(&world, &scene);
+    if arguments.json {
+        println!("{facts}");
+    } else {
+        print!("{}", text(&facts));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Everything as one object; the text is made from it, so that both say the same.
+fn facts(world: &World, scene: &CompiledScene) -> Value {
+    let memory = scene.memory();
+    let [width, height] = world.settings.size;
+    let film = width as usize * height as usize * size_of::<crate::film::PixelSum>();
+    let images: Vec<Value> = world
+        .assets
+        .images
+        .iter()
+        .map(|i| json!({"file": i.source, "width": i.width, "height": i.height}))
+        .collect();
+    let meshes: Vec<Value> = world
+        .assets
+        .meshes
+        .iter()
+        .map(|m| json!({"file": m.source, "vertices": m.positions.len(), "triangles": m.triangles.len()}))
+        .collect();
+    json!({
+        "entities": world.entities.len(),
+        "triangles": scene.geometry.triangles.len(),
+        "spheres": scene.geometry.spheres.len(),
+        "instances": scene.geometry.instances.len(),
+        "meshes": meshes,
+        "bounds_m": [scene.bounds.min.to_array(), scene.bounds.max.to_array()],
+        "bvh": {
+            "nodes": scene.bvh.nodes.len(),
+            "triangle_blocks": scene.bvh.triangles.len(),
+            "sphere_blocks": scene.bvh.spheres.len(),
+        },
+        "materials": scene.materials.names,
+        "lights": scene.lights.iter().map(describe_light).collect::<Vec<_>>(),
+        "cameras": crate::compile::camera_names(world),
+        "images": images,
+        "memory_bytes": {
+            "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures, "film": film,
+            "total": memory.geometry + memory.bvh + memory.textures + film,
+        },
+        "warnings": scene.warnings,
+    })
+}
+
+fn describe_light(light: &Light) -> String {
+    match light {
+        Light::Point { position, .. } => format!("point at {position}"),
+        Light::Spot { position, axis, .. } => format!("spot at {position} towards {axis}"),
+        Light::Directional { to_light, .. } => format!("directional along {}", -*to_light),
+        Light::Area { corner, edge_u, edge_v, samples, pattern, .. } => {
+            let center = *corner + (*edge_u + *edge_v) * 0.5;
+            let (w, h) = (edge_u.length(), edge_v.length());
+            format!("area {w} x {h} m at {center}, {samples} samples, {pattern:?}")
+        }
+    }
+}
+
+fn text(facts: &Value) -> String {
+    let number = |v: &Value| v.as_u64().unwrap_or(0);
+    let megabytes = |v: &Value| format!("{:.1} MB", number(v) as f64 / 1e6);
+    let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
+    let mut lines = vec![
+        format!("entities   {}", facts["entities"]),
+        format!("triangles  {}", facts["triangles"]),
+        format!("spheres    {}", facts["spheres"]),
+        format!("instances  {}", facts["instances"]),
+        format!("bounds     {} to {} m", facts["bounds_m"][0], facts["bounds_m"][1]),
+        format!(
+            "bvh        {} nodes, {} triangle blocks, {} sphere blocks",
+            facts["bvh"]["nodes"], facts["bvh"]["triangle_blocks"], facts["bvh"]["sphere_blocks"]
+        ),
+    ];
+    let memory = &facts["memory_bytes"];
+    lines.push(format!(
+        "memory     {}: geometry {}, bvh {}, textures {}, film {}",
+        megabytes(&memory["total"]),
+        megabytes(&memory["geometry"]),
+        megabytes(&memory["bvh"]),
+        megabytes(&memory["textures"]),
+        megabytes(&memory["film"])
+    ));
+    let plain = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+    for mesh in list(&facts["meshes"]) {
+        lines.push(format!("mesh       {}: {} triangles", plain(&mesh["file"]), mesh["triangles"]));
+    }
+    for image in list(&facts["images"]) {
+        lines.push(format!("image      {}: {} x {}", plain(&image["file"]), image["width"], image["height"]));
+    }
+    for (title, key) in
+        [("camera", "cameras"), ("light", "lights"), ("material", "materials"), ("warning", "warnings")]
+    {
+        lines.extend(list(&facts[key]).iter().map(|v| format!("{title:<11}{}", plain(v))));
+    }
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,47 @@
+//! The command line: arguments to a rendered file. Layer 7.
+//!
+//! Exit codes: 0 done, 1 a file or scene is at fault (one line on stderr), 2 the command
+//! line is, 130 interrupted (what there was has been saved).
+
+mod args;
+mod info;
+mod render;
+mod report;
+mod usage;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use args::Arguments;
+
+/// Runs the program with the process's arguments.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = match arguments.command {
+        Some(args::Command::Info(info)) => info::run(&info),
+        None => render::run(&arguments.render),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Why there is no result, in one line.
+struct Failure(String);
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Failure(error.to_string())
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}

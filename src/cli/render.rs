@@ -1,0 +1,189 @@
+//! `rayfront SCENE`: load, compile, render, save.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::args::Render;
+use super::report::{Phases, Report};
+use super::{Failure, usage};
+use crate::film::tonemap::DisplayTransform;
+use crate::film::{PixelSum, Region};
+use crate::formats::picture::{Output, PngBits, save, supported};
+use crate::math::Rgb;
+use crate::render::{Options, Session};
+use crate::world::{Settings, World};
+
+pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
+    let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
+    let outputs = outputs(arguments, scene);
+    outputs.iter().try_for_each(|path| supported(path))?;
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
+    // Everything, loading too, runs on the threads that were asked for.
+    threads.install(|| render(arguments, scene, &outputs))
+}
+
+/// Where the images go: what was asked for, or the scene's name with .png.
+fn outputs(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
+    if !arguments.output.is_empty() {
+        return arguments.output.clone();
+    }
+    let name = scene.with_extension("png");
+    vec![PathBuf::from(name.file_name().unwrap_or("image.png".as_ref()))]
+}
+
+fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCode, Failure> {
+    let mut phases = Phases::default();
+    let start = Instant::now();
+    let mut world = crate::formats::load(path)?;
+    arguments.apply(&mut world.settings);
+    phases.load = start.elapsed();
+
+    let start = Instant::now();
+    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+    phases.compile = start.elapsed();
+    if !arguments.quiet {
+        scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
+    let settings = world.settings.clone();
+    release(world);
+
+    let options = options(arguments, &settings)?;
+    let mut session = Session::new(scene, &settings, options);
+    let start = Instant::now();
+    let cpu = usage::cpu_seconds();
+    let interrupted = passes(&mut session, arguments.quiet);
+    phases.render = start.elapsed();
+    phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
+
+    let start = Instant::now();
+    write(&session, &settings, arguments, outputs)?;
+    phases.save = start.elapsed();
+    let report =
+        Report { scene: path, outputs, session: &session, settings: &settings, options: &options, phases };
+    if arguments.json {
+        println!("{}", report.json());
+    } else if !arguments.quiet {
+        print!("{}", report.text());
+    }
+    Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+/// The world is not needed any more once it is compiled; large meshes are.
+fn release(world: World) {
+    drop(world);
+}
+
+fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> {
+    let [width, height] = settings.size;
+    if let Some(Region { x1, y1, .. }) = arguments.crop
+        && (x1 > width || y1 > height)
+    {
+        return Err(Failure(format!("--crop ends at {x1},{y1}, beyond the image of {width}x{height}")));
+    }
+    let region = arguments.crop.unwrap_or(Region::whole(settings.size));
+    // Sums, and the picture that is made of them.
+    let needed = region.area() as u64 * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
+    if let Some(available) = usage::available_memory()
+        && needed > available
+    {
+        let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
+        return Err(Failure(format!(
+            "an image of {width}x{height} takes {needed:.1} GB and {available:.1} GB are free: use --crop or a smaller --size"
+        )));
+    }
+    let defaults = Options::default();
+    Ok(Options {
+        schedule: arguments.schedule.into(),
+        wave: arguments.wave as usize,
+        level: arguments.simd.unwrap_or(defaults.level),
+        region: arguments.crop,
+        ..defaults
+    })
+}
+
+/// Renders pass after pass until done or interrupted; says whether it was interrupted.
+///
+/// The first passes are short, so that soon every pixel holds something worth saving.
+fn passes(session: &mut Session, quiet: bool) -> bool {
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = {
+        let stop = stop.clone();
+        move || {
+            // Once more: at once.
+            if stop.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        }
+    };
+    // Without a handler Ctrl-C ends the program as it always does.
+    let _ = ctrlc::set_handler(handler);
+    let bar = if quiet { ProgressBar::hidden() } else { progress_bar(session) };
+    for pass in [1, 3, 12].into_iter().chain(std::iter::repeat(16)) {
+        if session.is_done() || stop.load(Ordering::Relaxed) {
+            break;
+        }
+        session.advance_until(pass, &stop, &|samples| bar.inc(samples));
+    }
+    bar.finish_and_clear();
+    stop.load(Ordering::Relaxed)
+}
+
+fn progress_bar(session: &Session) -> ProgressBar {
+    let samples = session.film().region().area() as u64 * session.samples_done().1 as u64;
+    let bar = ProgressBar::new(samples);
+    let template =
+        "rendering {bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {per_sec}  {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn write(
+    session: &Session,
+    settings: &Settings,
+    arguments: &Render,
+    outputs: &[PathBuf],
+) -> Result<(), Failure> {
+    let radiance = session.film().radiance();
+    let region = session.film().region();
+    let metadata = metadata(session, settings);
+    let output = Output {
+        width: region.width(),
+        height: region.height(),
+        radiance: &radiance,
+        display: DisplayTransform::new(settings.tonemap, settings.exposure_ev, &radiance),
+        bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
+        metadata: &metadata,
+    };
+    outputs.iter().try_for_each(|path| save(path, &output))?;
+    Ok(())
+}
+
+/// What an image says about itself: enough to render it again.
+fn metadata(session: &Session, settings: &Settings) -> Vec<(String, String)> {
+    let entry = |key: &str, value: String| (key.to_string(), value);
+    let (done, asked) = session.samples_done();
+    let [width, height] = settings.size;
+    vec![
+        entry("Software", format!("rayfront {}", env!("CARGO_PKG_VERSION"))),
+        entry("samples", if done == asked { done.to_string() } else { format!("{done} of {asked}") }),
+        entry("seed", settings.seed.to_string()),
+        entry("size", format!("{width}x{height}")),
+        entry("max_depth", settings.max_depth.to_string()),
+        entry("min_throughput", settings.min_throughput.to_string()),
+        entry("transport", format!("{:?}", settings.transport)),
+        entry("filter", format!("{:?}", settings.filter)),
+        entry("pixel_pattern", format!("{:?}", settings.pixel_pattern)),
+        entry("tonemap", format!("{:?}", settings.tonemap)),
+        entry("exposure_ev", settings.exposure_ev.to_string()),
+        entry("film_hash", format!("{:032x}", session.film().hash())),
+    ]
+}

@@ -1,0 +1,168 @@
+//! What was done, as text and as JSON.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::usage;
+use crate::integrator::{Schedule, Stage};
+use crate::render::{Options, Session};
+use crate::world::Settings;
+
+/// How long each phase took by the clock.
+#[derive(Default)]
+pub struct Phases {
+    /// Reading files.
+    pub load: Duration,
+    /// World to scene.
+    pub compile: Duration,
+    /// Rays.
+    pub render: Duration,
+    /// CPU seconds of all threads while rendering, where the system tells.
+    pub render_cpu: Option<f64>,
+    /// Writing files.
+    pub save: Duration,
+}
+
+/// All that is known after a rendering.
+pub struct Report<'a> {
+    /// Its file.
+    pub scene: &'a Path,
+    /// What was written.
+    pub outputs: &'a [PathBuf],
+    /// The rendering.
+    pub session: &'a Session,
+    /// With what the command line changed.
+    pub settings: &'a Settings,
+    /// How it was rendered.
+    pub options: &'a Options,
+    /// How long it took.
+    pub phases: Phases,
+}
+
+impl Report<'_> {
+    fn schedule(&self) -> &'static str {
+        match self.options.schedule {
+            Schedule::Wavefront => "wavefront",
+            Schedule::Recursive => "recursive",
+        }
+    }
+
+    fn mrays_per_second(&self) -> f64 {
+        self.session.statistics().rays.total() as f64 / self.phases.render.as_secs_f64().max(1e-9) / 1e6
+    }
+
+    /// A few lines for people.
+    pub fn text(&self) -> String {
+        let rays = &self.session.statistics().rays;
+        let p = &self.phases;
+        let mut out = String::new();
+        let millions = |n: u64| n as f64 / 1e6;
+        let line = |out: &mut String, name: &str, value: String| {
+            // Writing to a String cannot fail.
+            let _ = writeln!(out, "{name:<10}{value}");
+        };
+        for output in self.outputs {
+            line(&mut out, "image", output.display().to_string());
+        }
+        let seconds = |d: Duration| format!("{:.2} s", d.as_secs_f64());
+        line(
+            &mut out,
+            "time",
+            format!(
+                "{} load, {} compile, {} render, {} save",
+                seconds(p.load),
+                seconds(p.compile),
+                seconds(p.render),
+                seconds(p.save)
+            ),
+        );
+        line(
+            &mut out,
+            "rays",
+            format!(
+                "{:.2} M: {:.2} camera, {:.2} reflect, {:.2} refract, {:.2} shadow; {:.2} M a second",
+                millions(rays.total()),
+                millions(rays.camera),
+                millions(rays.reflect),
+                millions(rays.refract),
+                millions(rays.shadow),
+                self.mrays_per_second()
+            ),
+        );
+        let [w, h] = self.settings.size;
+        let (done, asked) = self.session.samples_done();
+        let samples = if done == asked { format!("{done}") } else { format!("{done} of {asked}") };
+        line(
+            &mut out,
+            "settings",
+            format!(
+                "{w}x{h}, {samples} spp, depth {}, seed {}, {}, {}",
+                self.settings.max_depth,
+                self.settings.seed,
+                self.schedule(),
+                self.options.level.name()
+            ),
+        );
+        let noise = self.session.film().noise();
+        let noise = noise.map_or("unknown".into(), |n| format!("{n:.4}"));
+        line(&mut out, "noise", format!("{noise} (RMS of a pixel's component, estimated)"));
+        line(&mut out, "film", format!("{:032x}", self.session.film().hash()));
+        out
+    }
+
+    /// One object for programs.
+    pub fn json(&self) -> serde_json::Value {
+        let statistics = self.session.statistics();
+        let (rays, p) = (&statistics.rays, &self.phases);
+        let scene = self.session.scene();
+        let memory = scene.memory();
+        let stages: serde_json::Map<_, _> = Stage::ALL
+            .iter()
+            .map(|s| (s.name().into(), json!(statistics.stages[*s as usize].as_secs_f64())))
+            .collect();
+        let (done, asked) = self.session.samples_done();
+        let region = self.session.film().region();
+        json!({
+            "program": "rayfront",
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": self.scene,
+            "outputs": self.outputs,
+            "size": self.settings.size,
+            "region": [region.x0, region.y0, region.x1, region.y1],
+            "samples": done,
+            "samples_asked": asked,
+            "max_depth": self.settings.max_depth,
+            "seed": self.settings.seed,
+            "schedule": self.schedule(),
+            "wave": self.options.wave,
+            "simd": self.options.level.name(),
+            "threads": rayon::current_num_threads(),
+            "triangles": scene.geometry.triangles.len(),
+            "spheres": scene.geometry.spheres.len(),
+            "instances": scene.geometry.instances.len(),
+            "rays": {
+                "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract,
+                "shadow": rays.shadow, "total": rays.total(),
+            },
+            "spilled_forks": statistics.spilled,
+            "mrays_per_s": self.mrays_per_second(),
+            "seconds": {
+                "load": p.load.as_secs_f64(), "compile": p.compile.as_secs_f64(),
+                "render": p.render.as_secs_f64(), "save": p.save.as_secs_f64(),
+            },
+            "render_cpu_seconds": p.render_cpu,
+            "process_cpu_seconds": usage::cpu_seconds(),
+            "stage_seconds_of_all_threads": stages,
+            "memory_bytes": {
+                "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
+                "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
+            },
+            "noise_rms": self.session.film().noise(),
+            "film_hash": format!("{:032x}", self.session.film().hash()),
+            "warnings": scene.warnings,
+        })
+    }
+}

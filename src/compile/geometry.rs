@@ -1,0 +1,234 @@
+//! Shapes to vertex, triangle and sphere arrays, and to the tree over them.
+//!
+//! A mesh that is placed once is moved to world space and lies in the world's tree; one
+//! that is placed several times gets a subtree of its own, shared by its instances. So do
+//! spheres that a transform turns into ellipsoids: all are instances of one unit sphere.
+
+use hecs::Entity;
+
+use super::lights::Emitter;
+use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
+use crate::bvh::{Bvh, Instance};
+use crate::error::CompileError;
+use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
+use crate::scene::{Geometry, Part};
+use crate::world::{MaterialId, Mesh, MeshId, Shape, World, check_plane};
+
+pub(super) fn compile(
+    world: &World,
+    order: &[Entity],
+    transforms: &WorldTransforms,
+    emitters: &[Emitter],
+) -> Result<(Geometry, Bvh), CompileError> {
+    check_size(world)?;
+    let mut builder = Builder::default();
+    let mut placed = Vec::new();
+    let uses = count_uses(world, order);
+    for &entity in order {
+        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+        let own = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
+        let part = |material: MaterialId| Part { entity: entity.id(), ..plain_part(material) };
+        let matrix = &transforms[&entity];
+        match &*shape {
+            Shape::Sphere { radius_m } => match uniform_scale(matrix) {
+                Some(scale) => {
+                    builder.sphere(matrix, *radius_m as f64 * scale, part(own.unwrap_or(MaterialId::DEFAULT)))
+                }
+                None => {
+                    let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
+                    placed.push((Subtree::UnitSphere, to_world, own.unwrap_or(MaterialId::DEFAULT)));
+                }
+            },
+            Shape::Triangle { vertices, normals, uvs } => {
+                let mesh = triangle_mesh(*vertices, *normals, *uvs);
+                builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
+            }
+            Shape::Plane { corners } => {
+                let mesh = plane_mesh(*corners).map_err(|reason| entity_error(world, entity, reason))?;
+                builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
+            }
+            Shape::Mesh(id) => match uses[id.0 as usize] {
+                0 | 1 => builder
+                    .mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material))),
+                _ => placed.push((Subtree::Mesh(*id), *matrix, own.unwrap_or(MaterialId(NONE)))),
+            },
+        }
+    }
+    for emitter in emitters {
+        let mesh = quad_mesh(emitter.corners);
+        let part = Part { entity: emitter.entity.id(), ..plain_part(MaterialId(emitter.material)) };
+        builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
+    }
+    builder.finish(world, placed)
+}
+
+/// How many entities place each mesh.
+fn count_uses(world: &World, order: &[Entity]) -> Vec<u32> {
+    let mut uses = vec![0; world.assets.meshes.len()];
+    for &entity in order {
+        if let Ok(Shape::Mesh(id)) = world.entities.get::<&Shape>(entity).as_deref() {
+            uses[id.0 as usize] += 1;
+        }
+    }
+    uses
+}
+
+/// Ids have 31 bits, and lanes address three floats a vertex with 31 bits.
+fn check_size(world: &World) -> Result<(), CompileError> {
+    let vertices: usize = world.assets.meshes.iter().map(|m| m.positions.len()).sum();
+    let triangles: usize = world.assets.meshes.iter().map(|m| m.triangles.len()).sum();
+    let most = (i32::MAX as usize) / 3 - (1 << 20);
+    if vertices.max(triangles) > most {
+        return Err(CompileError::TooLarge(format!(
+            "{vertices} vertices and {triangles} triangles; the most is {most}"
+        )));
+    }
+    Ok(())
+}
+
+fn mesh_of(world: &World, id: MeshId) -> &Mesh {
+    &world.assets.meshes[id.0 as usize]
+}
+
+fn plain_part(material: MaterialId) -> Part {
+    Part { material: material.0, normals: NONE, uvs: NONE, colors: NONE, mirrored: false, entity: 0 }
+}
+
+fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[Vec2; 3]>) -> Mesh {
+    let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+    Mesh {
+        positions: vertices.to_vec(),
+        normals: normals.map_or_else(Vec::new, |n| n.to_vec()),
+        uvs: uvs.unwrap_or(corners).to_vec(),
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    }
+}
+
+/// Two triangles; texture coordinates by projecting each corner on the two edges that meet
+/// in the first one, divided by the edges' lengths.
+fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
+    check_plane(corners).map_err(|(_, reason)| reason)?;
+    let [a, b, _, d] = corners.map(|c| c.as_dvec3());
+    let (u_edge, v_edge) = (b - a, d - a);
+    let project = |p: Vec3| {
+        let q = p.as_dvec3() - a;
+        Vec2::new(
+            (q.dot(u_edge) / u_edge.length_squared()) as f32,
+            (q.dot(v_edge) / v_edge.length_squared()) as f32,
+        )
+    };
+    Ok(Mesh { uvs: corners.map(project).to_vec(), ..quad_mesh(corners) })
+}
+
+/// A quadrilateral split along its first diagonal.
+fn quad_mesh(corners: [Vec3; 4]) -> Mesh {
+    Mesh { positions: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
+}
+
+/// What instances place.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Subtree {
+    Mesh(MeshId),
+    UnitSphere,
+}
+
+#[derive(Default)]
+struct Builder {
+    geometry: Geometry,
+}
+
+impl Builder {
+    fn sphere(&mut self, matrix: &DAffine3, radius: f64, part: Part) {
+        let part = self.geometry.add_part(part);
+        let center = matrix.translation.as_vec3();
+        self.geometry.spheres.push([center.x, center.y, center.z, radius as f32]);
+        let axis = |v: glam::DVec3| v.normalize().as_vec3().to_array();
+        let m = matrix.matrix3;
+        let axes = [axis(m.x_axis), axis(m.y_axis), axis(m.z_axis)];
+        self.geometry.sphere_axes.push(std::array::from_fn(|i| axes[i / 3][i % 3]));
+        self.geometry.sphere_parts.push(part);
+    }
+
+    /// Adds a mesh, transformed. `part` gives the part of triangles with some material.
+    fn mesh(&mut self, mesh: &Mesh, matrix: &DAffine3, part: impl Fn(MaterialId) -> Part) {
+        let g = &mut self.geometry;
+        let first = g.positions.len() as u32;
+        let base = |used: bool, next: usize| if used { (next as u32).wrapping_sub(first) } else { NONE };
+        let shared = Part {
+            normals: base(!mesh.normals.is_empty(), g.normals.len()),
+            uvs: base(!mesh.uvs.is_empty(), g.uvs.len()),
+            colors: base(!mesh.colors.is_empty(), g.colors.len()),
+            mirrored: matrix.matrix3.determinant() < 0.0,
+            ..plain_part(MaterialId::DEFAULT)
+        };
+        if *matrix == DAffine3::IDENTITY {
+            g.positions.extend(mesh.positions.iter().map(|p| p.to_array()));
+        } else {
+            g.positions.extend(mesh.positions.iter().map(|p| point(matrix, *p).to_array()));
+        }
+        let normals = normal_matrix(matrix);
+        g.normals.extend(mesh.normals.iter().map(|n| transform_normal(&normals, *n)));
+        g.uvs.extend(mesh.uvs.iter().map(|uv| uv.to_array()));
+        g.colors.extend(mesh.colors.iter().map(|c| c.to_array()));
+        g.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+        let mut parts = std::collections::HashMap::new();
+        let mut part_of = |g: &mut Geometry, material: MaterialId| {
+            *parts.entry(material).or_insert_with(|| {
+                let Part { material, entity, .. } = part(material);
+                g.add_part(Part { material, entity, ..shared })
+            })
+        };
+        if mesh.triangle_materials.is_empty() {
+            let part = part_of(g, MaterialId::DEFAULT);
+            g.triangle_parts.resize(g.triangles.len(), part);
+        } else {
+            for material in &mesh.triangle_materials {
+                let part = part_of(g, *material);
+                g.triangle_parts.push(part);
+            }
+        }
+    }
+
+    /// Adds the subtrees of what is placed several times, then the world's tree.
+    fn finish(
+        mut self,
+        world: &World,
+        placed: Vec<(Subtree, DAffine3, MaterialId)>,
+    ) -> Result<(Geometry, Bvh), CompileError> {
+        let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
+        let mut bvh = Bvh::default();
+        let mut subtrees = std::collections::HashMap::new();
+        let mut boxes = Vec::new();
+        for (subtree, matrix, material) in placed {
+            let root = *subtrees.entry(subtree).or_insert_with(|| self.subtree(world, subtree, &mut bvh));
+            let Some(root) = root else { continue };
+            let instance = Instance::new(&matrix, root.child);
+            let mut rows = [0.0; 24];
+            rows[..12].copy_from_slice(instance.to_world.as_flattened());
+            rows[12..].copy_from_slice(instance.to_local.as_flattened());
+            self.geometry.instances.push(rows);
+            self.geometry.instance_materials.push(material.0);
+            bvh.instances.push(instance);
+            boxes.push(root.bounds);
+        }
+        bvh.add_root(&self.geometry.shapes(), 0..triangles, 0..spheres, &boxes);
+        Ok((self.geometry, bvh))
+    }
+
+    fn subtree(&mut self, world: &World, subtree: Subtree, bvh: &mut Bvh) -> Option<crate::bvh::Root> {
+        let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
+        match subtree {
+            Subtree::UnitSphere => self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT)),
+            Subtree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
+        }
+        let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
+        bvh.add_tree(&self.geometry.shapes(), triangles..t, spheres..s)
+    }
+}
+
+/// A unit normal in the new space; one without length stays zero: flat.
+fn transform_normal(matrix: &DMat3, normal: Vec3) -> [f32; 3] {
+    let n = *matrix * normal.as_dvec3();
+    n.try_normalize().unwrap_or_default().as_vec3().to_array()
+}

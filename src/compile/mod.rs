@@ -1,0 +1,58 @@
+//! World to scene: one system a file, each a function from components to columns.
+//! The order of everything is that of the entities in the world. Layer 4.
+
+mod camera;
+mod geometry;
+mod lights;
+mod materials;
+mod textures;
+pub mod transforms;
+
+use crate::error::CompileError;
+use crate::math::{Aabb, Vec3};
+use crate::scene::CompiledScene;
+use crate::world::World;
+
+pub use camera::camera_names;
+
+/// Makes a world ready for rendering, looking through its first camera or the one named.
+pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
+    let order = world.in_order();
+    let transforms = transforms::compile(world, &order)?;
+    let camera = camera::compile(world, &order, &transforms, camera)?;
+    let textures = textures::compile(&world.assets)?;
+    let mut materials = materials::compile(&world.assets);
+    let (lights, emitters) = lights::compile(world, &order, &transforms, &mut materials)?;
+    let (geometry, bvh) = geometry::compile(world, &order, &transforms, &emitters)?;
+    let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
+    let mut scene = CompiledScene {
+        camera,
+        geometry,
+        bvh,
+        materials,
+        textures,
+        lights,
+        background: world.settings.background,
+        ambient: world.settings.ambient,
+        bounds,
+        warnings: Vec::new(),
+    };
+    scene.warnings = warnings(&scene, world);
+    Ok(scene)
+}
+
+/// What a person should know before waiting for the image.
+fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
+    let mut warnings = world.warnings.clone();
+    let emits = |m: &crate::scene::materials::ColorColumn| {
+        m.is_textured() || m.constant.iter().any(|c| *c != [0.0; 3])
+    };
+    if scene.bvh.root.is_none() {
+        warnings.push("no shape: the image shows the background alone".into());
+    } else if scene.lights.is_empty() && scene.ambient.is_black() && !emits(&scene.materials.emission) {
+        let dark = world.settings.background == crate::world::Background::default();
+        let seen = if dark { "the image will be black" } else { "shapes will be black" };
+        warnings.push(format!("no light: {seen} (add an entity with light: Point(power_w: 100))"));
+    }
+    warnings
+}

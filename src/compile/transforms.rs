@@ -1,0 +1,179 @@
+//! Local transforms to world matrices, through the hierarchy.
+
+use std::collections::HashMap;
+
+use hecs::Entity;
+
+use crate::error::CompileError;
+use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use crate::world::{Parent, Transform, World};
+
+/// Local to world of every entity, in double precision: rounded once, when geometry is made.
+pub type WorldTransforms = HashMap<Entity, DAffine3>;
+
+/// Follows every entity to its root. Errors: a parent cycle, a matrix without an inverse.
+pub fn compile(world: &World, order: &[Entity]) -> Result<WorldTransforms, CompileError> {
+    let mut done = WorldTransforms::with_capacity(order.len());
+    for &entity in order {
+        resolve(world, entity, &mut done)?;
+    }
+    Ok(done)
+}
+
+fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<(), CompileError> {
+    // From the entity up to what is known already, then down again: no recursion, however deep.
+    let mut chain = vec![entity];
+    let mut parent_matrix = DAffine3::IDENTITY;
+    while let Ok(parent) = world.entities.get::<&Parent>(chain[chain.len() - 1]) {
+        if let Some(known) = done.get(&parent.0) {
+            parent_matrix = *known;
+            break;
+        }
+        if chain.len() > world.entities.len() as usize {
+            return Err(entity_error(world, entity, "its parents form a circle: remove one parent"));
+        }
+        chain.push(parent.0);
+    }
+    while let Some(entity) = chain.pop() {
+        if let Some(known) = done.get(&entity) {
+            parent_matrix = *known;
+            continue;
+        }
+        let local = world.entities.get::<&Transform>(entity).map(|t| *t).unwrap_or_default();
+        let matrix = parent_matrix * to_matrix(&local);
+        let determinant = matrix.matrix3.determinant();
+        if !matrix.is_finite() || !determinant.is_finite() || determinant == 0.0 {
+            let reason = "its transform squeezes space flat: use a scale that is nowhere zero";
+            return Err(entity_error(world, entity, reason));
+        }
+        done.insert(entity, matrix);
+        parent_matrix = matrix;
+    }
+    Ok(())
+}
+
+/// A [`CompileError::Entity`].
+pub(super) fn entity_error(world: &World, entity: Entity, reason: impl Into<String>) -> CompileError {
+    CompileError::Entity { entity: world.name_of(entity), reason: reason.into() }
+}
+
+fn to_matrix(transform: &Transform) -> DAffine3 {
+    match transform {
+        Transform::Trs { translation, rotation, scale } => {
+            let q = rotation.to_array().map(f64::from);
+            let rotation = rotation_matrix(DQuat::from_array(q));
+            let scale = scale.as_dvec3();
+            let matrix3 = DMat3::from_cols(
+                rotation.x_axis * scale.x,
+                rotation.y_axis * scale.y,
+                rotation.z_axis * scale.z,
+            );
+            DAffine3 { matrix3, translation: translation.as_dvec3() }
+        }
+        Transform::Matrix(m) => {
+            let column = |i: usize| m.col(i).truncate().as_dvec3();
+            DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
+        }
+    }
+}
+
+/// The rotation of a quaternion of nearly unit length.
+fn rotation_matrix(q: DQuat) -> DMat3 {
+    let (x, y, z, w) = (q.x, q.y, q.z, q.w);
+    let s = 2.0 / (x * x + y * y + z * z + w * w);
+    DMat3::from_cols(
+        DVec3::new(1.0 - s * (y * y + z * z), s * (x * y + z * w), s * (x * z - y * w)),
+        DVec3::new(s * (x * y - z * w), 1.0 - s * (x * x + z * z), s * (y * z + x * w)),
+        DVec3::new(s * (x * z + y * w), s * (y * z - x * w), 1.0 - s * (x * x + y * y)),
+    )
+}
+
+/// A point of single precision through a matrix of double precision.
+pub(super) fn point(matrix: &DAffine3, p: Vec3) -> Vec3 {
+    matrix.transform_point3(p.as_dvec3()).as_vec3()
+}
+
+/// A direction, made unit length.
+pub(super) fn direction(matrix: &DAffine3, d: Vec3) -> Vec3 {
+    matrix.transform_vector3(d.as_dvec3()).normalize().as_vec3()
+}
+
+/// How normals transform: the inverse transpose.
+pub(super) fn normal_matrix(matrix: &DAffine3) -> DMat3 {
+    matrix.matrix3.inverse().transpose()
+}
+
+/// The scale of a rotation with uniform scale (perhaps mirrored); none for any other matrix.
+pub(super) fn uniform_scale(matrix: &DAffine3) -> Option<f64> {
+    let m = matrix.matrix3;
+    let lengths = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.length());
+    let largest = lengths.into_iter().fold(0.0, f64::max);
+    let same = lengths.iter().all(|l| (l - largest).abs() <= 1e-6 * largest);
+    let skew = [m.x_axis.dot(m.y_axis), m.y_axis.dot(m.z_axis), m.z_axis.dot(m.x_axis)];
+    let straight = skew.iter().all(|d| d.abs() <= 1e-6 * largest * largest);
+    (same && straight).then_some(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Quat;
+    use crate::world::Name;
+    use proptest::prelude::*;
+
+    fn trs(translation: Vec3, rotation: Quat, scale: Vec3) -> Transform {
+        Transform::Trs { translation, rotation, scale }
+    }
+
+    #[test]
+    fn children_follow_their_parents_even_when_spawned_first() {
+        let mut world = World::default();
+        let child = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE),));
+        let quarter = Quat::from_xyzw(0.0, 0.0, 0.5f32.sqrt(), 0.5f32.sqrt());
+        let parent = world.entities.spawn((trs(Vec3::Y, quarter, Vec3::splat(2.0)),));
+        world.entities.insert_one(child, Parent(parent)).unwrap();
+        let all = compile(&world, &world.in_order()).unwrap();
+        // X is scaled to 2, turned onto Y, moved up by 1.
+        let origin = point(&all[&child], Vec3::ZERO);
+        assert!((origin - Vec3::new(0.0, 3.0, 0.0)).length() < 1e-6, "{origin}");
+    }
+
+    #[test]
+    fn a_circle_of_parents_is_an_error() {
+        let mut world = World::default();
+        let a = world.entities.spawn((Name("a".into()),));
+        let b = world.entities.spawn((Name("b".into()), Parent(a)));
+        world.entities.insert_one(a, Parent(b)).unwrap();
+        let error = compile(&world, &world.in_order()).unwrap_err().to_string();
+        assert!(error.contains("circle"), "{error}");
+    }
+
+    #[test]
+    fn long_chains_do_not_recurse() {
+        let mut world = World::default();
+        let mut last = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE),));
+        for _ in 0..20_000 {
+            last = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE), Parent(last)));
+        }
+        let all = compile(&world, &world.in_order()).unwrap();
+        assert_eq!(point(&all[&last], Vec3::ZERO).x, 20_001.0);
+    }
+
+    proptest! {
+        #[test]
+        fn inverse_undoes_and_normals_stay_perpendicular(
+            t in prop::array::uniform3(-10.0f32..10.0),
+            q in prop::array::uniform4(0.1f32..1.0),
+            s in prop::array::uniform3(0.1f32..5.0),
+            p in prop::array::uniform3(-10.0f32..10.0),
+        ) {
+            let m = to_matrix(&trs(t.into(), Quat::from_array(q), s.into()));
+            let p = DVec3::from_array(p.map(f64::from));
+            prop_assert!((m.inverse().transform_point3(m.transform_point3(p)) - p).length() < 1e-9);
+            let (u, v) = (DVec3::new(1.0, 0.3, 0.0), DVec3::new(0.2, 1.0, 0.5));
+            let n = normal_matrix(&m) * u.cross(v);
+            let across = n.dot(m.transform_vector3(u)).abs() + n.dot(m.transform_vector3(v)).abs();
+            prop_assert!(across < 1e-9 * n.length() * 10.0);
+        }
+    }
+}

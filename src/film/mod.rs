@@ -1,0 +1,216 @@
+//! Samples to pixels with exact sums, and pixels to what a screen shows. Layer 2.
+
+pub mod tonemap;
+
+use crate::math::Rgb;
+
+/// Sums are whole multiples of this radiance: integers add up to the same in any order.
+pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
+/// A sample's components are cut off here, so that 2²¹ samples of each parity fit 63 bits.
+pub const MAX_RADIANCE: f32 = 262_143.0;
+
+/// A rectangle of pixels: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// Behind the last column.
+    pub x1: u32,
+    /// Behind the last row.
+    pub y1: u32,
+}
+
+impl Region {
+    /// All of an image.
+    pub fn whole([width, height]: [u32; 2]) -> Region {
+        Region { x0: 0, y0: 0, x1: width, y1: height }
+    }
+
+    /// Pixels a row.
+    pub fn width(&self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.y1 - self.y0
+    }
+
+    /// How many pixels there are.
+    pub fn area(&self) -> usize {
+        self.width() as usize * self.height() as usize
+    }
+
+    /// The place of a pixel in row order.
+    #[inline(always)]
+    pub fn index(&self, x: u32, y: u32) -> usize {
+        (y - self.y0) as usize * self.width() as usize + (x - self.x0) as usize
+    }
+}
+
+/// What a pixel has gathered, even and odd samples apart: their difference estimates the error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSum {
+    /// Radiance in quanta: even samples, odd samples; red, green, blue.
+    pub sum: [[i64; 3]; 2],
+    /// How many samples were begun, even and odd. A sample may be added in several parts.
+    pub count: [u32; 2],
+}
+
+/// The sums of a region's pixels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Film {
+    region: Region,
+    pixels: Vec<PixelSum>,
+}
+
+impl Film {
+    /// Black.
+    pub fn new(region: Region) -> Film {
+        Film { region, pixels: vec![PixelSum::default(); region.area()] }
+    }
+
+    /// Which pixels it holds.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Their sums, row by row from the top.
+    pub fn pixels(&self) -> &[PixelSum] {
+        &self.pixels
+    }
+
+    /// Adds a part of a sample's radiance.
+    #[inline(always)]
+    pub fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
+        let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
+        sum[0] += quanta(radiance.r);
+        sum[1] += quanta(radiance.g);
+        sum[2] += quanta(radiance.b);
+    }
+
+    /// Counts a sample.
+    #[inline(always)]
+    pub fn count(&mut self, x: u32, y: u32, sample: u32) {
+        self.pixels[self.region.index(x, y)].count[(sample & 1) as usize] += 1;
+    }
+
+    /// Adds another film, whose region must lie within this one's.
+    pub fn merge(&mut self, other: &Film) {
+        let from = other.region;
+        for y in from.y0..from.y1 {
+            let (to, start) = (self.region.index(from.x0, y), from.index(from.x0, y));
+            let width = from.width() as usize;
+            let source = &other.pixels[start..start + width];
+            for (pixel, more) in self.pixels[to..to + width].iter_mut().zip(source) {
+                for parity in 0..2 {
+                    for channel in 0..3 {
+                        pixel.sum[parity][channel] += more.sum[parity][channel];
+                    }
+                    pixel.count[parity] += more.count[parity];
+                }
+            }
+        }
+    }
+
+    /// Mean radiance of each pixel, row by row from the top; black where there is no sample.
+    pub fn radiance(&self) -> Vec<Rgb> {
+        let mean = |p: &PixelSum| {
+            let count = (p.count[0] as f64 + p.count[1] as f64).max(1.0);
+            let channel = |c: usize| ((p.sum[0][c] + p.sum[1][c]) as f64 * QUANTUM / count) as f32;
+            Rgb::new(channel(0), channel(1), channel(2))
+        };
+        self.pixels.iter().map(mean).collect()
+    }
+
+    /// Root mean square of the noise left in the pixels, estimated from the difference of
+    /// even and odd samples; none before every pixel has some of both.
+    pub fn noise(&self) -> Option<f64> {
+        let mut sum = 0.0;
+        for p in &self.pixels {
+            if p.count.contains(&0) {
+                return None;
+            }
+            for c in 0..3 {
+                let mean = |parity: usize| p.sum[parity][c] as f64 * QUANTUM / p.count[parity] as f64;
+                // The mean of two halves has a quarter of the variance of their difference.
+                sum += (mean(0) - mean(1)).powi(2) / 4.0;
+            }
+        }
+        Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
+    }
+
+    /// A 128-bit hash (XXH3) of the region and all sums and counts: equal films, equal hashes.
+    pub fn hash(&self) -> u128 {
+        let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+        let r = self.region;
+        for value in [r.x0, r.y0, r.x1, r.y1] {
+            hasher.update(&value.to_le_bytes());
+        }
+        for pixel in &self.pixels {
+            for sum in pixel.sum.as_flattened() {
+                hasher.update(&sum.to_le_bytes());
+            }
+            for count in pixel.count {
+                hasher.update(&count.to_le_bytes());
+            }
+        }
+        hasher.digest128()
+    }
+}
+
+/// To the nearest quantum; what is negative or not a number counts as none.
+#[inline(always)]
+fn quanta(radiance: f32) -> i64 {
+    let limited = if radiance > 0.0 { radiance } else { 0.0 };
+    let limited = if limited < MAX_RADIANCE { limited } else { MAX_RADIANCE };
+    (limited as f64 * (1.0 / QUANTUM) + 0.5) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn means_noise_and_saturation() {
+        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 });
+        for sample in 0..4 {
+            film.count(2, 3, sample);
+            film.count(3, 3, sample);
+            film.add(2, 3, sample, Rgb::splat(sample as f32));
+            film.add(3, 3, sample, Rgb::new(f32::INFINITY, f32::NAN, -1.0));
+        }
+        let mean = film.radiance();
+        assert_eq!(mean[0], Rgb::splat(1.5));
+        assert_eq!(mean[1], Rgb::new(MAX_RADIANCE, 0.0, 0.0));
+        // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
+        assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn any_split_and_order_gives_the_same_film(
+            samples in prop::collection::vec((0u32..4, 0u32..3, 0u32..8, 0f32..10.0), 1..50),
+            cut in 0usize..50,
+        ) {
+            let region = Region::whole([4, 3]);
+            let fill = |samples: &mut dyn Iterator<Item = &(u32, u32, u32, f32)>| {
+                let mut film = Film::new(region);
+                for &(x, y, sample, value) in samples {
+                    film.count(x, y, sample);
+                    film.add(x, y, sample, Rgb::new(value, value * 0.3, 1.0 / (value + 0.1)));
+                }
+                film
+            };
+            let whole = fill(&mut samples.iter());
+            let cut = cut.min(samples.len());
+            let mut parts = fill(&mut samples[cut..].iter().rev());
+            parts.merge(&fill(&mut samples[..cut].iter()));
+            prop_assert_eq!(whole.hash(), parts.hash());
+            prop_assert_eq!(whole, parts);
+        }
+    }
+}

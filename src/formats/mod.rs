@@ -1,0 +1,86 @@
+//! Files: what a person or another program wrote, read into a [`World`], and what we
+//! write ourselves. The only place that knows file formats. Layer 4.
+
+pub mod obj;
+pub mod picture;
+pub mod ply;
+pub mod ron;
+mod single_mesh;
+pub mod triangulate;
+
+use std::path::Path;
+
+use crate::error::{LoadError, did_you_mean};
+use crate::world::{Assets, Image, Mesh, World};
+
+/// Reads a scene by its file name's extension: `.ron`, or a mesh (`.ply`, `.obj`) that is
+/// then framed and lit.
+pub fn load(path: &Path) -> Result<World, LoadError> {
+    match extension(path).as_str() {
+        "ron" => ron::load(path, &mut Files),
+        "ply" | "obj" => single_mesh::load(path),
+        other => {
+            let hint = did_you_mean(other, ["ron", "ply", "obj"]);
+            let reason = format!("scenes are .ron, .ply or .obj files, not \".{other}\"{hint}");
+            Err(LoadError::invalid(path, reason))
+        }
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Reads the files that a scene refers to, whatever their formats are.
+pub trait AssetFiles {
+    /// Reads a mesh. What it brings along (materials, textures) goes into `assets`, what is
+    /// odd but no error into `warnings`.
+    fn mesh(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<Mesh, LoadError>;
+
+    /// Reads and decodes a picture.
+    fn image(&mut self, path: &Path) -> Result<Image, LoadError>;
+}
+
+/// Files on disk.
+pub struct Files;
+
+impl AssetFiles for Files {
+    fn mesh(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<Mesh, LoadError> {
+        match extension(path).as_str() {
+            "ply" => ply::load(path),
+            "obj" => {
+                // The loader borrows the assets while it asks for images: they are added afterwards.
+                let mut images = Vec::new();
+                let first = assets.images.len() as u32;
+                let mut decode = |path: &Path| {
+                    images.push(picture::load(path)?);
+                    Ok(crate::world::ImageId(first + images.len() as u32 - 1))
+                };
+                let mesh = obj::load(path, assets, warnings, &mut decode);
+                assets.images.append(&mut images);
+                mesh
+            }
+            other => {
+                let hint = did_you_mean(other, ["ply", "obj"]);
+                Err(LoadError::invalid(
+                    path,
+                    format!("meshes are .ply or .obj files, not \".{other}\"{hint}"),
+                ))
+            }
+        }
+    }
+
+    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+        picture::load(path)
+    }
+}

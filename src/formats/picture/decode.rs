@@ -1,0 +1,100 @@
+//! Pictures in, by the `image` crate.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use super::limits;
+use crate::error::LoadError;
+use crate::film::tonemap::srgb_decode;
+use crate::world::{Image, Texels};
+
+/// Extensions in lower case of the formats that can be read.
+const KNOWN: [(&str, ImageFormat); 8] = [
+    ("png", ImageFormat::Png),
+    ("jpg", ImageFormat::Jpeg),
+    ("jpeg", ImageFormat::Jpeg),
+    ("tga", ImageFormat::Tga),
+    ("bmp", ImageFormat::Bmp),
+    ("webp", ImageFormat::WebP),
+    ("hdr", ImageFormat::Hdr),
+    ("exr", ImageFormat::OpenExr),
+];
+
+/// What `bytes` are: by their first few or, where those say nothing, by the extension of `path`.
+pub(super) fn recognise(bytes: &[u8], path: &Path) -> Result<ImageFormat, LoadError> {
+    // Greg Ward's other signature, which the crate does not know.
+    let by_content =
+        if bytes.starts_with(b"#?RGBE") { Some(ImageFormat::Hdr) } else { image::guess_format(bytes).ok() };
+    let is_known = |format: &ImageFormat| KNOWN.iter().any(|(_, known)| known == format);
+    if let Some(format) = by_content.filter(is_known) {
+        return Ok(format);
+    }
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let by_extension = KNOWN.iter().find(|(known, _)| *known == extension).map(|(_, format)| *format);
+    by_extension.ok_or_else(|| {
+        let what = by_content.and_then(|format| format.extensions_str().first()).copied();
+        let what =
+            what.map_or_else(|| "no picture of a known kind".to_owned(), |kind| format!("a .{kind} picture"));
+        let known: Vec<_> = KNOWN.iter().map(|(extension, _)| *extension).collect();
+        LoadError::invalid(
+            path,
+            format!("this is {what}: the kinds that can be read are {}", known.join(", ")),
+        )
+    })
+}
+
+/// A picture of `format`, as it is.
+pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<Image, LoadError> {
+    let refuse = |error: image::ImageError| {
+        let reason = error.to_string().replace('\n', " ");
+        LoadError::invalid(path, format!("the picture cannot be decoded: {reason}"))
+    };
+    let decoder = open(bytes, format).map_err(refuse)?;
+    let (width, height) = decoder.dimensions();
+    let pixel_bytes = if is_wide(decoder.color_type()) { 12 } else { 4 };
+    limits::check(path, [width.into(), height.into()], pixel_bytes, bytes.len())?;
+    let texels = texels(DynamicImage::from_decoder(decoder).map_err(refuse)?);
+    Ok(Image { source: None, width, height, texels })
+}
+
+/// Reads the header only.
+fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDecoder + '_>> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut allowed = Limits::default();
+    allowed.max_alloc = Some(2 * limits::LARGEST_SIZE);
+    reader.limits(allowed);
+    Ok(match format {
+        // Not by the strict way, which knows one of the two signatures.
+        ImageFormat::Hdr => Box::new(HdrDecoder::new_nonstrict(Cursor::new(bytes))?),
+        _ => Box::new(reader.into_decoder()?),
+    })
+}
+
+fn is_wide(color: image::ColorType) -> bool {
+    color.bytes_per_pixel() > color.channel_count()
+}
+
+fn texels(image: DynamicImage) -> Texels {
+    match image {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            Texels::Rgb32(image.into_rgb32f().into_raw().as_chunks().0.to_vec())
+        }
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let linear = |value: u16| LINEAR_OF_16_BIT[usize::from(value)];
+            let words = image.into_rgb16().into_raw();
+            Texels::Rgb32(words.as_chunks().0.iter().map(|texel: &[u16; 3]| texel.map(linear)).collect())
+        }
+        _ => Texels::Rgba8(image.into_rgba8().into_raw().as_chunks().0.to_vec()),
+    }
+}
+
+/// The sRGB curve for every 16-bit value: `pow` a texel would take seconds.
+static LINEAR_OF_16_BIT: LazyLock<Vec<f32>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|value| srgb_decode(f32::from(value) / 65_535.0)).collect());

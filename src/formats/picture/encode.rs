@@ -1,0 +1,332 @@
+//! Rendered images out: which kind, and a file that is either whole or not there.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use tempfile::NamedTempFile;
+
+use super::{encode_openexr, encode_png, encode_radiance};
+use crate::error::SaveError;
+use crate::film::tonemap::DisplayTransform;
+use crate::math::Rgb;
+
+/// Bits a channel of a PNG.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PngBits {
+    /// What every viewer shows.
+    #[default]
+    Eight,
+    /// For further work on the picture: no visible steps.
+    Sixteen,
+}
+
+/// A rendered image on its way to a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Output<'a> {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Linear Rec. 709 radiance, `width * height` pixels, top row first.
+    pub radiance: &'a [Rgb],
+    /// Exposure and tone curve. Only PNG: OpenEXR and Radiance HDR keep the radiance as it is.
+    pub display: DisplayTransform,
+    /// Only PNG.
+    pub bits: PngBits,
+    /// Names and values that go into the file's header.
+    pub metadata: &'a [(String, String)],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Png,
+    OpenExr,
+    Radiance,
+}
+
+/// Writes the image as what the extension of `path` says: `.png` (tone mapped, sRGB),
+/// `.exr` (32-bit float, linear) or `.hdr` (Radiance RGBE, linear). The file appears when
+/// it is complete; until then an older one of that name stays as it was.
+pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
+    let kind = kind(path)?;
+    let pixels = output.width as usize * output.height as usize;
+    if pixels == 0 || pixels != output.radiance.len() {
+        let (width, height, given) = (output.width, output.height, output.radiance.len());
+        return Err(SaveError::new(path, format!("{given} pixels are no image of {width} x {height}")));
+    }
+    let temporary = temporary_beside(path)?;
+    let writer = BufWriter::new(temporary.as_file());
+    let written = match kind {
+        Kind::Png => encode_png::write(writer, output),
+        Kind::OpenExr => encode_openexr::write(writer, output),
+        Kind::Radiance => encode_radiance::write(writer, output),
+    };
+    written.map_err(|reason| SaveError::new(path, reason))?;
+    // Else a rename could reach the disk before the content does.
+    temporary.as_file().sync_all().map_err(|error| SaveError::new(path, error))?;
+    temporary.persist(path).map_err(|error| SaveError::new(path, error.error))?;
+    Ok(())
+}
+
+/// Whether [`save`] could write to `path` now: a known extension, in a folder that exists
+/// and lets files be made. To be asked before an hour of rendering.
+pub fn supported(path: &Path) -> Result<(), SaveError> {
+    kind(path)?;
+    if path.is_dir() {
+        return Err(SaveError::new(path, "this is a folder: give the name of a file"));
+    }
+    temporary_beside(path).map(|_| ())
+}
+
+fn kind(path: &Path) -> Result<Kind, SaveError> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    match extension.to_ascii_lowercase().as_str() {
+        "png" => Ok(Kind::Png),
+        "exr" => Ok(Kind::OpenExr),
+        "hdr" => Ok(Kind::Radiance),
+        _ => Err(SaveError::new(
+            path,
+            "the name must end in .png (tone mapped), .exr or .hdr (linear radiance)",
+        )),
+    }
+}
+
+/// A file in the same folder, for a rename works only within one file system.
+fn temporary_beside(path: &Path) -> Result<NamedTempFile, SaveError> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return Err(SaveError::new(path, format!("there is no folder {folder}: make it first")));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".rayfront-").suffix(".part");
+    // Temporary files are private; this one will be an ordinary file, and the umask applies.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))
+}
+
+/// What the encoders write to.
+pub(super) type Writer<'a> = BufWriter<&'a File>;
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use exr::meta::attribute::AttributeValue;
+
+    use super::super::load_linear;
+    use super::*;
+    use crate::film::tonemap::srgb_encode;
+    use crate::world::Tonemap;
+
+    const WIDTH: u32 = 37;
+    const HEIGHT: u32 = 11;
+
+    fn picture() -> Vec<Rgb> {
+        let pixel = |index: u32| {
+            let t = f64::from(index) / f64::from(WIDTH * HEIGHT);
+            let radiance = libm::exp2(t * 20.0 - 12.0) as f32;
+            Rgb::new(radiance, radiance * 0.37, if index.is_multiple_of(5) { 0.0 } else { 0.001 })
+        };
+        (0..WIDTH * HEIGHT).map(pixel).collect()
+    }
+
+    fn metadata() -> Vec<(String, String)> {
+        let pairs = [("seed", "42"), ("settings", "samples: 16\ndepth: 8"), ("owner", "Zoë")];
+        pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec()
+    }
+
+    fn output<'a>(radiance: &'a [Rgb], metadata: &'a [(String, String)], bits: PngBits) -> Output<'a> {
+        let display = DisplayTransform::new(Tonemap::Clamp, 0.0, radiance);
+        Output { width: WIDTH, height: HEIGHT, radiance, display, bits, metadata }
+    }
+
+    fn in_folder(name: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join(name);
+        (folder, path)
+    }
+
+    fn saved(name: &str, bits: PngBits) -> (tempfile::TempDir, PathBuf) {
+        let (folder, path) = in_folder(name);
+        save(&path, &output(&picture(), &metadata(), bits)).expect("saving");
+        (folder, path)
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let (_folder, path) = saved("a.exr", PngBits::Eight);
+        assert_eq!(load_linear(&path).unwrap(), (WIDTH, HEIGHT, picture()));
+    }
+
+    #[test]
+    fn png_keeps_what_its_bits_can() {
+        for (bits, steps) in [(PngBits::Eight, 255.0), (PngBits::Sixteen, 65_535.0)] {
+            let (_folder, path) = saved("a.png", bits);
+            let (width, height, pixels) = load_linear(&path).unwrap();
+            assert_eq!((width, height), (WIDTH, HEIGHT));
+            for (read, written) in pixels.iter().zip(picture()) {
+                for (read, written) in read.to_array().into_iter().zip(written.to_array()) {
+                    let error = srgb_encode(read) - srgb_encode(written.min(1.0));
+                    assert!(error.abs() <= 0.501 / steps, "{read} for {written}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn hdr_keeps_the_brightest_component_within_a_percent() {
+        let (_folder, path) = saved("a.hdr", PngBits::Eight);
+        let (width, height, pixels) = load_linear(&path).unwrap();
+        assert_eq!((width, height), (WIDTH, HEIGHT));
+        for (read, written) in pixels.iter().zip(picture()) {
+            let tolerance = 0.01 * written.max_component();
+            for (read, written) in read.to_array().into_iter().zip(written.to_array()) {
+                assert!((read - written).abs() <= tolerance, "{read} for {written}");
+            }
+        }
+    }
+
+    #[test]
+    fn hdr_takes_every_width_and_every_value() {
+        let odd = [0.0, 1e-45, 1e-38, 0.999_999, 1.0, 3.3e38, f32::INFINITY, f32::NAN, -4.0];
+        for width in [1_u32, 7, 8, 300, 32_768] {
+            let row: Vec<_> = (0..width as usize).map(|x| Rgb::splat(odd[(x / 3) % odd.len()])).collect();
+            let (_folder, path) = in_folder("a.hdr");
+            let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
+            let bits = PngBits::Eight;
+            save(&path, &Output { width, height: 1, radiance: &row, display, bits, metadata: &[] }).unwrap();
+            for (read, written) in load_linear(&path).unwrap().2.iter().zip(&row) {
+                let wanted = if written.r > 0.0 { written.r.min(1.69e38) } else { 0.0 };
+                assert!((read.r - wanted).abs() <= wanted * 0.01 + 1e-38, "{} for {}", read.r, written.r);
+            }
+        }
+    }
+
+    #[test]
+    fn png_says_that_it_is_srgb_and_carries_metadata() {
+        let (_folder, path) = saved("a.png", PngBits::Sixteen);
+        let file = std::io::BufReader::new(File::open(path).unwrap());
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        let info = reader.info();
+        assert!(info.srgb.is_some());
+        assert_eq!((info.bit_depth, info.color_type), (png::BitDepth::Sixteen, png::ColorType::Rgb));
+        let texts =
+            info.uncompressed_latin1_text.iter().map(|text| (text.keyword.clone(), text.text.clone()));
+        assert_eq!(texts.collect::<Vec<_>>(), metadata());
+    }
+
+    #[test]
+    fn exr_says_what_its_colours_are_and_carries_metadata() {
+        let (_folder, path) = saved("a.exr", PngBits::Eight);
+        let header = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers.remove(0);
+        let names: Vec<_> = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        assert_eq!(names, ["B", "G", "R"]);
+        assert!(header.channels.list.iter().all(|c| c.sample_type == exr::meta::attribute::SampleType::F32));
+        assert_eq!(header.compression, exr::compression::Compression::ZIP16);
+        assert_eq!(header.shared_attributes.chromaticities.unwrap().red, exr::math::Vec2(0.64, 0.33));
+        let text = |name: &str| match header.own_attributes.other.get(&exr::prelude::Text::from(name)) {
+            Some(AttributeValue::Text(text)) => text.to_string(),
+            other => panic!("{name}: {other:?}"),
+        };
+        assert_eq!(text("seed"), "42");
+        assert_eq!(text("settings"), "samples: 16\ndepth: 8");
+        // The format has a meaning for this name, and its texts here are ASCII.
+        assert_eq!(text("rayfront owner"), "Zo?");
+    }
+
+    #[test]
+    fn the_same_image_is_the_same_file() {
+        for name in ["a.png", "a.exr", "a.hdr"] {
+            let ((_one, first), (_two, second)) = (saved(name, PngBits::Eight), saved(name, PngBits::Eight));
+            assert_eq!(std::fs::read(first).unwrap(), std::fs::read(second).unwrap(), "{name}");
+        }
+    }
+
+    #[test]
+    fn awkward_metadata_does_not_cost_the_image() {
+        let long = "name ".repeat(100);
+        let pairs = [
+            ("", "x"),
+            (long.as_str(), "\0"),
+            ("日本", "日本\n\n"),
+            ("type", "t"),
+            ("seed", ""),
+            ("channels", "R"),
+        ];
+        let metadata = pairs.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        for name in ["a.png", "a.exr", "a.hdr"] {
+            let (_folder, path) = in_folder(name);
+            save(&path, &output(&picture(), &metadata, PngBits::Eight)).unwrap();
+            assert_eq!(load_linear(&path).unwrap().0, WIDTH, "{name}");
+        }
+    }
+
+    #[test]
+    fn only_png_is_exposed_and_tone_mapped() {
+        let pixels = vec![Rgb::splat(0.5); (WIDTH * HEIGHT) as usize];
+        for (name, wanted) in [("a.png", 0.25), ("a.exr", 0.5), ("a.hdr", 0.5)] {
+            let (_folder, path) = in_folder(name);
+            let display = DisplayTransform::new(Tonemap::Clamp, -1.0, &pixels);
+            save(&path, &Output { display, ..output(&pixels, &[], PngBits::Sixteen) }).unwrap();
+            let read = load_linear(&path).unwrap().2[0];
+            assert!((read.r - wanted).abs() < 1e-4, "{name}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn a_failing_save_leaves_the_old_file_and_nothing_else() {
+        let (folder, path) = saved("a.png", PngBits::Eight);
+        let before = std::fs::read(&path).unwrap();
+        let pixels = picture();
+        let too_few = output(&pixels[1..], &[], PngBits::Eight);
+        assert!(
+            save(&path, &too_few).unwrap_err().to_string().contains("406 pixels are no image of 37 x 11")
+        );
+        // A folder cannot be replaced: fails at the very end.
+        let taken = folder.path().join("taken.png");
+        std::fs::create_dir(&taken).unwrap();
+        assert!(save(&taken, &output(&pixels, &[], PngBits::Eight)).is_err());
+        assert!(supported(&taken).unwrap_err().to_string().contains("this is a folder"));
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn an_older_file_is_replaced() {
+        let (folder, path) = saved("a.png", PngBits::Eight);
+        let before = std::fs::read(&path).unwrap();
+        save(&path, &output(&picture(), &metadata(), PngBits::Sixteen)).unwrap();
+        assert_ne!(std::fs::read(&path).unwrap(), before);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_file_is_as_readable_as_any_new_one() {
+        use std::os::unix::fs::PermissionsExt;
+        let (folder, path) = saved("a.png", PngBits::Eight);
+        let ordinary = folder.path().join("ordinary");
+        std::fs::write(&ordinary, "").unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&path), mode(&ordinary));
+    }
+
+    #[test]
+    fn bad_names_are_refused_before_rendering() {
+        for name in ["a.jpg", "a", ".png", "a.png.part"] {
+            let error = supported(Path::new(name)).unwrap_err().to_string();
+            assert!(error.contains("must end in .png"), "{error}");
+        }
+        let error = supported(Path::new("no/such/folder/a.png")).unwrap_err().to_string();
+        assert!(error.contains("there is no folder no/such/folder: make it first"), "{error}");
+        let (folder, path) = in_folder("A.PNG");
+        supported(&path).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,75 @@
+//! OpenEXR out: 32-bit float, linear Rec. 709, ZIP.
+
+use std::io::{Cursor, Write};
+
+use exr::image::write::WritableImage;
+use exr::image::{Encoding, Image, Layer, SpecificChannels};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
+use exr::meta::header::{LayerAttributes, standard_names};
+
+use super::encode::{Output, Writer};
+
+/// Bytes before the first attribute: magic number and version.
+const ATTRIBUTES_START: usize = 8;
+
+/// Returns why it failed.
+pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
+    let width = output.width as usize;
+    let size = Vec2(width, output.height as usize);
+    let mut attributes =
+        LayerAttributes { software_name: Text::new_or_none("rayfront"), ..Default::default() };
+    for (name, value) in output.metadata {
+        if let (Some(name), Some(value)) = (attribute_name(name), latin_text(value)) {
+            attributes.other.insert(name, AttributeValue::Text(value));
+        }
+    }
+    let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
+        let pixel = output.radiance[position.y() * width + position.x()];
+        (pixel.r, pixel.g, pixel.b)
+    });
+    let mut image = Image::from_layer(Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels));
+    image.attributes.chromaticities = Some(Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.30, 0.60),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.3290),
+    });
+    let mut file = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut file).map_err(|error| error.to_string())?;
+    let mut file = file.into_inner();
+    sort_attributes(&mut file).ok_or("the header could not be put in order")?;
+    writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
+}
+
+/// A name that the format lets us use: not empty, and not one that it has a meaning for.
+fn attribute_name(name: &str) -> Option<Text> {
+    let reserved = standard_names::ALL.contains(&name.as_bytes());
+    let name = if reserved || name.is_empty() { format!("rayfront {name}") } else { name.to_owned() };
+    latin_text(&name.replace('\0', " ").chars().take(255).collect::<String>())
+}
+
+/// The crate's texts hold one byte a character.
+fn latin_text(text: &str) -> Option<Text> {
+    Text::new_or_none(text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect::<String>())
+}
+
+/// Puts the attributes of a single-part file's header in the order of their names: the
+/// crate writes them in the random order of a hash map, and the same image should be the
+/// same file. Lengths and offsets do not change. None if the header is not what it should be.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    let mut attributes = Vec::new();
+    let mut at = ATTRIBUTES_START;
+    while *file.get(at)? != 0 {
+        let name_end = at + file.get(at..)?.iter().position(|byte| *byte == 0)?;
+        let type_end = name_end + 1 + file.get(name_end + 1..)?.iter().position(|byte| *byte == 0)?;
+        let length = file.get(type_end + 1..type_end + 5)?;
+        let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
+        let end = type_end + 5 + length;
+        attributes.push(file.get(at..end)?.to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[ATTRIBUTES_START..at].copy_from_slice(&attributes.concat());
+    Some(())
+}

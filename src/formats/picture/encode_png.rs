@@ -1,0 +1,49 @@
+//! PNG out: tone mapped, in the sRGB curve, marked as sRGB.
+
+use std::io::Write;
+
+use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
+
+use super::encode::{Output, PngBits, Writer};
+
+/// Returns why it failed.
+pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
+    encode(&mut writer, output).map_err(|error| error.to_string())?;
+    writer.flush().map_err(|error| error.to_string())
+}
+
+fn encode(writer: &mut Writer<'_>, output: &Output<'_>) -> Result<(), png::EncodingError> {
+    let mut encoder = Encoder::new(writer, output.width, output.height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(match output.bits {
+        PngBits::Eight => BitDepth::Eight,
+        PngBits::Sixteen => BitDepth::Sixteen,
+    });
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    for (name, value) in output.metadata {
+        let value = value.replace('\0', " ");
+        if value.chars().all(|c| u32::from(c) < 256) {
+            encoder.add_text_chunk(keyword(name), value)?;
+        } else {
+            encoder.add_itxt_chunk(keyword(name), value)?;
+        }
+    }
+    let radiance = output.radiance.iter().copied();
+    let bytes: Vec<u8> = match output.bits {
+        PngBits::Eight => radiance.flat_map(|pixel| output.display.apply_8_bit(pixel)).collect(),
+        PngBits::Sixteen => {
+            radiance.flat_map(|pixel| output.display.apply_16_bit(pixel)).flat_map(u16::to_be_bytes).collect()
+        }
+    };
+    let mut image = encoder.write_header()?;
+    image.write_image_data(&bytes)?;
+    image.finish()
+}
+
+/// A name as the format wants it: 1 to 79 printable Latin-1 characters. An image is
+/// worth more than the exact spelling of its metadata.
+fn keyword(name: &str) -> String {
+    let printable = |c: char| matches!(u32::from(c), 32..=126 | 161..=255);
+    let name: String = name.trim().chars().take(79).map(|c| if printable(c) { c } else { '?' }).collect();
+    if name.is_empty() { "Comment".to_owned() } else { name }
+}

@@ -1,0 +1,47 @@
+//! What a picture may ask for, checked on its header before pixels are allocated.
+
+use std::path::Path;
+
+use crate::error::LoadError;
+
+/// Pixels along a side.
+pub const LARGEST_SIDE: u64 = 65_536;
+/// Bytes of a decoded picture.
+pub const LARGEST_SIZE: u64 = 2 << 30;
+/// Decoded bytes for a byte of the file. Deflate packs up to 1,032 bytes into one, each of
+/// which may be eight pixels of one bit that become four bytes each: 33,024; the rest is
+/// reserve for the other formats.
+const LARGEST_EXPANSION: u64 = 1 << 16;
+/// Decoded bytes that any file may have, however short.
+const ALWAYS_ALLOWED: u64 = 16 << 20;
+
+/// Refuses a picture of `width` times `height` pixels that are to become `pixel_bytes`
+/// each if it is too large, or larger than a file of `file_bytes` can honestly be.
+pub(super) fn check(
+    path: &Path,
+    [width, height]: [u64; 2],
+    pixel_bytes: u64,
+    file_bytes: usize,
+) -> Result<(), LoadError> {
+    let refuse = |reason: String| Err(LoadError::invalid(path, reason));
+    if width == 0 || height == 0 {
+        return refuse(format!("the picture has no pixels ({width} x {height})"));
+    }
+    if width > LARGEST_SIDE || height > LARGEST_SIDE {
+        return refuse(format!(
+            "the picture is {width} x {height} pixels: at most {LARGEST_SIDE} along a side can be read"
+        ));
+    }
+    let size = width * height * pixel_bytes;
+    if size > LARGEST_SIZE {
+        return refuse(format!(
+            "the picture is {width} x {height} pixels, {size} bytes when decoded: at most {LARGEST_SIZE} can be read"
+        ));
+    }
+    if size > ALWAYS_ALLOWED && size / LARGEST_EXPANSION > file_bytes as u64 {
+        return refuse(format!(
+            "the picture claims to be {width} x {height} pixels, which a file of {file_bytes} bytes does not hold"
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! PLY, the Stanford polygon format (Turk 1994): one mesh a file, as text or in either byte order.
+//!
+//! Written by hand because the one maintained crate for it (ply-rs-bw) stores each element by
+//! property names, which takes minutes and many times the memory for ten million triangles, and
+//! because it knows neither strips nor texture coordinates by face.
+//!
+//! What is read: `vertex` with x, y, z, normals, texture coordinates and colours; `face` with
+//! `vertex_indices` and MeshLab's `texcoord`; `tristrips`. All else is skipped. Integer colours
+//! are taken to be sRGB, floating ones to be linear. PLY's v points up and ours down, so v
+//! becomes 1 − v. Vertices and faces are counted from 0, as in the file's own indices.
+
+mod faces;
+mod header;
+mod source;
+mod vertices;
+mod write;
+
+use std::path::Path;
+
+use crate::error::LoadError;
+use crate::world::Mesh;
+
+use header::{Element, Encoding, Header};
+use source::{Ascii, Binary, Source};
+
+pub use write::{save, write};
+
+/// Reads a mesh from a PLY file.
+pub fn load(path: &Path) -> Result<Mesh, LoadError> {
+    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    parse(&bytes, path)
+}
+
+/// Reads a mesh from the content of a PLY file; `path` is what it is called in errors.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
+    let (header, body) = Header::parse(bytes).map_err(|fault| LoadError::At {
+        file: path.to_owned(),
+        line: fault.line,
+        column: 1,
+        reason: fault.reason,
+    })?;
+    let mesh = match header.encoding {
+        Encoding::Ascii => read_body(Ascii::new(body), &header),
+        Encoding::LittleEndian => read_body(Binary::<false>::new(body), &header),
+        Encoding::BigEndian => read_body(Binary::<true>::new(body), &header),
+    };
+    let mut mesh = mesh.map_err(|reason| LoadError::invalid(path, reason))?;
+    mesh.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    mesh.source = Some(path.to_owned());
+    Ok(mesh)
+}
+
+/// Reads all elements that matter. Faces may come before vertices, but can't be read before
+/// them, so their place is kept.
+fn read_body<S: Source>(mut source: S, header: &Header) -> Result<Mesh, String> {
+    let mut mesh = Mesh::default();
+    let mut has_vertices = false;
+    let mut polygons: Vec<(S, &Element)> = Vec::new();
+    let last = header.elements.iter().rposition(|element| Element::is_wanted(&element.name));
+    for (i, element) in header.elements.iter().enumerate() {
+        source.check_room(element)?;
+        match element.name.as_str() {
+            "vertex" => {
+                vertices::read(&mut source, element, &mut mesh)?;
+                has_vertices = true;
+                continue;
+            }
+            "face" | "tristrips" if element.count > 0 => polygons.push((source.clone(), element)),
+            _ => {}
+        }
+        if last.is_none_or(|last| i >= last) {
+            break;
+        }
+        source.skip_element(element)?;
+    }
+    if !has_vertices {
+        return Err("has no vertices: there is no element \"vertex\" in its header".into());
+    }
+    for (mut source, element) in polygons {
+        faces::read(&mut source, element, &mut mesh)?;
+    }
+    if mesh.triangles.is_empty() {
+        return Err("has no faces (is it a point cloud?): make a surface of it first".into());
+    }
+    Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests;

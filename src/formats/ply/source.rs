@@ -1,0 +1,222 @@
+//! Numbers out of a PLY file's body, as text or binary.
+
+use super::header::{Element, Kind, Scalar};
+
+/// Why a number could not be had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The file is over.
+    End,
+    /// The last word is no number.
+    NotANumber,
+    /// The last word is no integer, or one that its type can't hold.
+    NotAnInteger,
+}
+
+/// A place in the body that numbers are taken from, in order.
+pub trait Source: Clone {
+    /// The next number, rounded to a float; integers as they are.
+    fn float(&mut self, scalar: Scalar) -> Result<f32, Fault>;
+    /// The next number, of an integer type.
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault>;
+    /// Passes over `count` numbers.
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault>;
+    /// Passes over rows of equal size.
+    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault>;
+    /// The most numbers of that type that the rest of the file can hold.
+    fn room(&self, scalar: Scalar) -> u64;
+    /// The most rows that the rest of the file can hold, given that a row takes any room.
+    fn room_for_rows(&self, element: &Element) -> u64;
+    /// What is wrong, in words.
+    fn describe(&self, fault: Fault) -> String;
+
+    /// The length of a list, which the rest of the file can hold.
+    fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<u64, Fault> {
+        let count = u64::try_from(self.integer(count)?).map_err(|_| Fault::NotAnInteger)?;
+        if count > self.room(item) { Err(Fault::End) } else { Ok(count) }
+    }
+
+    /// Passes over one property.
+    fn skip_property(&mut self, kind: Kind) -> Result<(), Fault> {
+        match kind {
+            Kind::Scalar(scalar) => self.skip(scalar, 1),
+            Kind::List { count, item } => {
+                let count = self.list_length(count, item)?;
+                self.skip(item, count)
+            }
+        }
+    }
+
+    /// Passes over a whole element.
+    fn skip_element(&mut self, element: &Element) -> Result<(), String> {
+        if element.has_fixed_size() {
+            let skipped = self.skip_rows(element);
+            return skipped.map_err(|fault| format!("{}: {}", element.name, self.describe(fault)));
+        }
+        for row in 0..element.count {
+            for property in &element.properties {
+                let skipped = self.skip_property(property.kind);
+                skipped.map_err(|fault| format!("{} {row}: {}", element.name, self.describe(fault)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses an element that promises more rows than the file can hold, so that no promise
+    /// is worth more memory than the file itself.
+    fn check_room(&self, element: &Element) -> Result<(), String> {
+        let room = self.room_for_rows(element);
+        if element.properties.is_empty() || element.count <= room {
+            return Ok(());
+        }
+        Err(format!(
+            "the header promises {} of element {}, but the file has room for at most {room}: it is cut short or damaged",
+            element.count, element.name
+        ))
+    }
+}
+
+/// Decimal numbers between white space.
+#[derive(Clone)]
+pub struct Ascii<'a> {
+    rest: &'a [u8],
+    word: &'a [u8],
+}
+
+impl<'a> Ascii<'a> {
+    /// From a file's body.
+    pub fn new(body: &'a [u8]) -> Self {
+        Self { rest: body, word: &[] }
+    }
+
+    fn next_word(&mut self) -> Result<&'a [u8], Fault> {
+        let start = self.rest.iter().position(|b| *b > b' ').ok_or(Fault::End)?;
+        let rest = &self.rest[start..];
+        let end = rest.iter().position(|b| *b <= b' ').unwrap_or(rest.len());
+        (self.word, self.rest) = rest.split_at(end);
+        Ok(self.word)
+    }
+
+    /// A number takes a digit and a separator, but for the last one.
+    fn room_for_numbers(&self) -> u64 {
+        (self.rest.len() as u64).div_ceil(2)
+    }
+}
+
+impl Source for Ascii<'_> {
+    fn float(&mut self, _scalar: Scalar) -> Result<f32, Fault> {
+        let word = std::str::from_utf8(self.next_word()?).map_err(|_| Fault::NotANumber)?;
+        word.parse().map_err(|_| Fault::NotANumber)
+    }
+
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault> {
+        let word = std::str::from_utf8(self.next_word()?).map_err(|_| Fault::NotAnInteger)?;
+        let value: i64 = word.parse().map_err(|_| Fault::NotAnInteger)?;
+        let (least, most) = scalar.range();
+        if (least..=most).contains(&value) { Ok(value) } else { Err(Fault::NotAnInteger) }
+    }
+
+    fn skip(&mut self, _scalar: Scalar, count: u64) -> Result<(), Fault> {
+        (0..count).try_for_each(|_| self.next_word().map(drop))
+    }
+
+    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault> {
+        let columns = element.properties.len() as u64;
+        self.skip(Scalar::U8, element.count.saturating_mul(columns))
+    }
+
+    fn room(&self, _scalar: Scalar) -> u64 {
+        self.room_for_numbers()
+    }
+
+    fn room_for_rows(&self, element: &Element) -> u64 {
+        self.room_for_numbers() / (element.properties.len() as u64).max(1)
+    }
+
+    fn describe(&self, fault: Fault) -> String {
+        let word: String = String::from_utf8_lossy(self.word).chars().take(40).collect();
+        match fault {
+            Fault::End => "the file ends here: it is cut short".into(),
+            Fault::NotANumber => format!("{word:?} is not a number"),
+            Fault::NotAnInteger => format!("{word:?} is not an integer that fits here"),
+        }
+    }
+}
+
+/// Numbers as bytes, the most significant first if `BIG`.
+#[derive(Clone)]
+pub struct Binary<'a, const BIG: bool> {
+    rest: &'a [u8],
+}
+
+impl<'a, const BIG: bool> Binary<'a, BIG> {
+    /// From a file's body.
+    pub fn new(body: &'a [u8]) -> Self {
+        Self { rest: body }
+    }
+
+    #[inline(always)]
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let (bytes, rest) = self.rest.split_first_chunk::<N>().ok_or(Fault::End)?;
+        self.rest = rest;
+        let mut bytes = *bytes;
+        if BIG {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    fn pass(&mut self, bytes: u64) -> Result<(), Fault> {
+        let bytes = usize::try_from(bytes).map_err(|_| Fault::End)?;
+        self.rest = self.rest.get(bytes..).ok_or(Fault::End)?;
+        Ok(())
+    }
+}
+
+impl<const BIG: bool> Source for Binary<'_, BIG> {
+    #[inline(always)]
+    fn float(&mut self, scalar: Scalar) -> Result<f32, Fault> {
+        Ok(match scalar {
+            Scalar::F32 => f32::from_le_bytes(self.bytes()?),
+            Scalar::F64 => f64::from_le_bytes(self.bytes()?) as f32,
+            _ => self.integer(scalar)? as f32,
+        })
+    }
+
+    #[inline(always)]
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault> {
+        Ok(match scalar {
+            Scalar::I8 => i8::from_le_bytes(self.bytes()?).into(),
+            Scalar::U8 => u8::from_le_bytes(self.bytes()?).into(),
+            Scalar::I16 => i16::from_le_bytes(self.bytes()?).into(),
+            Scalar::U16 => u16::from_le_bytes(self.bytes()?).into(),
+            Scalar::I32 => i32::from_le_bytes(self.bytes()?).into(),
+            Scalar::U32 => u32::from_le_bytes(self.bytes()?).into(),
+            Scalar::F32 | Scalar::F64 => return Err(Fault::NotAnInteger),
+        })
+    }
+
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault> {
+        self.pass(count.saturating_mul(scalar.size() as u64))
+    }
+
+    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault> {
+        self.pass(element.count.saturating_mul(element.least_size()))
+    }
+
+    fn room(&self, scalar: Scalar) -> u64 {
+        (self.rest.len() / scalar.size()) as u64
+    }
+
+    fn room_for_rows(&self, element: &Element) -> u64 {
+        self.rest.len() as u64 / element.least_size().max(1)
+    }
+
+    fn describe(&self, fault: Fault) -> String {
+        match fault {
+            Fault::End => "the file ends here: it is cut short".into(),
+            Fault::NotANumber => "not a number".into(),
+            Fault::NotAnInteger => "a list's length is below zero".into(),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The `vertex` element.
+
+use crate::film::tonemap::srgb_decode;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::world::Mesh;
+
+use super::header::{Element, Kind, Scalar};
+use super::source::{Fault, Source};
+
+/// Where in a row's values a property goes: position, normal, texture coordinates, colour.
+const POSITION: usize = 0;
+const NORMAL: usize = 3;
+const UV: usize = 6;
+const COLOR: usize = 8;
+const SLOTS: usize = 11;
+
+/// The names that a slot's property may have, the usual one first.
+const NAMES: [&[&str]; SLOTS] = [
+    &["x"],
+    &["y"],
+    &["z"],
+    &["nx"],
+    &["ny"],
+    &["nz"],
+    &["u", "s", "texture_u", "texture_s"],
+    &["v", "t", "texture_v", "texture_t"],
+    &["red", "diffuse_red"],
+    &["green", "diffuse_green"],
+    &["blue", "diffuse_blue"],
+];
+
+/// What to do with each property of a row, and what is there.
+struct Layout {
+    /// A slot and a type, or what to skip.
+    steps: Vec<Step>,
+    /// The type of each slot that is there.
+    types: [Option<Scalar>; SLOTS],
+}
+
+enum Step {
+    Keep(usize, Scalar),
+    Skip(Kind),
+}
+
+impl Layout {
+    fn new(element: &Element) -> Result<Layout, String> {
+        let mut types = [None; SLOTS];
+        let mut steps = Vec::with_capacity(element.properties.len());
+        for property in &element.properties {
+            let slot = NAMES.iter().position(|names| names.contains(&property.name.as_str()));
+            steps.push(match (slot, property.kind) {
+                (Some(slot), Kind::Scalar(scalar)) if types[slot].is_none() => {
+                    types[slot] = Some(scalar);
+                    Step::Keep(slot, scalar)
+                }
+                (_, kind) => Step::Skip(kind),
+            });
+        }
+        for (slot, name) in ["x", "y", "z"].iter().enumerate() {
+            if types[slot].is_none() {
+                return Err(format!("element vertex has no property {name}"));
+            }
+        }
+        Ok(Layout { steps, types })
+    }
+
+    fn has(&self, slots: std::ops::Range<usize>) -> bool {
+        self.types[slots].iter().all(Option::is_some)
+    }
+
+    fn read_row<S: Source>(&self, source: &mut S, row: &mut [f32; SLOTS]) -> Result<(), Fault> {
+        for step in &self.steps {
+            match *step {
+                Step::Keep(slot, scalar) => row[slot] = source.float(scalar)?,
+                Step::Skip(kind) => source.skip_property(kind)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads all vertices into an empty mesh.
+pub fn read<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
+    let layout = Layout::new(element)?;
+    if element.count > u64::from(u32::MAX) {
+        return Err(format!("{} vertices are too many: at most {} fit", element.count, u32::MAX));
+    }
+    let count = element.count as usize;
+    let [has_normals, has_uvs, has_colors] =
+        [NORMAL..UV, UV..COLOR, COLOR..SLOTS].map(|slots| layout.has(slots));
+    let capacity = |present| if present { count } else { 0 };
+    mesh.positions.reserve_exact(count);
+    mesh.normals.reserve_exact(capacity(has_normals));
+    mesh.uvs.reserve_exact(capacity(has_uvs));
+    mesh.colors.reserve_exact(capacity(has_colors));
+    let colors = ColorCurve::new();
+    let mut row = [0.0; SLOTS];
+    for i in 0..count {
+        let read = layout.read_row(source, &mut row);
+        read.map_err(|fault| format!("vertex {i}: {}", source.describe(fault)))?;
+        let position = Vec3::new(row[POSITION], row[POSITION + 1], row[POSITION + 2]);
+        if !position.is_finite() {
+            return Err(format!("vertex {i}: its position {position} is not finite"));
+        }
+        mesh.positions.push(position);
+        if has_normals {
+            let normal = Vec3::new(row[NORMAL], row[NORMAL + 1], row[NORMAL + 2]);
+            mesh.normals.push(if normal.is_finite() { normal } else { Vec3::ZERO });
+        }
+        if has_uvs {
+            let [u, v] = [UV, UV + 1].map(|slot| normalized(row[slot], layout.types[slot]));
+            mesh.uvs.push(uv_from_file(u, v));
+        }
+        if has_colors {
+            let [r, g, b] =
+                [COLOR, COLOR + 1, COLOR + 2].map(|slot| colors.to_linear(row[slot], layout.types[slot]));
+            mesh.colors.push(Rgb::new(r, g, b));
+        }
+    }
+    Ok(())
+}
+
+/// Texture coordinates from the image's bottom left to ours from its top left; zero if they
+/// are not finite.
+pub fn uv_from_file(u: f32, v: f32) -> Vec2 {
+    let uv = Vec2::new(u, 1.0 - v);
+    if uv.is_finite() { uv } else { Vec2::ZERO }
+}
+
+/// Unsigned texture coordinates stand for 0 to 1.
+fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
+    match scalar {
+        Some(Scalar::U8) => value / 255.0,
+        Some(Scalar::U16) => value / 65535.0,
+        _ => value,
+    }
+}
+
+/// From the colours of files to linear ones.
+struct ColorCurve {
+    of_byte: [f32; 256],
+}
+
+impl ColorCurve {
+    fn new() -> Self {
+        Self { of_byte: std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)) }
+    }
+
+    /// Integers are sRGB: of 0 to 65,535 if `ushort`, of 0 to 255 otherwise. Floats are linear;
+    /// what is no colour counts as 1, which changes nothing.
+    fn to_linear(&self, value: f32, scalar: Option<Scalar>) -> f32 {
+        match scalar {
+            Some(Scalar::F32 | Scalar::F64) if value.is_finite() => value.max(0.0),
+            Some(Scalar::F32 | Scalar::F64) => 1.0,
+            Some(Scalar::U16) => srgb_decode(value / 65535.0),
+            // The cast saturates, so that it is within the table.
+            _ => self.of_byte[usize::from(value as u8)],
+        }
+    }
+}

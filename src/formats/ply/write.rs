@@ -1,0 +1,68 @@
+//! Writing a mesh as binary PLY.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::error::SaveError;
+use crate::world::Mesh;
+
+/// Writes a mesh to a file, as [`write()`] does.
+pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
+    let to_error = |error: io::Error| SaveError::new(path, error);
+    let mut file = io::BufWriter::with_capacity(1 << 20, std::fs::File::create(path).map_err(to_error)?);
+    write(mesh, &mut file).map_err(to_error)?;
+    file.flush().map_err(to_error)
+}
+
+/// Writes positions, triangles and whichever of normals, texture coordinates and colours
+/// there are, little-endian. Reading gives the same floats again, except that v is stored as
+/// 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1 and within 2⁻²⁴ of anything between
+/// them. Name and materials are not part of it.
+pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
+    let vertices = mesh.positions.len();
+    let [has_normals, has_uvs, has_colors] = [mesh.normals.len(), mesh.uvs.len(), mesh.colors.len()]
+        .map(|length| if length == 0 { Ok(false) } else { check(length == vertices).map(|()| true) });
+    let (has_normals, has_uvs, has_colors) = (has_normals?, has_uvs?, has_colors?);
+    writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}")?;
+    let columns =
+        [("x y z", true), ("nx ny nz", has_normals), ("s t", has_uvs), ("red green blue", has_colors)];
+    for name in columns.iter().filter(|c| c.1).flat_map(|c| c.0.split(' ')) {
+        writeln!(out, "property float {name}")?;
+    }
+    // The type that every other program reads, where it will do.
+    let index = if i32::try_from(vertices).is_ok() { "int" } else { "uint" };
+    writeln!(
+        out,
+        "element face {}\nproperty list uchar {index} vertex_indices\nend_header",
+        mesh.triangles.len()
+    )?;
+    for i in 0..vertices {
+        write_floats(&mut out, mesh.positions[i].to_array())?;
+        if has_normals {
+            write_floats(&mut out, mesh.normals[i].to_array())?;
+        }
+        if has_uvs {
+            write_floats(&mut out, [mesh.uvs[i].x, 1.0 - mesh.uvs[i].y])?;
+        }
+        if has_colors {
+            write_floats(&mut out, mesh.colors[i].to_array())?;
+        }
+    }
+    for triangle in &mesh.triangles {
+        let mut bytes = [3; 13];
+        for (place, index) in bytes[1..].chunks_exact_mut(4).zip(triangle) {
+            place.copy_from_slice(&index.to_le_bytes());
+        }
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+fn check(lengths_agree: bool) -> io::Result<()> {
+    let error = || io::Error::other("a mesh's normals, texture coordinates and colours must be one a vertex");
+    lengths_agree.then_some(()).ok_or_else(error)
+}
+
+fn write_floats<const N: usize>(out: &mut impl Write, floats: [f32; N]) -> io::Result<()> {
+    floats.iter().try_for_each(|float| out.write_all(&float.to_le_bytes()))
+}

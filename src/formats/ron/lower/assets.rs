@@ -1,0 +1,107 @@
+//! The files that a scene refers to, each read once.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::LoadError;
+use crate::formats::AssetFiles;
+use crate::formats::ron::source::{Raw, Source};
+use crate::world::{ImageId, MeshId, Texture, TextureId, World};
+
+/// What was read so far.
+pub(super) struct AssetCache<'s> {
+    files: &'s mut dyn AssetFiles,
+    /// The scene file's.
+    folder: PathBuf,
+    /// By the path as it is written in the scene and by the file's one true path.
+    meshes: HashMap<PathBuf, MeshId>,
+    images: HashMap<PathBuf, ImageId>,
+    textures: HashMap<TextureKey, TextureId>,
+}
+
+/// A [`Texture`] by its bits.
+type TextureKey = (ImageId, [u8; 4], [u32; 7]);
+
+impl<'s> AssetCache<'s> {
+    pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
+        let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
+        Self { files, folder, meshes: HashMap::new(), images: HashMap::new(), textures: HashMap::new() }
+    }
+
+    /// The mesh of the file that `raw` names.
+    pub(super) fn mesh<'a>(
+        &mut self,
+        source: &Source<'a>,
+        raw: Raw<'a>,
+        world: &mut World,
+    ) -> Result<MeshId, LoadError> {
+        let written = path_of(source, raw, "the path of a mesh")?;
+        if let Some(id) = self.meshes.get(&written) {
+            return Ok(*id);
+        }
+        let path = self.folder.join(&written);
+        let file = identity(&path);
+        let id = match self.meshes.get(&file) {
+            Some(id) => *id,
+            None => {
+                let read = self.files.mesh(&path, &mut world.assets, &mut world.warnings);
+                let mut mesh = read.map_err(|error| source.error(raw.0, error.to_string()))?;
+                mesh.source.get_or_insert(path);
+                world.assets.add_mesh(mesh)
+            }
+        };
+        self.meshes.insert(file, id);
+        self.meshes.insert(written, id);
+        Ok(id)
+    }
+
+    /// The picture of the file that `raw` names.
+    pub(super) fn image<'a>(
+        &mut self,
+        source: &Source<'a>,
+        raw: Raw<'a>,
+        world: &mut World,
+    ) -> Result<ImageId, LoadError> {
+        let written = path_of(source, raw, "the path of an image")?;
+        if let Some(id) = self.images.get(&written) {
+            return Ok(*id);
+        }
+        let path = self.folder.join(&written);
+        let file = identity(&path);
+        let id = match self.images.get(&file) {
+            Some(id) => *id,
+            None => {
+                let read = self.files.image(&path);
+                let mut image = read.map_err(|error| source.error(raw.0, error.to_string()))?;
+                image.source.get_or_insert(path);
+                world.assets.add_image(image)
+            }
+        };
+        self.images.insert(file, id);
+        self.images.insert(written, id);
+        Ok(id)
+    }
+
+    /// The id of this texture, the same for the same one. (The store's own search
+    /// compares it with every other.)
+    pub(super) fn texture(&mut self, texture: Texture, world: &mut World) -> TextureId {
+        let Texture { image, filter, wrap, scale, offset, color_space, factor } = texture;
+        let numbers = [scale.x, scale.y, offset.x, offset.y, factor.r, factor.g, factor.b];
+        let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8];
+        let key = (image, names, numbers.map(f32::to_bits));
+        *self.textures.entry(key).or_insert_with(|| {
+            world.assets.textures.push(texture);
+            TextureId(world.assets.textures.len() as u32 - 1)
+        })
+    }
+}
+
+fn path_of<'a>(source: &Source<'a>, raw: Raw<'a>, what: &str) -> Result<PathBuf, LoadError> {
+    let path = source.string(raw, what)?;
+    if path.is_empty() { Err(source.error(raw.0, "the path is empty")) } else { Ok(PathBuf::from(path)) }
+}
+
+/// One path for all the ways to write it; for a file that cannot be found, the path itself.
+fn identity(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.components().collect())
+}

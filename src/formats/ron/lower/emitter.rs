@@ -1,0 +1,134 @@
+//! `light` and `camera`.
+
+use super::settings::{MOST_SAMPLES, PATTERNS};
+use crate::error::LoadError;
+use crate::formats::ron::schema;
+use crate::formats::ron::source::{Raw, Source, Variant};
+use crate::math::Vec2;
+use crate::world::{Camera, Falloff, Light, Pattern};
+
+const LIGHTS: &[&str] = &["Point", "Spot", "Directional", "Area"];
+const CAMERAS: &[&str] = &["Pinhole", "ThinLens", "Orthographic"];
+const FALLOFFS: &[(&str, Falloff)] =
+    &[("InverseSquare", Falloff::InverseSquare), ("Constant", Falloff::Constant)];
+
+/// In degrees.
+const DEFAULT_FOV: f64 = 45.0;
+const DEFAULT_INNER: f64 = 30.0;
+const DEFAULT_OUTER: f64 = 45.0;
+const DEFAULT_HEIGHT_M: f32 = 2.0;
+
+/// An angle as the world keeps it. Degrees are read in f64 so that every f32 of radians
+/// has some that lead to it.
+pub(in crate::formats::ron) fn radians(degrees: f64) -> f32 {
+    (degrees * (std::f64::consts::PI / 180.0)) as f32
+}
+
+pub(super) fn light<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Light, LoadError> {
+    let Some(variant) = source.variant(raw) else {
+        return Err(source.expected(raw, &format!("a light: {}", LIGHTS.join(", "))));
+    };
+    match variant.name {
+        "Point" => {
+            let read: schema::Point = source.variant_fields(variant)?;
+            Ok(Light::Point {
+                power_w: source.color(read.power_w, "a power")?,
+                falloff: falloff(source, read.falloff)?,
+            })
+        }
+        "Spot" => spot(source, variant),
+        "Directional" => {
+            let read: schema::Directional = source.variant_fields(variant)?;
+            Ok(Light::Directional { irradiance: source.color(read.irradiance, "an irradiance")? })
+        }
+        "Area" => area(source, variant),
+        other => Err(source.unknown(other, "light", LIGHTS)),
+    }
+}
+
+fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+    let read: schema::Spot = source.variant_fields(variant)?;
+    let power_w = source.color(read.power_w, "a power")?;
+    let degrees = |raw: Option<Raw<'a>>, default: f64| -> Result<f64, LoadError> {
+        let Some(raw) = raw else { return Ok(default) };
+        let degrees = source.number::<f64>(raw)?;
+        if (0.0..=90.0).contains(&degrees) {
+            Ok(degrees)
+        } else {
+            Err(source.out_of_range(raw, "half of a cone's angle", "from 0 to 90 degrees"))
+        }
+    };
+    let inner = degrees(read.inner_degrees, DEFAULT_INNER)?;
+    let outer = degrees(read.outer_degrees, DEFAULT_OUTER)?;
+    if outer < inner {
+        let place = read.outer_degrees.or(read.inner_degrees).map_or(variant.name, |raw| raw.0);
+        let reason = format!("outer_degrees ({outer}) must be at least inner_degrees ({inner})");
+        return Err(source.error(place, reason));
+    }
+    let falloff = falloff(source, read.falloff)?;
+    Ok(Light::Spot { power_w, inner_angle: radians(inner), outer_angle: radians(outer), falloff })
+}
+
+fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+    let read: schema::Area = source.variant_fields(variant)?;
+    let side = |raw| source.positive(raw, "a side of an area light");
+    let size_m = if read.size_m.0.starts_with('(') {
+        let [width, height] = source.tuple(read.size_m, "(width, height)")?;
+        Vec2::new(side(width)?, side(height)?)
+    } else {
+        Vec2::splat(side(read.size_m)?)
+    };
+    let samples = read.samples.map_or(Ok(1), |raw| source.whole(raw, "samples", 1, MOST_SAMPLES))?;
+    Ok(Light::Area {
+        power_w: source.color(read.power_w, "a power")?,
+        size_m,
+        samples: samples as u32,
+        pattern: pattern(source, read.pattern)?,
+        visible: read.visible.map_or(Ok(false), |raw| source.flag(raw))?,
+    })
+}
+
+fn falloff<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Falloff, LoadError> {
+    raw.map_or(Ok(Falloff::default()), |raw| source.choice(raw, "falloff", FALLOFFS))
+}
+
+fn pattern<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Pattern, LoadError> {
+    raw.map_or(Ok(Pattern::default()), |raw| source.choice(raw, "pattern", PATTERNS))
+}
+
+pub(super) fn camera<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Camera, LoadError> {
+    let Some(variant) = source.variant(raw) else {
+        return Err(source.expected(raw, &format!("a camera: {}", CAMERAS.join(", "))));
+    };
+    match variant.name {
+        "Pinhole" => {
+            let read: schema::Pinhole = source.variant_fields(variant)?;
+            Ok(Camera::Pinhole { vertical_fov: field_of_view(source, read.vertical_fov_degrees)? })
+        }
+        "ThinLens" => {
+            let read: schema::ThinLens = source.variant_fields(variant)?;
+            Ok(Camera::ThinLens {
+                vertical_fov: field_of_view(source, read.vertical_fov_degrees)?,
+                lens_radius_m: source.at_least_zero(read.lens_radius_m, "a lens's radius")?,
+                focus_distance_m: source.positive(read.focus_distance_m, "a focus distance")?,
+                pattern: pattern(source, read.pattern)?,
+            })
+        }
+        "Orthographic" => {
+            let read: schema::Orthographic = source.variant_fields(variant)?;
+            let height = read.height_m.map(|raw| source.positive(raw, "the image's height"));
+            Ok(Camera::Orthographic { height_m: height.unwrap_or(Ok(DEFAULT_HEIGHT_M))? })
+        }
+        other => Err(source.unknown(other, "camera", CAMERAS)),
+    }
+}
+
+fn field_of_view<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<f32, LoadError> {
+    let Some(raw) = raw else { return Ok(radians(DEFAULT_FOV)) };
+    let angle = radians(source.number(raw)?);
+    if angle > 0.0 && angle < std::f32::consts::PI {
+        Ok(angle)
+    } else {
+        Err(source.out_of_range(raw, "an angle of view", "above 0 and below 180 degrees"))
+    }
+}

@@ -1,0 +1,137 @@
+//! `entities`, and which is whose parent.
+
+use std::collections::HashMap;
+
+use super::{Lowering, emitter, transform};
+use crate::error::LoadError;
+use crate::formats::ron::schema;
+use crate::formats::ron::source::{Raw, shorten, suggest};
+use crate::world::{Name, Parent, Transform};
+
+/// What is known of the entities before their parents are.
+#[derive(Default)]
+struct Family<'a> {
+    entities: Vec<hecs::Entity>,
+    /// Where a name is given and which entity has it.
+    names: HashMap<String, (Raw<'a>, usize)>,
+    /// Which entity asks for a parent, and where.
+    parents: Vec<(usize, Raw<'a>)>,
+}
+
+impl<'a> Lowering<'_, 'a> {
+    pub(super) fn entities(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
+        let mut family = Family::default();
+        for raw in self.source.list(raw, "the entities")? {
+            let entity: schema::Entity = self.source.fields(raw, "an entity")?;
+            self.entity(raw, entity, &mut family)?;
+        }
+        let parents = self.parents(&family)?;
+        self.refuse_cycles(&family, &parents)?;
+        for (child, _) in &family.parents {
+            let Some(parent) = parents[*child] else { continue };
+            // Both were spawned above.
+            let _ = self.world.entities.insert_one(family.entities[*child], Parent(family.entities[parent]));
+        }
+        Ok(())
+    }
+
+    fn entity(
+        &mut self,
+        raw: Raw<'a>,
+        read: schema::Entity<'a>,
+        family: &mut Family<'a>,
+    ) -> Result<(), LoadError> {
+        let source = self.source;
+        let schema::Entity { name, parent, transform, shape, material, light, camera } = read;
+        if [name, parent, transform, shape, material, light, camera].iter().all(Option::is_none) {
+            let keys = "name, parent, transform, shape, material, light, camera";
+            return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
+        }
+        let index = family.entities.len();
+        let mut builder = hecs::EntityBuilder::new();
+        if let Some(raw) = name {
+            let name = source.string(raw, "a name")?;
+            if let Some((first, _)) = family.names.get(&name) {
+                let (line, column) = source.position(first.0);
+                let name = shorten(&name);
+                let reason = format!("there is already an entity \"{name}\" at {line}:{column}");
+                return Err(source.error(raw.0, reason));
+            }
+            family.names.insert(name.clone(), (raw, index));
+            builder.add(Name(name));
+        }
+        builder.add(transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw))?);
+        if let Some(raw) = shape {
+            builder.add(self.shape(raw)?);
+        }
+        if let Some(raw) = material {
+            builder.add(self.material_of_entity(raw)?);
+        }
+        if let Some(raw) = light {
+            builder.add(emitter::light(source, raw)?);
+        }
+        if let Some(raw) = camera {
+            builder.add(emitter::camera(source, raw)?);
+        }
+        family.parents.extend(parent.map(|raw| (index, raw)));
+        family.entities.push(self.world.entities.spawn(builder.build()));
+        Ok(())
+    }
+
+    /// Every entity's parent, by their places in the file.
+    fn parents(&self, family: &Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
+        let mut parents = vec![None; family.entities.len()];
+        for (child, raw) in &family.parents {
+            let name = self.source.string(*raw, "the parent's name")?;
+            let Some((_, parent)) = family.names.get(&name) else {
+                let suggestion = suggest(&name, family.names.keys().map(String::as_str));
+                let reason = format!("unknown parent \"{}\"{suggestion}", shorten(&name));
+                return Err(self.source.error(raw.0, reason));
+            };
+            parents[*child] = Some(*parent);
+        }
+        Ok(parents)
+    }
+
+    /// Follows every line of ancestors until it ends or meets an entity already seen.
+    fn refuse_cycles(&self, family: &Family<'a>, parents: &[Option<usize>]) -> Result<(), LoadError> {
+        let mut seen_from = vec![usize::MAX; parents.len()];
+        for (start, raw) in &family.parents {
+            let mut at = Some(*start);
+            while let Some(entity) = at {
+                if seen_from[entity] == *start {
+                    return Err(self
+                        .cycle(family, parents, entity)
+                        .unwrap_or_else(|| self.source.error(raw.0, "these parents form a cycle")));
+                }
+                if seen_from[entity] != usize::MAX {
+                    break;
+                }
+                seen_from[entity] = *start;
+                at = parents[entity];
+            }
+        }
+        Ok(())
+    }
+
+    /// The error for the cycle that `member` belongs to, at its first parent in the file.
+    fn cycle(&self, family: &Family<'a>, parents: &[Option<usize>], member: usize) -> Option<LoadError> {
+        const MOST_NAMES: usize = 8;
+        let mut members = vec![member];
+        while let Some(parent) = parents[*members.last()?].filter(|parent| *parent != member) {
+            members.push(parent);
+        }
+        let first = members.iter().enumerate().min_by_key(|(_, entity)| **entity)?.0;
+        members.rotate_left(first);
+        let (_, place) = family.parents.iter().find(|(child, _)| *child == members[0])?;
+        // Every member is some entity's parent, so it has a name.
+        let name = |entity: usize| {
+            let found = family.names.values().find(|(_, index)| *index == entity);
+            found.map_or_else(String::new, |(raw, _)| shorten(raw.0))
+        };
+        let mut names: Vec<String> = members.iter().take(MOST_NAMES).map(|entity| name(*entity)).collect();
+        names.push(if members.len() > MOST_NAMES { "…".to_owned() } else { name(members[0]) });
+        let reason = format!("an entity cannot be its own ancestor: {}", names.join(" is a child of "));
+        Some(self.source.error(place.0, reason))
+    }
+}

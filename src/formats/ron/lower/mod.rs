@@ -1,0 +1,50 @@
+//! From the structures of a file to a [`World`].
+
+mod assets;
+mod emitter;
+mod entity;
+mod geometry;
+mod material;
+mod settings;
+mod transform;
+
+pub(super) use self::emitter::radians;
+pub(super) use self::material::glass;
+
+use std::collections::HashMap;
+
+use self::assets::AssetCache;
+use super::schema;
+use super::source::Source;
+use crate::error::LoadError;
+use crate::formats::AssetFiles;
+use crate::world::{MaterialId, World};
+
+/// What lowering carries along.
+struct Lowering<'s, 'a> {
+    source: &'s Source<'a>,
+    world: World,
+    assets: AssetCache<'s>,
+    /// The scene's own named materials; those that a mesh brought along have no say.
+    materials: HashMap<String, MaterialId>,
+}
+
+/// Reads the whole scene.
+pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
+    let root = source.root()?;
+    let scene: schema::Scene = source.fields(root, "a scene")?;
+    let mut lowering = Lowering {
+        source,
+        world: World::default(),
+        assets: AssetCache::new(source.path(), files),
+        materials: HashMap::new(),
+    };
+    if let Some(settings) = scene.settings {
+        lowering.world.settings = settings::settings(source, settings)?;
+    }
+    if let Some(materials) = scene.materials {
+        lowering.named_materials(materials)?;
+    }
+    lowering.entities(scene.entities)?;
+    Ok(lowering.world)
+}

@@ -1,0 +1,107 @@
+//! `settings`.
+
+use crate::error::LoadError;
+use crate::formats::ron::schema;
+use crate::formats::ron::source::{Raw, Source};
+use crate::world::{Background, Pattern, PixelFilter, Settings, Tonemap, Transport};
+
+/// Image width and height in pixels.
+const LARGEST_SIZE: u64 = 65_536;
+/// Of a pixel and of an area light.
+pub(super) const MOST_SAMPLES: u64 = 1 << 24;
+const LARGEST_DEPTH: u64 = 65_535;
+
+pub(super) const PATTERNS: &[(&str, Pattern)] =
+    &[("Uniform", Pattern::Uniform), ("Jittered", Pattern::Jittered), ("Regular", Pattern::Regular)];
+
+const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted)];
+
+const TONEMAPS: &[(&str, Tonemap)] = &[
+    ("Clamp", Tonemap::Clamp),
+    ("ScaleByMaximum", Tonemap::ScaleByMaximum),
+    ("Reinhard", Tonemap::Reinhard),
+    ("Aces", Tonemap::Aces),
+    ("Agx", Tonemap::Agx),
+    ("PbrNeutral", Tonemap::PbrNeutral),
+];
+
+pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings, LoadError> {
+    let read: schema::Settings = source.fields(raw, "settings")?;
+    let mut settings = Settings::default();
+    if let Some(raw) = read.size {
+        let [width, height] = source.tuple(raw, "(width, height)")?;
+        settings.size = [
+            source.whole(width, "the width in pixels", 1, LARGEST_SIZE)? as u32,
+            source.whole(height, "the height in pixels", 1, LARGEST_SIZE)? as u32,
+        ];
+    }
+    if let Some(raw) = read.samples {
+        settings.samples = source.whole(raw, "samples", 1, MOST_SAMPLES)? as u32;
+    }
+    if let Some(raw) = read.max_depth {
+        settings.max_depth = source.whole(raw, "max_depth", 0, LARGEST_DEPTH)? as u32;
+    }
+    if let Some(raw) = read.min_throughput {
+        settings.min_throughput = source.at_least_zero(raw, "min_throughput")?;
+    }
+    if let Some(raw) = read.transport {
+        settings.transport = source.choice(raw, "transport", TRANSPORTS)?;
+    }
+    if let Some(raw) = read.seed {
+        settings.seed = source.whole(raw, "seed", 0, u64::MAX)?;
+    }
+    if let Some(raw) = read.filter {
+        settings.filter = filter(source, raw)?;
+    }
+    if let Some(raw) = read.pixel_pattern {
+        settings.pixel_pattern = source.choice(raw, "pattern", PATTERNS)?;
+    }
+    if let Some(raw) = read.background {
+        settings.background = background(source, raw)?;
+    }
+    if let Some(raw) = read.ambient {
+        settings.ambient = source.color(raw, "a radiance")?;
+    }
+    if let Some(raw) = read.tonemap {
+        settings.tonemap = source.choice(raw, "tonemap", TONEMAPS)?;
+    }
+    if let Some(raw) = read.exposure_ev {
+        settings.exposure_ev = source.number(raw)?;
+    }
+    Ok(settings)
+}
+
+fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {
+    const FILTERS: &[&str] = &["Box", "Tent", "Gaussian", "BlackmanHarris"];
+    let Some(variant) = source.variant(raw) else {
+        return Err(source.expected(raw, &format!("a filter: {}", FILTERS.join(", "))));
+    };
+    let radius = |default: f32| -> Result<f32, LoadError> {
+        let read: schema::FilterRadius = source.variant_fields(variant)?;
+        read.radius.map_or(Ok(default), |raw| source.positive(raw, "a filter's radius in pixels"))
+    };
+    Ok(match variant.name {
+        "Box" => {
+            source.no_fields(variant)?;
+            PixelFilter::Box
+        }
+        "Tent" => PixelFilter::Tent { radius: radius(1.0)? },
+        "Gaussian" => PixelFilter::Gaussian { radius: radius(1.5)? },
+        "BlackmanHarris" => PixelFilter::BlackmanHarris { radius: radius(1.5)? },
+        other => return Err(source.unknown(other, "filter", FILTERS)),
+    })
+}
+
+fn background<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Background, LoadError> {
+    match source.variant(raw) {
+        None => Ok(Background::Constant(source.color(raw, "a radiance")?)),
+        Some(variant) if variant.name == "Gradient" => {
+            let read: schema::Gradient = source.variant_fields(variant)?;
+            Ok(Background::Gradient {
+                bottom: source.color(read.bottom, "a radiance")?,
+                top: source.color(read.top, "a radiance")?,
+            })
+        }
+        Some(variant) => Err(source.unknown(variant.name, "background", &["Gradient"])),
+    }
+}

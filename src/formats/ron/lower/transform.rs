@@ -1,0 +1,157 @@
+//! `transform`. Everything is computed in f64 with the same bits on every platform
+//! (`libm`, square roots) and rounded once.
+
+use crate::error::LoadError;
+use crate::formats::ron::schema;
+use crate::formats::ron::source::{Raw, Source, Variant};
+use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
+use crate::world::Transform;
+
+/// How far |q|² may be from 1 for a quaternion to be taken as it is: rounding to f32
+/// stays below, and what was saved comes back bit by bit.
+const UNIT: f64 = 1e-6;
+/// How far |q|² may be from 1 for a quaternion that somebody typed: it is normalised.
+const NEARLY_UNIT: f64 = 1e-2;
+/// Sine of the angle below which two directions count as parallel.
+const PARALLEL: f64 = 1e-6;
+/// |determinant| over the product of the columns' lengths, below which a matrix is flat.
+const FLAT: f64 = 1e-8;
+
+pub(super) fn transform<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
+    match source.variant(raw) {
+        Some(variant) if variant.name == "LookAt" => look_at(source, variant),
+        Some(variant) if variant.name == "Matrix" => matrix(source, variant),
+        Some(Variant { name, body: Some(_) }) => {
+            Err(source.unknown(name, "transform", &["LookAt", "Matrix", "(translate: …)"]))
+        }
+        _ if raw.0.starts_with('(') => translate_rotate_scale(source, raw),
+        _ => Err(source.expected(raw, "a transform, as (translate: …), LookAt(…) or Matrix(…)")),
+    }
+}
+
+fn translate_rotate_scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
+    let read: schema::Trs = source.fields(raw, "a transform")?;
+    let rotation = match (read.rotate_degrees, read.rotate_quaternion) {
+        (None, None) => Quat::IDENTITY,
+        (Some(degrees), None) => {
+            let [x, y, z] = source.tuple(degrees, "(x, y, z)")?;
+            from_degrees([source.number(x)?, source.number(y)?, source.number(z)?])
+        }
+        (None, Some(quaternion)) => unit_quaternion(source, quaternion)?,
+        (Some(degrees), Some(_)) => {
+            return Err(source.error(degrees.0, "give rotate_degrees or rotate_quaternion, not both"));
+        }
+    };
+    Ok(Transform::Trs {
+        translation: read.translate.map_or(Ok(Vec3::ZERO), |raw| source.vec3(raw))?,
+        rotation,
+        scale: read.scale.map_or(Ok(Vec3::ONE), |raw| scale(source, raw))?,
+    })
+}
+
+fn scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
+    let factor = |raw: Raw<'a>| -> Result<f32, LoadError> {
+        let factor: f32 = source.number(raw)?;
+        if factor.recip().is_finite() {
+            Ok(factor)
+        } else {
+            Err(source.error(raw.0, "a scale of 0 makes things flat: it must have an inverse"))
+        }
+    };
+    if !raw.0.starts_with('(') {
+        return Ok(Vec3::splat(factor(raw)?));
+    }
+    let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
+    Ok(Vec3::new(factor(x)?, factor(y)?, factor(z)?))
+}
+
+/// About the fixed X axis first, then Y, then Z.
+fn from_degrees(degrees: [f64; 3]) -> Quat {
+    let about = |axis: DVec3, degrees: f64| {
+        let half = degrees.to_radians() / 2.0;
+        let vector = axis * libm::sin(half);
+        DQuat::from_xyzw(vector.x, vector.y, vector.z, libm::cos(half))
+    };
+    let [x, y, z] = degrees;
+    (about(DVec3::Z, z) * about(DVec3::Y, y) * about(DVec3::X, x)).as_quat()
+}
+
+fn unit_quaternion<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Quat, LoadError> {
+    let [x, y, z, w] = source.tuple(raw, "(x, y, z, w)")?;
+    let rotation =
+        Quat::from_xyzw(source.number(x)?, source.number(y)?, source.number(z)?, source.number(w)?);
+    let precise = rotation.as_dquat();
+    let length_squared = precise.length_squared();
+    if (length_squared - 1.0).abs() <= UNIT {
+        Ok(rotation)
+    } else if (length_squared - 1.0).abs() <= NEARLY_UNIT {
+        Ok((precise / length_squared.sqrt()).as_quat())
+    } else {
+        let length = length_squared.sqrt();
+        Err(source.error(raw.0, format!("a rotation is a quaternion of length 1, not {length:.4}")))
+    }
+}
+
+fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, LoadError> {
+    let read: schema::LookAt = source.variant_fields(variant)?;
+    let from = source.vec3(read.from)?;
+    let to = source.vec3(read.to)?;
+    let up = read.up.map_or(Ok(Vec3::Y), |raw| source.vec3(raw))?;
+    let backward = from.as_dvec3() - to.as_dvec3();
+    if from == to {
+        return Err(source.error(read.to.0, "LookAt needs two different points in \"from\" and \"to\""));
+    }
+    let backward = backward / backward.length();
+    let up_place = read.up.unwrap_or(read.to);
+    let up_length = up.as_dvec3().length();
+    if up_length == 0.0 {
+        return Err(source.error(up_place.0, "\"up\" has no direction"));
+    }
+    let right = (up.as_dvec3() / up_length).cross(backward);
+    if right.length() < PARALLEL {
+        let remedy = if read.up.is_some() { "choose another" } else { "give one, such as up: (0, 0, -1)" };
+        let reason = format!("\"up\" is parallel to the direction of view: {remedy}");
+        return Err(source.error(up_place.0, reason));
+    }
+    let right = right / right.length();
+    let axes = DMat3::from_cols(right, backward.cross(right), backward);
+    Ok(Transform::Trs {
+        translation: from,
+        rotation: DQuat::from_mat3(&axes).normalize().as_quat(),
+        scale: Vec3::ONE,
+    })
+}
+
+fn matrix<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, LoadError> {
+    const FORM: &str = "Matrix(((a, b, c, d), (e, f, g, h), (i, j, k, l))), three rows of four";
+    let body = Raw(variant.body.unwrap_or(variant.name));
+    let [inner] = source.tuple(body, FORM)?;
+    let mut rows = [[0.0_f32; 4]; 3];
+    let raw_rows: [Raw; 3] = source.tuple(inner, FORM)?;
+    for (row, raw) in rows.iter_mut().zip(raw_rows) {
+        let numbers: [Raw; 4] = source.tuple(raw, "a row (a, b, c, d)")?;
+        for (number, raw) in row.iter_mut().zip(numbers) {
+            *number = source.number(raw)?;
+        }
+    }
+    let [x, y, z] = rows;
+    let matrix = Mat4::from_cols_array_2d(&[x, y, z, [0.0, 0.0, 0.0, 1.0]]).transpose();
+    if !is_invertible(matrix) {
+        return Err(source.error(inner.0, "the matrix has no inverse: it makes things flat"));
+    }
+    Ok(Transform::Matrix(matrix))
+}
+
+/// Whether space keeps a volume, and one that f32 can express.
+fn is_invertible(matrix: Mat4) -> bool {
+    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().as_dvec3());
+    let axes = DMat3::from_cols(x, y, z);
+    let volume = axes.determinant().abs();
+    let lengths = x.length() * y.length() * z.length();
+    let in_range = |axis: DVec3| axis.to_array().iter().all(|c| c.abs() <= f64::from(f32::MAX));
+    if volume == 0.0 || volume < FLAT * lengths {
+        return false;
+    }
+    let inverse = axes.inverse();
+    [inverse.x_axis, inverse.y_axis, inverse.z_axis].into_iter().all(in_range)
+}

@@ -1,0 +1,48 @@
+//! World scenes in [RON](https://github.com/ron-rs/ron): a list of entities whose keys
+//! are the components. Reading is [`load`], writing [`save`].
+//!
+//! `ron` decides whether the text is well formed (`source`); serde fills structures whose
+//! values are yet unread (`fields`, `schema`), and these become components one by one
+//! (`value`, `lower`), so that every mistake is reported with the line and column of the
+//! very value.
+
+mod fields;
+mod locate;
+mod lower;
+mod schema;
+mod source;
+#[cfg(test)]
+mod tests;
+mod value;
+mod write;
+
+use std::path::Path;
+
+use self::source::Source;
+pub use self::write::{save, write};
+use super::AssetFiles;
+use crate::error::LoadError;
+use crate::world::World;
+
+/// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
+pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
+    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => parse(text, path, files),
+        Err(error) => {
+            let valid = bytes.get(..error.valid_up_to()).unwrap_or_default();
+            let text = String::from_utf8_lossy(valid);
+            let (line, column) = locate::position(&text, text.len());
+            let reason = "this is not UTF-8: save the file in that encoding".to_owned();
+            Err(LoadError::At { file: path.to_owned(), line, column, reason })
+        }
+    }
+}
+
+/// Reads a scene from its text; `path` is what messages call it and what the files that
+/// it names are relative to.
+pub fn parse(text: &str, path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
+    // A byte order mark is no part of the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    lower::scene(&Source::new(text, path), files)
+}

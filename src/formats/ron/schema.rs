@@ -1,0 +1,174 @@
+//! The structures of a scene file as serde fills them. Values stay raw: what they may be
+//! depends on their form (a colour is a tuple, a number or a texture), and `lower` has to
+//! know where they stand.
+
+use serde::Deserialize;
+
+use super::source::Raw;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Scene<'a> {
+    pub settings: Option<Raw<'a>>,
+    pub materials: Option<Raw<'a>>,
+    pub entities: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Settings<'a> {
+    pub size: Option<Raw<'a>>,
+    pub samples: Option<Raw<'a>>,
+    pub max_depth: Option<Raw<'a>>,
+    pub min_throughput: Option<Raw<'a>>,
+    pub transport: Option<Raw<'a>>,
+    pub seed: Option<Raw<'a>>,
+    pub filter: Option<Raw<'a>>,
+    pub pixel_pattern: Option<Raw<'a>>,
+    pub background: Option<Raw<'a>>,
+    pub ambient: Option<Raw<'a>>,
+    pub tonemap: Option<Raw<'a>>,
+    pub exposure_ev: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct FilterRadius<'a> {
+    pub radius: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Gradient<'a> {
+    pub bottom: Raw<'a>,
+    pub top: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct BlinnPhong<'a> {
+    #[serde(alias = "kd")]
+    pub diffuse: Option<Raw<'a>>,
+    #[serde(alias = "ks")]
+    pub specular: Option<Raw<'a>>,
+    pub shininess: Option<Raw<'a>>,
+    pub highlight: Option<Raw<'a>>,
+    pub kr: Option<Raw<'a>>,
+    pub kt: Option<Raw<'a>>,
+    pub ior: Option<Raw<'a>>,
+    pub emission: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Texture<'a> {
+    pub image: Raw<'a>,
+    pub filter: Option<Raw<'a>>,
+    pub wrap: Option<Raw<'a>>,
+    pub scale: Option<Raw<'a>>,
+    pub offset: Option<Raw<'a>>,
+    pub color_space: Option<Raw<'a>>,
+    pub factor: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Entity<'a> {
+    pub name: Option<Raw<'a>>,
+    pub parent: Option<Raw<'a>>,
+    pub transform: Option<Raw<'a>>,
+    pub shape: Option<Raw<'a>>,
+    pub material: Option<Raw<'a>>,
+    pub light: Option<Raw<'a>>,
+    pub camera: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Trs<'a> {
+    pub translate: Option<Raw<'a>>,
+    pub rotate_degrees: Option<Raw<'a>>,
+    pub rotate_quaternion: Option<Raw<'a>>,
+    pub scale: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct LookAt<'a> {
+    pub from: Raw<'a>,
+    pub to: Raw<'a>,
+    pub up: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Sphere<'a> {
+    pub radius_m: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Triangle<'a> {
+    pub vertices: Raw<'a>,
+    pub normals: Option<Raw<'a>>,
+    pub uvs: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Plane<'a> {
+    pub corners: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Point<'a> {
+    pub power_w: Raw<'a>,
+    pub falloff: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Spot<'a> {
+    pub power_w: Raw<'a>,
+    pub inner_degrees: Option<Raw<'a>>,
+    pub outer_degrees: Option<Raw<'a>>,
+    pub falloff: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Directional<'a> {
+    pub irradiance: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Area<'a> {
+    pub power_w: Raw<'a>,
+    pub size_m: Raw<'a>,
+    pub samples: Option<Raw<'a>>,
+    pub pattern: Option<Raw<'a>>,
+    pub visible: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Pinhole<'a> {
+    pub vertical_fov_degrees: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct ThinLens<'a> {
+    pub vertical_fov_degrees: Option<Raw<'a>>,
+    pub lens_radius_m: Raw<'a>,
+    pub focus_distance_m: Raw<'a>,
+    pub pattern: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Orthographic<'a> {
+    pub height_m: Option<Raw<'a>>,
+}

@@ -1,0 +1,241 @@
+//! The text of a scene, and errors that name their place in it.
+//!
+//! `ron` reads the text once and says whether it is well formed. After that, values are
+//! [`Raw`]: slices of the text, taken apart only as far as the schema asks. So whatever
+//! turns out to be wrong with a value, its slice says where it stands; and `ron` need not
+//! read any nested value twice, as its own raw values would have it do.
+
+use std::path::Path;
+
+use ron::error::SpannedError;
+use ron::extensions::Extensions;
+use serde::de::{Deserialize, IgnoredAny};
+
+use super::fields::{self, FieldError};
+use super::locate;
+use crate::error::{LoadError, did_you_mean};
+
+/// A value's text as it stands in the file, without blanks in front.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Raw<'a>(pub &'a str);
+
+/// One of several forms, chosen by its name: `Sphere(radius_m: 1)` or `Clamp`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Variant<'a> {
+    /// `Sphere`.
+    pub name: &'a str,
+    /// `(radius_m: 1)`, if there are parentheses.
+    pub body: Option<&'a str>,
+}
+
+/// A scene's text and where it came from.
+pub(super) struct Source<'a> {
+    text: &'a str,
+    path: &'a Path,
+    options: ron::Options,
+}
+
+impl<'a> Source<'a> {
+    pub(super) fn new(text: &'a str, path: &'a Path) -> Self {
+        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+        Self { text, path, options }
+    }
+
+    pub(super) fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// The whole file as one value, once it is known to be well formed.
+    pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
+        self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
+        let mut rest = locate::skip_blank(self.text);
+        // Attributes, such as #![enable(implicit_some)].
+        while rest.starts_with('#') {
+            let Some(bracket) = rest.find('[') else { break };
+            let attribute = locate::skip_brackets(&rest[bracket..]);
+            rest = locate::skip_blank(attribute);
+        }
+        Ok(Raw(rest))
+    }
+
+    /// Line and column of `place`, a slice of the text.
+    pub(super) fn position(&self, place: &str) -> (usize, usize) {
+        locate::position(self.text, locate::offset_of(self.text, place).unwrap_or(0))
+    }
+
+    /// Something is wrong at `place`, a slice of the text.
+    pub(super) fn error(&self, place: &str, reason: impl Into<String>) -> LoadError {
+        let (line, column) = self.position(place);
+        LoadError::At { file: self.path.to_owned(), line, column, reason: reason.into() }
+    }
+
+    /// `ron`'s own reading of `raw`, when all that matters is whether it succeeds.
+    pub(super) fn try_read<T: Deserialize<'a>>(&self, raw: Raw<'a>) -> Option<T> {
+        self.options.from_str(raw.0).ok()
+    }
+
+    /// The structure `raw`, which has to begin with a parenthesis.
+    pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
+        if !raw.0.starts_with('(') {
+            return Err(self.expected(raw, &format!("{what}, as (key: value, …)")));
+        }
+        self.read(raw.0, raw.0, what)
+    }
+
+    /// The fields of a variant; without parentheses it has none.
+    pub(super) fn variant_fields<T: Deserialize<'a>>(&self, variant: Variant<'a>) -> Result<T, LoadError> {
+        self.read(variant.body.unwrap_or("()"), variant.name, variant.name)
+    }
+
+    /// `(key: value, …)` as a structure that messages call `what`; `place` is to blame for
+    /// what is missing.
+    fn read<T: Deserialize<'a>>(&self, body: &'a str, place: &str, what: &str) -> Result<T, LoadError> {
+        let mut members = Vec::new();
+        for item in locate::items(body) {
+            let (name, rest) = locate::split_identifier(item);
+            let value = locate::skip_blank(rest).strip_prefix(':').map(locate::skip_blank);
+            let Some(value) = value.filter(|_| !name.is_empty()) else {
+                let reason = format!("{what} wants every value with its name, as (key: value, …)");
+                return Err(self.error(item, reason));
+            };
+            members.push((name, Raw(value)));
+        }
+        fields::read(&members).map_err(|(key, error)| match error {
+            FieldError::Unknown { known } => {
+                let key = key.unwrap_or(place);
+                let suggestion = suggest(key, known.iter().copied());
+                let (found, known) = (shorten(key), known.join(", "));
+                self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
+            }
+            FieldError::Duplicate(field) => {
+                self.error(key.unwrap_or(place), format!("{what} has the field \"{field}\" twice"))
+            }
+            FieldError::Missing(field) => self.error(place, format!("{what} needs the field \"{field}\"")),
+            FieldError::Other(reason) => self.error(place, reason),
+        })
+    }
+
+    /// Refuses parentheses after a variant that has no fields.
+    pub(super) fn no_fields(&self, variant: Variant<'a>) -> Result<(), LoadError> {
+        match variant.body.map(|body| locate::skip_blank(body.trim_start_matches('('))) {
+            Some(inside) if !inside.starts_with(')') => {
+                Err(self.error(inside, format!("{} has no fields", variant.name)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Splits `Name(…)` or `Name`; none if `raw` does not begin with a name.
+    pub(super) fn variant(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
+        let (name, rest) = locate::split_identifier(raw.0);
+        if name.is_empty()
+            || matches!(name, "inf" | "NaN" | "true" | "false")
+            || rest.starts_with(['"', '\''])
+        {
+            return None;
+        }
+        let rest = locate::skip_blank(rest);
+        Some(Variant { name, body: rest.starts_with('(').then_some(rest) })
+    }
+
+    /// `raw` is none of what could stand here.
+    pub(super) fn expected(&self, raw: Raw, expected: &str) -> LoadError {
+        self.error(raw.0, format!("expected {expected}, found {}", describe(raw)))
+    }
+
+    /// `name` is none of `known`: `unknown shape "Shere" (did you mean "Sphere"?); shapes: …`.
+    pub(super) fn unknown(&self, name: &str, kind: &str, known: &[&str]) -> LoadError {
+        let suggestion = suggest(name, known.iter().copied());
+        let known = known.join(", ");
+        self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kind}s: {known}", shorten(name)))
+    }
+
+    /// Translates what `ron` says about the text into a place in it and our words.
+    fn syntax_error(&self, error: &SpannedError) -> LoadError {
+        use ron::Error;
+        let code = &error.code;
+        let stop = &self.text[locate::offset(self.text, error.span.end.line, error.span.end.col)..];
+        let unclosed = locate::find_unclosed(self.text);
+        // The end of the file is no place to look for a mistake.
+        let at_end = locate::skip_blank(stop).is_empty();
+        if let Some(unclosed) = &unclosed
+            && (at_end || matches!(unclosed.what, "string" | "comment"))
+        {
+            return self
+                .error(&self.text[unclosed.offset..], format!("this {} is never closed", unclosed.what));
+        }
+        let stop = locate::skip_blank(stop);
+        let found = match stop.chars().next() {
+            None => "the end".to_owned(),
+            Some('"') => "a string".to_owned(),
+            Some(c) => format!("\"{}\"", c.escape_debug()),
+        };
+        let mut reason = match code {
+            Error::Eof => "the file ends too early".to_owned(),
+            Error::ExpectedComma => format!("expected a comma or a closing bracket, found {found}"),
+            Error::ExpectedMapColon => format!("expected a colon after the key, found {found}"),
+            Error::ExpectedIdentifier | Error::SuggestRawIdentifier(_) => {
+                format!("expected the name of a field, found {found}")
+            }
+            Error::ExpectedFloat
+            | Error::ExpectedInteger
+            | Error::FloatUnderscore
+            | Error::UnderscoreAtBeginning
+            | Error::IntegerOutOfBounds
+            | Error::InvalidIntegerDigit { .. } => "this is no number".to_owned(),
+            Error::UnexpectedChar(c) => format!("expected a value, found \"{}\"", c.escape_debug()),
+            Error::TrailingCharacters => format!("expected the end of the scene, found {found}"),
+            Error::ExceededRecursionLimit => "values are nested too deeply".to_owned(),
+            other => format!("this is no RON: {other}"),
+        };
+        if let Some(unclosed) = unclosed {
+            let (line, column) = self.position(&self.text[unclosed.offset..]);
+            reason.push_str(&format!("; {} of {line}:{column} is not closed", unclosed.what));
+        }
+        self.error(stop, reason)
+    }
+}
+
+/// What a value is, for messages.
+fn describe(raw: Raw) -> String {
+    let text = raw.0;
+    let (name, rest) = locate::split_identifier(text);
+    let after_name = locate::skip_blank(rest);
+    match text.chars().next() {
+        Some('(') => {
+            let (key, rest) = locate::split_identifier(locate::skip_blank(&text[1..]));
+            if !key.is_empty() && locate::skip_blank(rest).starts_with(':') {
+                format!("a structure ({}: …)", shorten(key))
+            } else {
+                format!("the tuple {}", shorten(text))
+            }
+        }
+        Some('[') => "a list […]".to_owned(),
+        Some('{') => "a map {…}".to_owned(),
+        Some('"') => format!("the string {}", shorten(text)),
+        _ if !name.is_empty() && after_name.starts_with('(') => format!("{}(…)", shorten(name)),
+        _ if !name.is_empty() => shorten(name),
+        _ => shorten(text.trim_end()),
+    }
+}
+
+/// The beginning of `text`, on one line: what someone needs to see to recognise it.
+pub(super) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 48;
+    let line = text.lines().next().unwrap_or_default().trim_end();
+    let mut short: String = line.chars().take(LONGEST).collect();
+    if short.len() < line.len() || line.len() < text.trim_end().len() {
+        short.push('…');
+    }
+    short
+}
+
+/// [`did_you_mean`] among names of about the same length: comparing two names takes time
+/// and memory in proportion to the product of their lengths.
+pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> String {
+    const LONGEST: usize = 64;
+    if name.len() > LONGEST {
+        return String::new();
+    }
+    did_you_mean(name, known.into_iter().filter(|known| known.len() <= LONGEST))
+}

@@ -1,0 +1,102 @@
+//! Whole scenes: what they become, what is wrong with them, and there and back again.
+
+mod errors;
+mod reading;
+mod robust;
+mod writing;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::LoadError;
+use crate::formats::AssetFiles;
+use crate::math::{Rgb, Vec3};
+use crate::world::{Assets, Image, Mesh, Texels, World};
+
+/// Files that need no disk: all exist but those whose name says otherwise.
+#[derive(Default)]
+struct Fake {
+    loaded: Vec<PathBuf>,
+}
+
+impl AssetFiles for Fake {
+    fn mesh(&mut self, path: &Path, _: &mut Assets, warnings: &mut Vec<String>) -> Result<Mesh, LoadError> {
+        self.loaded.push(path.to_owned());
+        if path.to_string_lossy().contains("missing") {
+            return Err(LoadError::invalid(path, "there is no such file"));
+        }
+        warnings.push(format!("{} was made up", path.display()));
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        Ok(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() })
+    }
+
+    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+        self.loaded.push(path.to_owned());
+        if path.to_string_lossy().contains("missing") {
+            return Err(LoadError::invalid(path, "there is no such file"));
+        }
+        Ok(Image { source: None, width: 1, height: 1, texels: Texels::Rgba8(vec![[0; 4]]) })
+    }
+}
+
+fn read(text: &str) -> Result<World, LoadError> {
+    super::parse(text, Path::new("scenes/test.ron"), &mut Fake::default())
+}
+
+fn read_entity(keys: &str) -> World {
+    read(&format!("(entities: [({keys})])")).unwrap()
+}
+
+/// The only component of its kind.
+fn only<T: hecs::Component + Clone>(world: &World) -> T {
+    let mut query = world.entities.query::<&T>();
+    let mut found = query.iter();
+    let component = found.next().unwrap().clone();
+    assert!(found.next().is_none());
+    component
+}
+
+fn grey(value: f32) -> Rgb {
+    Rgb::splat(value)
+}
+
+/// A scene with something of everything.
+const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
+#![enable(implicit_some)]
+(
+    settings: (
+        size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, transport: Whitted, seed: 7,
+        filter: Gaussian(radius: 2), pixel_pattern: Regular,
+        background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces,
+        exposure_ev: -1.5,
+    ),
+    materials: {
+        "glass": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),
+        "floor": (kd: Image("../assets/checker.png"), kr: 0.2, /* nested /* comment */ */ highlight: Phong),
+        "wall": (
+            diffuse: Texture(
+                image: "../assets/checker.png", filter: Nearest, wrap: (Clamp, Mirror), scale: 4,
+                offset: (0.5, 0), color_space: Linear, factor: (1, 0.5, 0.25),
+            ),
+            ks: 0.1, kt: 0.5, emission: (0, 0, 1),
+        ),
+    },
+    entities: [
+        (name: "camera", camera: ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.02, focus_distance_m: 5),
+         transform: LookAt(from: (0, 1, 5), to: (0, 0.5, 0))),
+        (name: "child", parent: "ball", shape: Sphere(radius_m: 0.25), material: "glass"),
+        (name: "ball", shape: Sphere, material: "wall",
+         transform: (translate: (0, 0.5, 0), rotate_degrees: (10, 20, 30), scale: (1, 2, 1))),
+        (name: "kn\"o\"t", shape: Mesh("../assets/knot.ply"), material: (diffuse: (0.8, 0.3, 0.2))),
+        (shape: Mesh("../assets/knot.ply"),
+         transform: Matrix(((1, 0, 0, 1), (0, 2, 0, 0), (0, 0, 3, 0)))),
+        (shape: Plane(corners: ((-5, 0, -5), (5, 0, -5), (5, 0, 5), (-5, 0, 5))), material: "floor"),
+        (shape: Triangle(vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)), normals: ((0, 0, 1), (0, 0, 1), (0, 1, 1)),
+                         uvs: ((0, 0), (1, 0), (0, 1)))),
+        (light: Area(power_w: (80, 76, 70), size_m: (1, 2), samples: 16, pattern: Uniform, visible: true)),
+        (light: Point(power_w: 5, falloff: Constant), transform: (rotate_quaternion: (0, 0, 0.6, 0.8))),
+        (light: Spot(power_w: 100, inner_degrees: 20, outer_degrees: 40)),
+        (light: Directional(irradiance: (1, 1, 0.5)), name: r#"raw "name""#),
+        (camera: Orthographic(height_m: 3)), (camera: Pinhole(vertical_fov_degrees: Some(60.5))),
+    ],
+)
+"##;

@@ -1,0 +1,164 @@
+//! Single values: numbers within their ranges, strings, vectors, colours, choices.
+
+use std::str::FromStr;
+
+use serde::de::Deserialize;
+
+use super::locate;
+use super::source::{Raw, Source};
+use crate::error::LoadError;
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// A finite number of the type that it is stored as: parsed once, rounded once.
+pub(super) trait Float: Copy + Into<f64> + FromStr + for<'de> Deserialize<'de> {
+    /// For messages.
+    const LARGEST: &str;
+}
+
+impl Float for f32 {
+    const LARGEST: &str = "3.4e38";
+}
+
+impl Float for f64 {
+    const LARGEST: &str = "1.8e308";
+}
+
+impl<'a> Source<'a> {
+    /// Any finite number.
+    pub(super) fn number<F: Float>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
+        // ron's own way to the same number takes ten times as long.
+        let plain = raw.0.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
+        let number = if plain { raw.0.parse().ok() } else { None };
+        let Some(number) = number.or_else(|| self.try_read::<F>(raw)) else {
+            return Err(self.expected(raw, "a number"));
+        };
+        let value: f64 = number.into();
+        if value.is_finite() {
+            Ok(number)
+        } else if value.is_nan() || raw.0.contains("inf") {
+            Err(self.expected(raw, "a finite number"))
+        } else {
+            Err(self.error(raw.0, format!("the number is too large (at most {})", F::LARGEST)))
+        }
+    }
+
+    /// A number above zero; `what` is its name in messages.
+    pub(super) fn positive(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
+        let number = self.number(raw)?;
+        if number > 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "above 0")) }
+    }
+
+    /// A number of at least zero.
+    pub(super) fn at_least_zero(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
+        let number = self.number(raw)?;
+        if number >= 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "at least 0")) }
+    }
+
+    /// A whole number from `least` to `most`.
+    pub(super) fn whole(&self, raw: Raw<'a>, what: &str, least: u64, most: u64) -> Result<u64, LoadError> {
+        match self.try_read::<u64>(raw) {
+            Some(number) if (least..=most).contains(&number) => Ok(number),
+            // A number, though not such a one.
+            _ if self.try_read::<f64>(raw).is_some() => {
+                Err(self.out_of_range(raw, what, &format!("a whole number from {least} to {most}")))
+            }
+            _ => Err(self.expected(raw, &format!("a whole number from {least} to {most}"))),
+        }
+    }
+
+    pub(super) fn out_of_range(&self, raw: Raw<'a>, what: &str, range: &str) -> LoadError {
+        self.error(raw.0, format!("{what} must be {range}, not {}", super::source::shorten(raw.0)))
+    }
+
+    /// `true` or `false`.
+    pub(super) fn flag(&self, raw: Raw<'a>) -> Result<bool, LoadError> {
+        self.try_read(raw).ok_or_else(|| self.expected(raw, "true or false"))
+    }
+
+    /// A string in quotes; `what` says of what.
+    pub(super) fn string(&self, raw: Raw<'a>, what: &str) -> Result<String, LoadError> {
+        self.try_read(raw).ok_or_else(|| self.expected(raw, &format!("{what} in quotes")))
+    }
+
+    /// Exactly `N` values in parentheses; `form` shows them.
+    pub(super) fn tuple<const N: usize>(&self, raw: Raw<'a>, form: &str) -> Result<[Raw<'a>; N], LoadError> {
+        let mut elements = locate::items(raw.0).into_iter();
+        let is_structure = elements.as_slice().first().is_some_and(|first| {
+            let (name, rest) = locate::split_identifier(first);
+            !name.is_empty() && locate::skip_blank(rest).starts_with(':')
+        });
+        if !raw.0.starts_with('(') || is_structure {
+            return Err(self.expected(raw, form));
+        }
+        let count = elements.len();
+        let values = std::array::from_fn(|_| Raw(elements.next().unwrap_or_default()));
+        if count == N {
+            return Ok(values);
+        }
+        let noun = if count == 1 { "value" } else { "values" };
+        Err(self.error(raw.0, format!("expected {form}, found {count} {noun}")))
+    }
+
+    /// The values of a list in square brackets.
+    pub(super) fn list(&self, raw: Raw<'a>, what: &str) -> Result<Vec<Raw<'a>>, LoadError> {
+        if !raw.0.starts_with('[') {
+            return Err(self.expected(raw, &format!("{what} in square brackets")));
+        }
+        Ok(locate::items(raw.0).into_iter().map(Raw).collect())
+    }
+
+    /// The entries of a map in braces, in the file's order, equal keys included.
+    pub(super) fn map(&self, raw: Raw<'a>, what: &str) -> Result<Vec<(Raw<'a>, Raw<'a>)>, LoadError> {
+        if !raw.0.starts_with('{') {
+            return Err(self.expected(raw, &format!("{what} in braces, as {{\"name\": …}}")));
+        }
+        let entry = |item: &'a str| {
+            let (key, value) = locate::key_and_value(item)
+                .ok_or_else(|| self.error(item, "expected a key, a colon and a value"))?;
+            Ok((Raw(key), Raw(value)))
+        };
+        locate::items(raw.0).into_iter().map(entry).collect()
+    }
+
+    /// `(x, y, z)`.
+    pub(super) fn vec3(&self, raw: Raw<'a>) -> Result<Vec3, LoadError> {
+        let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
+        Ok(Vec3::new(self.number(x)?, self.number(y)?, self.number(z)?))
+    }
+
+    /// `(u, v)`.
+    pub(super) fn vec2(&self, raw: Raw<'a>) -> Result<Vec2, LoadError> {
+        let [x, y] = self.tuple(raw, "(u, v)")?;
+        Ok(Vec2::new(self.number(x)?, self.number(y)?))
+    }
+
+    /// `(r, g, b)` or a grey, none below zero; `what` is its name in messages.
+    pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
+        if !raw.0.starts_with('(') {
+            if self.try_read::<f64>(raw).is_none() {
+                return Err(self.expected(raw, &format!("{what}, as (r, g, b) or one number")));
+            }
+            return Ok(Rgb::splat(self.at_least_zero(raw, what)?));
+        }
+        let [r, g, b] = self.tuple(raw, "(r, g, b)")?;
+        let component = |raw| self.at_least_zero(raw, what);
+        Ok(Rgb::new(component(r)?, component(g)?, component(b)?))
+    }
+
+    /// One of several names.
+    pub(super) fn choice<T: Copy>(
+        &self,
+        raw: Raw<'a>,
+        kind: &str,
+        known: &[(&str, T)],
+    ) -> Result<T, LoadError> {
+        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        let Some(variant) = self.variant(raw) else {
+            return Err(self.expected(raw, &format!("a {kind}: {}", names.join(", "))));
+        };
+        let found = known.iter().find(|(name, _)| *name == variant.name);
+        let (_, value) = found.ok_or_else(|| self.unknown(variant.name, kind, &names))?;
+        self.no_fields(variant)?;
+        Ok(*value)
+    }
+}

@@ -1,0 +1,89 @@
+//! How a scene file refers to meshes and images.
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+
+use super::{Written, quote};
+use crate::world::{Assets, ImageId, MeshId};
+
+/// Paths as seen from the scene's folder.
+pub(super) struct AssetPaths<'a> {
+    assets: &'a Assets,
+    folder: PathBuf,
+    /// How many meshes came from one file.
+    meshes_of: HashMap<&'a Path, usize>,
+}
+
+impl<'a> AssetPaths<'a> {
+    pub(super) fn new(assets: &'a Assets, scene: &Path) -> Self {
+        let mut meshes_of = HashMap::new();
+        for source in assets.meshes.iter().filter_map(|mesh| mesh.source.as_deref()) {
+            *meshes_of.entry(source).or_default() += 1;
+        }
+        Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of }
+    }
+
+    /// The mesh's file in quotes.
+    pub(super) fn mesh(&self, id: MeshId) -> Written {
+        let number = id.0;
+        let mesh = self.assets.meshes.get(number as usize);
+        let mesh = mesh.ok_or_else(|| format!("there is no mesh of number {number}"))?;
+        let name =
+            if mesh.name.is_empty() { format!("number {number}") } else { format!("\"{}\"", mesh.name) };
+        let source = mesh.source.as_deref();
+        let source = source
+            .ok_or_else(|| format!("mesh {name} has no file to refer to: export it to a .ply file first"))?;
+        let extension = source.extension().unwrap_or_default().to_ascii_lowercase();
+        if extension != "ply" && extension != "obj" {
+            let file = source.display();
+            return Err(format!("mesh {name} is inside {file}: a scene refers to .ply and .obj files only"));
+        }
+        if self.meshes_of.get(source).is_some_and(|count| *count > 1) {
+            let file = source.display();
+            return Err(format!("mesh {name} is one of several from {file}: a scene cannot say which"));
+        }
+        self.relative(source)
+    }
+
+    /// The image's file in quotes.
+    pub(super) fn image(&self, id: ImageId) -> Written {
+        let number = id.0;
+        let image = self.assets.images.get(number as usize);
+        let image = image.ok_or_else(|| format!("there is no image of number {number}"))?;
+        let source = image.source.as_deref();
+        self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?)
+    }
+
+    fn relative(&self, file: &Path) -> Written {
+        let file = normal(file);
+        let shared = file.components().zip(self.folder.components()).take_while(|(a, b)| a == b).count();
+        let mut path = PathBuf::new();
+        if shared == 0 {
+            // Another drive.
+            path.push(&file);
+        } else {
+            path.extend(self.folder.components().skip(shared).map(|_| Component::ParentDir));
+            path.extend(file.components().skip(shared));
+        }
+        let text = path.to_str().ok_or_else(|| format!("the path {} is not UTF-8", path.display()))?;
+        let separator = std::path::MAIN_SEPARATOR_STR;
+        quote(&if separator == "/" { text.to_owned() } else { text.replace(separator, "/") })
+    }
+}
+
+/// Absolute, without `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    let absolute =
+        if path.as_os_str().is_empty() { std::env::current_dir() } else { std::path::absolute(path) };
+    let mut normal = PathBuf::new();
+    for component in absolute.unwrap_or_else(|_| path.to_owned()).components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                normal.pop();
+            }
+            other => normal.push(other),
+        }
+    }
+    normal
+}

@@ -1,0 +1,163 @@
+//! The components of an entity.
+
+use super::Written;
+use super::assets::AssetPaths;
+use super::number::{Keys, color, degrees, number, pairs, same, tuple, uniform_or_tuple, vectors};
+use crate::formats::ron::lower::glass;
+use crate::math::{Mat4, Rgb};
+use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::{
+    Assets, BlinnPhong, Camera, ColorInput, Falloff, Highlight, Light, Material, Pattern, Shape, Texture,
+    TextureId, Transform,
+};
+
+/// None for the identity, which need not be said.
+pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
+    match transform {
+        Transform::Matrix(matrix) => affine(matrix).map(Some),
+        Transform::Trs { translation, rotation, scale } => {
+            let [translation, scale] = [translation.to_array(), scale.to_array()];
+            let rotation = rotation.to_array();
+            let mut keys = Keys::default();
+            keys.push_unless(same(&translation, &[0.0; 3]), "translate", || tuple(&translation))?;
+            let is_default = same(&rotation, &[0.0, 0.0, 0.0, 1.0]);
+            keys.push_unless(is_default, "rotate_quaternion", || tuple(&rotation))?;
+            keys.push_unless(same(&scale, &[1.0; 3]), "scale", || uniform_or_tuple(&scale))?;
+            let written = keys.finish("");
+            Ok((written != "()").then_some(written))
+        }
+    }
+}
+
+fn affine(matrix: &Mat4) -> Written {
+    if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+        return Err("its matrix is not affine: the last row must be 0 0 0 1".to_owned());
+    }
+    let row = |index| tuple(&matrix.row(index).to_array());
+    Ok(format!("Matrix(({}, {}, {}))", row(0)?, row(1)?, row(2)?))
+}
+
+pub(super) fn shape(shape: &Shape, paths: &AssetPaths) -> Written {
+    Ok(match shape {
+        Shape::Sphere { radius_m } => format!("Sphere(radius_m: {})", number(*radius_m)?),
+        Shape::Triangle { vertices, normals, uvs } => {
+            let mut keys = Keys::default();
+            keys.push("vertices", vectors(vertices)?);
+            if let Some(normals) = normals {
+                keys.push("normals", vectors(normals)?);
+            }
+            if let Some(uvs) = uvs {
+                keys.push("uvs", pairs(uvs)?);
+            }
+            keys.finish("Triangle")
+        }
+        Shape::Plane { corners } => format!("Plane(corners: {})", vectors(corners)?),
+        Shape::Mesh(id) => format!("Mesh({})", paths.mesh(*id)?),
+    })
+}
+
+pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths) -> Written {
+    let Material::BlinnPhong(material) = material;
+    let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, emission } = material;
+    let default = if ior.is_some() { glass() } else { BlinnPhong::default() };
+    let mut keys = Keys::default();
+    let push_input = |keys: &mut Keys, key: &str, input: &ColorInput, default: &ColorInput| {
+        keys.push_unless(is_same_constant(input, default), key, || color_input(input, assets, paths))
+    };
+    push_input(&mut keys, "diffuse", diffuse, &default.diffuse)?;
+    push_input(&mut keys, "specular", specular, &default.specular)?;
+    keys.push_unless(same(&[*shininess], &[default.shininess]), "shininess", || number(*shininess))?;
+    keys.push_unless(*highlight == Highlight::default(), "highlight", || Ok(format!("{highlight:?}")))?;
+    push_input(&mut keys, "kr", kr, &default.kr)?;
+    keys.push_unless(same(&kt.to_array(), &default.kt.to_array()), "kt", || color(*kt))?;
+    if let Some(ior) = ior {
+        keys.push("ior", number(*ior)?);
+    }
+    push_input(&mut keys, "emission", emission, &default.emission)?;
+    Ok(keys.finish("BlinnPhong"))
+}
+
+fn is_same_constant(a: &ColorInput, b: &ColorInput) -> bool {
+    match (a, b) {
+        (ColorInput::Constant(a), ColorInput::Constant(b)) => same(&a.to_array(), &b.to_array()),
+        _ => false,
+    }
+}
+
+fn color_input(input: &ColorInput, assets: &Assets, paths: &AssetPaths) -> Written {
+    match input {
+        ColorInput::Constant(constant) => color(*constant),
+        ColorInput::Texture(TextureId(number)) => {
+            let texture = assets.textures.get(*number as usize);
+            texture_lookup(texture.ok_or_else(|| format!("there is no texture of number {number}"))?, paths)
+        }
+    }
+}
+
+fn texture_lookup(texture: &Texture, paths: &AssetPaths) -> Written {
+    let Texture { image, filter, wrap: [u, v], scale, offset, color_space, factor } = texture;
+    let image = paths.image(*image)?;
+    let [scale, offset] = [scale.to_array(), offset.to_array()];
+    let mut keys = Keys::default();
+    keys.push_unless(*filter == TextureFilter::default(), "filter", || Ok(format!("{filter:?}")))?;
+    keys.push_unless([*u, *v] == [Wrap::default(); 2], "wrap", || {
+        Ok(if u == v { format!("{u:?}") } else { format!("({u:?}, {v:?})") })
+    })?;
+    keys.push_unless(same(&scale, &[1.0; 2]), "scale", || uniform_or_tuple(&scale))?;
+    keys.push_unless(same(&offset, &[0.0; 2]), "offset", || tuple(&offset))?;
+    let is_default = *color_space == ColorSpace::default();
+    keys.push_unless(is_default, "color_space", || Ok(format!("{color_space:?}")))?;
+    keys.push_unless(same(&factor.to_array(), &Rgb::WHITE.to_array()), "factor", || color(*factor))?;
+    let rest = keys.finish("");
+    Ok(if rest == "()" {
+        format!("Image({image})")
+    } else {
+        format!("Texture(image: {image}, {}", &rest[1..])
+    })
+}
+
+pub(super) fn light(light: &Light) -> Written {
+    let mut keys = Keys::default();
+    let with_falloff = |mut keys: Keys, falloff: &Falloff, name: &str| {
+        keys.push_unless(*falloff == Falloff::default(), "falloff", || Ok(format!("{falloff:?}")))?;
+        Ok(keys.finish(name))
+    };
+    match light {
+        Light::Point { power_w, falloff } => {
+            keys.push("power_w", color(*power_w)?);
+            with_falloff(keys, falloff, "Point")
+        }
+        Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
+            keys.push("power_w", color(*power_w)?);
+            keys.push("inner_degrees", degrees(*inner_angle)?);
+            keys.push("outer_degrees", degrees(*outer_angle)?);
+            with_falloff(keys, falloff, "Spot")
+        }
+        Light::Directional { irradiance } => Ok(format!("Directional(irradiance: {})", color(*irradiance)?)),
+        Light::Area { power_w, size_m, samples, pattern, visible } => {
+            keys.push("power_w", color(*power_w)?);
+            keys.push("size_m", uniform_or_tuple(&size_m.to_array())?);
+            keys.push_unless(*samples == 1, "samples", || Ok(samples.to_string()))?;
+            keys.push_unless(*pattern == Pattern::default(), "pattern", || Ok(format!("{pattern:?}")))?;
+            keys.push_unless(!*visible, "visible", || Ok("true".to_owned()))?;
+            Ok(keys.finish("Area"))
+        }
+    }
+}
+
+pub(super) fn camera(camera: &Camera) -> Written {
+    Ok(match camera {
+        Camera::Pinhole { vertical_fov } => {
+            format!("Pinhole(vertical_fov_degrees: {})", degrees(*vertical_fov)?)
+        }
+        Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern } => {
+            let mut keys = Keys::default();
+            keys.push("vertical_fov_degrees", degrees(*vertical_fov)?);
+            keys.push("lens_radius_m", number(*lens_radius_m)?);
+            keys.push("focus_distance_m", number(*focus_distance_m)?);
+            keys.push_unless(*pattern == Pattern::default(), "pattern", || Ok(format!("{pattern:?}")))?;
+            keys.finish("ThinLens")
+        }
+        Camera::Orthographic { height_m } => format!("Orthographic(height_m: {})", number(*height_m)?),
+    })
+}

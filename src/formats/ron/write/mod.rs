@@ -1,0 +1,189 @@
+//! A world as a scene file that reads back as the same world: numbers with as many digits
+//! as their bits need, what is the default left out, one entity a line.
+//!
+//! What a file cannot say is refused: meshes and images without a file of their own, two
+//! entities of one name, infinity and NaN. Some names are made up, since a file refers by
+//! name: for parents, for unnamed materials that several entities share, and for
+//! materials whose name another one has.
+
+mod assets;
+mod components;
+mod number;
+mod settings;
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use self::assets::AssetPaths;
+use crate::error::SaveError;
+use crate::world::assets::NamedMaterial;
+use crate::world::{Camera, Light, MaterialId, Name, Parent, Shape, Transform, World};
+
+/// Longer entities take a line for each key.
+const LONGEST_LINE: usize = 110;
+
+/// Writes `world` to `path`; paths of meshes and images become relative to its folder.
+pub fn save(world: &World, path: &Path) -> Result<(), SaveError> {
+    let text = write(world, path)?;
+    std::fs::write(path, text).map_err(|error| SaveError::new(path, error))
+}
+
+/// The text of the scene file that [`save`] would write to `scene_path`.
+pub fn write(world: &World, scene_path: &Path) -> Result<String, SaveError> {
+    text(world, scene_path).map_err(|reason| SaveError::new(scene_path, reason))
+}
+
+/// Inside, an error is its reason.
+type Written<T = String> = Result<T, String>;
+
+fn text(world: &World, scene_path: &Path) -> Written {
+    let order = world.in_order();
+    let names = entity_names(world, &order)?;
+    let paths = AssetPaths::new(&world.assets, scene_path);
+    let materials = material_names(world, &order);
+    let mut text = String::from("(\n");
+    let settings = settings::settings(&world.settings)?;
+    if settings != "()" {
+        text.push_str(&format!("    settings: {settings},\n"));
+    }
+    let mut named: Vec<_> = materials.iter().collect();
+    named.sort_by_key(|(id, _)| id.0);
+    if !named.is_empty() {
+        text.push_str("    materials: {\n");
+        for (id, name) in named {
+            let material = components::material(&material(world, *id)?.material, &world.assets, &paths)?;
+            text.push_str(&format!("        {}: {material},\n", quote(name)?));
+        }
+        text.push_str("    },\n");
+    }
+    text.push_str("    entities: [\n");
+    for entity in order {
+        text.push_str(&one_entity(world, entity, &names, &materials, &paths)?);
+    }
+    text.push_str("    ],\n)\n");
+    Ok(text)
+}
+
+fn one_entity(
+    world: &World,
+    entity: hecs::Entity,
+    names: &HashMap<hecs::Entity, String>,
+    materials: &HashMap<MaterialId, String>,
+    paths: &AssetPaths,
+) -> Written {
+    let within = |reason: String| format!("{}: {reason}", world.name_of(entity));
+    let mut keys = Vec::new();
+    if let Some(name) = names.get(&entity) {
+        keys.push(format!("name: {}", quote(name)?));
+    }
+    if let Ok(parent) = world.entities.get::<&Parent>(entity) {
+        let name = names.get(&parent.0).ok_or_else(|| within("its parent does not exist".to_owned()))?;
+        keys.push(format!("parent: {}", quote(name)?));
+    }
+    if let Ok(transform) = world.entities.get::<&Transform>(entity) {
+        keys.extend(components::transform(&transform).map_err(within)?.map(|t| format!("transform: {t}")));
+    }
+    if let Ok(shape) = world.entities.get::<&Shape>(entity) {
+        keys.push(format!("shape: {}", components::shape(&shape, paths).map_err(within)?));
+    }
+    if let Ok(id) = world.entities.get::<&MaterialId>(entity) {
+        let written = match materials.get(&id) {
+            Some(name) => quote(name)?,
+            None => {
+                let material = &material(world, *id).map_err(within)?.material;
+                components::material(material, &world.assets, paths).map_err(within)?
+            }
+        };
+        keys.push(format!("material: {}", written.strip_prefix("BlinnPhong").unwrap_or(&written)));
+    }
+    if let Ok(light) = world.entities.get::<&Light>(entity) {
+        keys.push(format!("light: {}", components::light(&light).map_err(within)?));
+    }
+    if let Ok(camera) = world.entities.get::<&Camera>(entity) {
+        keys.push(format!("camera: {}", components::camera(&camera).map_err(within)?));
+    }
+    if keys.is_empty() {
+        // An entity needs one, and this is what the default would be.
+        keys.push("transform: ()".to_owned());
+    }
+    let line = keys.join(", ");
+    Ok(if line.chars().count() <= LONGEST_LINE {
+        format!("        ({line}),\n")
+    } else {
+        format!("        (\n            {},\n        ),\n", keys.join(",\n            "))
+    })
+}
+
+/// The names that entities have, and one for every parent that has none.
+fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::Entity, String>> {
+    let mut names = HashMap::new();
+    let mut taken = HashSet::new();
+    for entity in order {
+        let Ok(name) = world.entities.get::<&Name>(*entity) else { continue };
+        if !taken.insert(name.0.clone()) {
+            return Err(format!("two entities are called \"{}\": rename one of them", name.0));
+        }
+        names.insert(*entity, name.0.clone());
+    }
+    for entity in order {
+        let Ok(parent) = world.entities.get::<&Parent>(*entity) else { continue };
+        if world.entities.contains(parent.0) && !names.contains_key(&parent.0) {
+            let name = free_name(&world.name_of(parent.0), &taken);
+            taken.insert(name.clone());
+            names.insert(parent.0, name);
+        }
+    }
+    Ok(names)
+}
+
+/// The materials that stand in the file's map of materials, and their names there: those
+/// that have one, except where only a mesh file's own triangles use them (the mesh file
+/// brings them along again), and those that several entities share.
+fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, String> {
+    let mut users: HashMap<MaterialId, usize> = HashMap::new();
+    for entity in order {
+        if let Ok(id) = world.entities.get::<&MaterialId>(*entity) {
+            *users.entry(*id).or_default() += 1;
+        }
+    }
+    let of_meshes: HashSet<MaterialId> =
+        world.assets.meshes.iter().flat_map(|mesh| mesh.triangle_materials.iter().copied()).collect();
+    let mut taken: HashSet<String> =
+        world.assets.materials.iter().filter_map(|material| material.name.clone()).collect();
+    let mut given = HashSet::new();
+    let mut names = HashMap::new();
+    for (index, material) in world.assets.materials.iter().enumerate() {
+        let id = MaterialId(index as u32);
+        let users = users.get(&id).copied().unwrap_or(0);
+        let name = match &material.name {
+            Some(_) if users == 0 && of_meshes.contains(&id) => continue,
+            Some(name) if given.insert(name.clone()) => name.clone(),
+            Some(name) => free_name(name, &taken),
+            // Whatever is the default is written in two characters.
+            None if users > 1 && *material != NamedMaterial::default() => {
+                free_name(&format!("material {index}"), &taken)
+            }
+            None => continue,
+        };
+        taken.insert(name.clone());
+        names.insert(id, name);
+    }
+    names
+}
+
+/// `wish`, or `wish (2)` and so on.
+fn free_name(wish: &str, taken: &HashSet<String>) -> String {
+    let numbered = (2..).map(|number: u64| format!("{wish} ({number})"));
+    let mut candidates = std::iter::once(wish.to_owned()).chain(numbered);
+    candidates.find(|name| !taken.contains(name)).unwrap_or_default()
+}
+
+fn material(world: &World, id: MaterialId) -> Written<&NamedMaterial> {
+    let found = world.assets.materials.get(id.0 as usize);
+    found.ok_or_else(|| format!("there is no material of number {}", id.0))
+}
+
+/// A string as RON writes it.
+fn quote(string: &str) -> Written {
+    ron::to_string(string).map_err(|error| error.to_string())
+}

@@ -1,0 +1,91 @@
+//! Numbers that read back as the same bits, and what is made of them.
+
+use super::Written;
+use crate::formats::ron::lower::radians;
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// The shortest digits that lead back to `value`.
+pub(super) fn number(value: f32) -> Written {
+    if !value.is_finite() {
+        return Err(format!("{value} cannot be written: a scene's numbers are finite"));
+    }
+    let digits = format!("{value:?}");
+    Ok(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned))
+}
+
+/// The shortest degrees that lead back to these radians.
+pub(super) fn degrees(angle: f32) -> Written {
+    if !angle.is_finite() {
+        return Err(format!("{angle} cannot be written: a scene's angles are finite"));
+    }
+    let exact = f64::from(angle).to_degrees();
+    let leads_back = |digits: &String| {
+        digits.parse().is_ok_and(|degrees: f64| radians(degrees).to_bits() == angle.to_bits())
+    };
+    let rounded = (0..17).map(|places| format!("{exact:.places$}")).find(leads_back);
+    Ok(rounded.unwrap_or_else(|| format!("{exact:?}")))
+}
+
+/// `(1, 2, 3)`.
+pub(super) fn tuple(values: &[f32]) -> Written {
+    let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect::<Written<_>>()?;
+    Ok(format!("({})", numbers.join(", ")))
+}
+
+/// One number if all components are equal.
+pub(super) fn uniform_or_tuple(values: &[f32]) -> Written {
+    match values {
+        [first, rest @ ..] if rest.iter().all(|value| value.to_bits() == first.to_bits()) => number(*first),
+        _ => tuple(values),
+    }
+}
+
+/// A colour or a grey.
+pub(super) fn color(color: Rgb) -> Written {
+    uniform_or_tuple(&color.to_array())
+}
+
+/// `((x, y, z), …)`.
+pub(super) fn vectors(vectors: &[Vec3]) -> Written {
+    let written: Vec<String> = vectors.iter().map(|v| tuple(&v.to_array())).collect::<Written<_>>()?;
+    Ok(format!("({})", written.join(", ")))
+}
+
+/// `((u, v), …)`.
+pub(super) fn pairs(pairs: &[Vec2]) -> Written {
+    let written: Vec<String> = pairs.iter().map(|v| tuple(&v.to_array())).collect::<Written<_>>()?;
+    Ok(format!("({})", written.join(", ")))
+}
+
+/// Whether nothing at all would change: 0 and −0 compare equal and are not the same.
+pub(super) fn same(a: &[f32], b: &[f32]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+/// The keys of a structure that are not at their defaults.
+#[derive(Default)]
+pub(super) struct Keys(Vec<String>);
+
+impl Keys {
+    pub(super) fn push(&mut self, key: &str, value: impl std::fmt::Display) {
+        self.0.push(format!("{key}: {value}"));
+    }
+
+    /// Adds `key` unless `is_default`.
+    pub(super) fn push_unless(
+        &mut self,
+        is_default: bool,
+        key: &str,
+        value: impl FnOnce() -> Written,
+    ) -> Written<()> {
+        if !is_default {
+            self.push(key, value()?);
+        }
+        Ok(())
+    }
+
+    /// `Name(key: value, …)`.
+    pub(super) fn finish(self, name: &str) -> String {
+        format!("{name}({})", self.0.join(", "))
+    }
+}

@@ -1,0 +1,56 @@
+//! `settings`.
+
+use super::Written;
+use super::number::{Keys, color, number, same};
+use crate::world::{Background, PixelFilter, Settings};
+
+pub(super) fn settings(settings: &Settings) -> Written {
+    let Settings {
+        size: [width, height],
+        samples,
+        max_depth,
+        min_throughput,
+        transport,
+        seed,
+        filter,
+        pixel_pattern,
+        background,
+        ambient,
+        tonemap,
+        exposure_ev,
+    } = settings;
+    let default = Settings::default();
+    let mut keys = Keys::default();
+    keys.push_unless([*width, *height] == default.size, "size", || Ok(format!("({width}, {height})")))?;
+    keys.push_unless(*samples == default.samples, "samples", || Ok(samples.to_string()))?;
+    keys.push_unless(*max_depth == default.max_depth, "max_depth", || Ok(max_depth.to_string()))?;
+    let is_default = same(&[*min_throughput], &[default.min_throughput]);
+    keys.push_unless(is_default, "min_throughput", || number(*min_throughput))?;
+    keys.push_unless(*transport == default.transport, "transport", || Ok(format!("{transport:?}")))?;
+    keys.push_unless(*seed == default.seed, "seed", || Ok(seed.to_string()))?;
+    keys.push_unless(*filter == default.filter, "filter", || pixel_filter(*filter))?;
+    let is_default = *pixel_pattern == default.pixel_pattern;
+    keys.push_unless(is_default, "pixel_pattern", || Ok(format!("{pixel_pattern:?}")))?;
+    let is_default = matches!(background, Background::Constant(c) if same(&c.to_array(), &[0.0; 3]));
+    keys.push_unless(is_default, "background", || match background {
+        Background::Constant(radiance) => color(*radiance),
+        Background::Gradient { bottom, top } => {
+            Ok(format!("Gradient(bottom: {}, top: {})", color(*bottom)?, color(*top)?))
+        }
+    })?;
+    let is_default = same(&ambient.to_array(), &default.ambient.to_array());
+    keys.push_unless(is_default, "ambient", || color(*ambient))?;
+    keys.push_unless(*tonemap == default.tonemap, "tonemap", || Ok(format!("{tonemap:?}")))?;
+    let is_default = same(&[*exposure_ev], &[default.exposure_ev]);
+    keys.push_unless(is_default, "exposure_ev", || number(*exposure_ev))?;
+    Ok(keys.finish(""))
+}
+
+fn pixel_filter(filter: PixelFilter) -> Written {
+    Ok(match filter {
+        PixelFilter::Box => "Box".to_owned(),
+        PixelFilter::Tent { radius } => format!("Tent(radius: {})", number(radius)?),
+        PixelFilter::Gaussian { radius } => format!("Gaussian(radius: {})", number(radius)?),
+        PixelFilter::BlackmanHarris { radius } => format!("BlackmanHarris(radius: {})", number(radius)?),
+    })
+}

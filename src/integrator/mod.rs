@@ -1,0 +1,100 @@
+//! Light transport: what happens to light at one vertex ([`whitted`]), written once over
+//! lanes, and two schedules that move rays through it: [`recursive`], depth first and
+//! pixel by pixel, and [`wavefront`], breadth first and queue by queue. Layer 5.
+
+pub mod path;
+pub mod recursive;
+pub mod statistics;
+pub mod wavefront;
+pub mod whitted;
+
+use std::ops::Range;
+
+use crate::film::{Film, Region};
+use crate::sampling::filter::FilterTable;
+use crate::sampling::pattern::Grid;
+use crate::scene::CompiledScene;
+use crate::simd::Level;
+use crate::world::{Pattern, Settings};
+pub use statistics::{RayCounts, Stage, Statistics};
+
+/// Everything that transport reads: the scene and how it is to be rendered.
+pub struct Frame {
+    /// The scene.
+    pub scene: CompiledScene,
+    /// Width and height of the whole image in pixels.
+    pub size: [u32; 2],
+    /// Of the grid that a pixel's samples are spread over.
+    pub samples: Grid,
+    /// Where in a pixel samples go, before the filter.
+    pub pattern: Pattern,
+    /// What a pixel gathers.
+    pub filter: FilterTable,
+    /// Which random numbers.
+    pub seed: u64,
+    /// Bounces after the camera ray.
+    pub max_depth: u32,
+    /// A branch ends when no component of its throughput is above this.
+    pub min_throughput: f32,
+}
+
+impl Frame {
+    /// A scene with the settings to render it by.
+    pub fn new(scene: CompiledScene, settings: &Settings) -> Self {
+        Self {
+            scene,
+            size: settings.size,
+            samples: Grid::new(settings.samples),
+            pattern: settings.pixel_pattern,
+            filter: FilterTable::new(settings.filter),
+            seed: settings.seed,
+            max_depth: settings.max_depth,
+            min_throughput: settings.min_throughput,
+        }
+    }
+}
+
+/// In which order rays are traced. The image does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Schedule {
+    /// Breadth first: waves of many paths go through one stage after another.
+    #[default]
+    Wavefront,
+    /// Depth first: one path after another is followed to its end.
+    Recursive,
+}
+
+/// A worker's buffers, made once and used for tile after tile.
+pub enum Worker {
+    /// For [`Schedule::Wavefront`].
+    Wavefront(Box<wavefront::Wave>),
+    /// For [`Schedule::Recursive`].
+    Recursive(recursive::Recursion),
+}
+
+impl Worker {
+    /// Buffers for waves of `wave` paths, or for single paths.
+    pub fn new(frame: &Frame, schedule: Schedule, wave: usize) -> Self {
+        match schedule {
+            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave))),
+            Schedule::Recursive => Worker::Recursive(recursive::Recursion::new(frame)),
+        }
+    }
+
+    /// Renders a range of samples of a tile into a film of its own.
+    pub fn render(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        tile: Region,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+    ) -> Film {
+        let mut film = Film::new(tile);
+        match self {
+            Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics),
+            Worker::Recursive(recursion) => recursion.render(frame, level, &mut film, samples, statistics),
+        }
+        film
+    }
+}

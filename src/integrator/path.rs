@@ -1,0 +1,63 @@
+//! A path under way.
+
+use crate::math::{Color, Ray, Vector};
+use crate::sampling::Key;
+use crate::simd::{Float, Int};
+
+/// One path in each lane: the ray it goes along next and what it has gathered.
+#[derive(Clone, Copy)]
+pub struct Path<F: Float> {
+    /// Where the next ray begins.
+    pub origin: Vector<F>,
+    /// Its unit direction.
+    pub direction: Vector<F>,
+    /// The part of what it finds that reaches the film.
+    pub throughput: Color<F>,
+    /// What has been found so far.
+    pub radiance: Color<F>,
+    /// Column in the low, row in the high 16 bits.
+    pub pixel: F::Int,
+    /// Which of the pixel's samples.
+    pub sample: F::Int,
+    /// 0 for the path that the camera began, a hash for those that were forked off.
+    pub branch: F::Int,
+    /// Bounces so far.
+    pub depth: F::Int,
+}
+
+impl<F: Float> Path<F> {
+    /// The ray it goes along next.
+    #[inline(always)]
+    pub fn ray(&self) -> Ray<F> {
+        Ray {
+            origin: self.origin,
+            direction: self.direction,
+            t_min: F::zero(),
+            t_max: F::splat(f32::INFINITY),
+        }
+    }
+
+    /// Says which random numbers it draws.
+    #[inline(always)]
+    pub fn key(&self, seed: u64) -> Key<F::Int> {
+        Key::new(seed, self.pixel, self.sample, self.branch)
+    }
+}
+
+/// A pixel's column and row in one integer.
+#[inline(always)]
+pub fn pack_pixel(x: u32, y: u32) -> u32 {
+    x | y << 16
+}
+
+/// The inverse of [`pack_pixel`].
+#[inline(always)]
+pub fn unpack_pixel(pixel: u32) -> (u32, u32) {
+    (pixel & 0xffff, pixel >> 16)
+}
+
+/// Column and row as floats.
+#[inline(always)]
+pub fn pixel_place<F: Float>(pixel: F::Int) -> (F, F) {
+    ((pixel & F::Int::splat(0xffff)).to_float(), pixel.shr::<16>().to_float())
+}

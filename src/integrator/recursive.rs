@@ -1,0 +1,143 @@
+//! Depth first: every sample of a pixel is followed to its end before the next begins,
+//! with the single-ray kernels. A fork waits on a stack of our own instead of the
+//! thread's, so that no depth overflows it.
+
+use std::ops::Range;
+
+use smallvec::SmallVec;
+
+use super::path::{Path, pack_pixel};
+use super::whitted;
+use super::{Frame, Statistics};
+use crate::bvh::Stack;
+use crate::bvh::traverse::{any_one, closest_one};
+use crate::film::Film;
+use crate::math::{Hit, Rgb};
+use crate::shading::HitLanes;
+use crate::simd::{Kernel, Lanes, Level, dispatch};
+
+use std::num::Wrapping;
+
+/// A worker's buffers.
+pub struct Recursion {
+    stack: Stack,
+    forks: SmallVec<[Path<f32>; 32]>,
+}
+
+impl Recursion {
+    /// For a frame.
+    pub fn new(frame: &Frame) -> Self {
+        Self { stack: Stack::new(&frame.scene.bvh), forks: SmallVec::new() }
+    }
+
+    /// Renders a range of samples of all the film's pixels.
+    pub fn render(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+    ) {
+        dispatch(level, Tile { frame, film, samples, statistics, recursion: self });
+    }
+}
+
+struct Tile<'a> {
+    frame: &'a Frame,
+    film: &'a mut Film,
+    samples: Range<u32>,
+    statistics: &'a mut Statistics,
+    recursion: &'a mut Recursion,
+}
+
+impl Kernel for Tile<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let region = self.film.region();
+        for y in region.y0..region.y1 {
+            for x in region.x0..region.x1 {
+                for sample in self.samples.clone() {
+                    let pixel = Wrapping(pack_pixel(x, y));
+                    let path = whitted::begin::<f32>(self.frame, pixel, Wrapping(sample));
+                    self.film.count(x, y, sample);
+                    self.statistics.rays.camera += 1;
+                    self.recursion.forks.push(path);
+                    while let Some(path) = self.recursion.forks.pop() {
+                        let radiance = self.follow::<L>(path);
+                        self.film.add(x, y, sample, radiance);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Tile<'_> {
+    /// Follows a path to its end and returns its radiance; forks go onto the stack.
+    #[inline(always)]
+    fn follow<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
+        let frame = self.frame;
+        loop {
+            let hit = closest_one::<L>(&frame.scene.bvh, &path.ray(), &mut self.recursion.stack);
+            if hit.is_miss() {
+                return to_rgb(whitted::miss(frame, &path));
+            }
+            let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
+            path.radiance = radiance;
+            self.lights::<L>(&mut path, &vertex);
+            let follow = |direction, throughput, forked| {
+                whitted::follow(&path, &vertex, direction, throughput, forked)
+            };
+            let refracted = |forked| follow(scatter.refract, scatter.refract_throughput, forked);
+            self.statistics.rays.reflect += scatter.reflects as u64;
+            self.statistics.rays.refract += scatter.refracts as u64;
+            let next = match (scatter.reflects, scatter.refracts) {
+                (false, false) => return to_rgb(path.radiance),
+                (false, true) => refracted(false),
+                (true, refracts) => {
+                    if refracts {
+                        self.recursion.forks.push(refracted(true));
+                    }
+                    follow(scatter.reflect, scatter.reflect_throughput, false)
+                }
+            };
+            path = Path { radiance: path.radiance, ..next };
+        }
+    }
+
+    /// Adds what arrives from every sample of every light.
+    #[inline(always)]
+    fn lights<L: Lanes>(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
+        let frame = self.frame;
+        for light in 0..frame.scene.lights.len() {
+            for which in 0..frame.scene.lights[light].samples() {
+                let shadow = whitted::light_ray(frame, path, vertex, light, which, true);
+                if !shadow.mask {
+                    continue;
+                }
+                self.statistics.rays.shadow += 1;
+                if !any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack) {
+                    path.radiance = whitted::connect(path.radiance, shadow.contribution);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn one_lane(hit: &Hit) -> HitLanes<f32> {
+    HitLanes {
+        t: hit.t,
+        u: hit.u,
+        v: hit.v,
+        primitive: Wrapping(hit.primitive),
+        instance: Wrapping(hit.instance),
+    }
+}
+
+#[inline(always)]
+fn to_rgb(color: crate::math::Color<f32>) -> Rgb {
+    Rgb::new(color.r, color.g, color.b)
+}

@@ -1,0 +1,87 @@
+//! What rendering did and how long it took.
+
+use std::time::Duration;
+
+/// Rays by what they were traced for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera.
+    pub camera: u64,
+    /// Mirror images.
+    pub reflect: u64,
+    /// Into or out of what light passes.
+    pub refract: u64,
+    /// To lights.
+    pub shadow: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.camera + self.reflect + self.refract + self.shadow
+    }
+}
+
+/// The stages of the wavefront in the order of its loop. The recursive schedule is not
+/// timed by stage: looking at the clock for every ray would take longer than the ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Stage {
+    /// New samples into free places of the wave.
+    Generate,
+    /// Nearest hits.
+    Intersect,
+    /// Misses leave, hits close ranks.
+    Retire,
+    /// Hits to vertices, reflected and refracted rays.
+    Shade,
+    /// Vertices to shadow rays.
+    Light,
+    /// Shadow rays through the scene, and what arrives to its path.
+    Shadow,
+    /// Finished paths to the film, the next wave into place.
+    Advance,
+}
+
+impl Stage {
+    /// All, in order.
+    pub const ALL: [Stage; 7] = [
+        Stage::Generate,
+        Stage::Intersect,
+        Stage::Retire,
+        Stage::Shade,
+        Stage::Light,
+        Stage::Shadow,
+        Stage::Advance,
+    ];
+
+    /// In lower case.
+    pub fn name(self) -> &'static str {
+        ["generate", "intersect", "retire", "shade", "light", "shadow", "advance"][self as usize]
+    }
+}
+
+/// Counters of one worker or of all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Time of each [`Stage`], summed over workers.
+    pub stages: [Duration; 7],
+    /// Paths that left the wave for the pending stack because forks outgrew it.
+    pub spilled: u64,
+}
+
+impl Statistics {
+    /// Adds another worker's.
+    pub fn add(&mut self, other: &Statistics) {
+        self.rays.camera += other.rays.camera;
+        self.rays.reflect += other.rays.reflect;
+        self.rays.refract += other.rays.refract;
+        self.rays.shadow += other.rays.shadow;
+        self.spilled += other.spilled;
+        for (sum, more) in self.stages.iter_mut().zip(other.stages) {
+            *sum += more;
+        }
+    }
+}

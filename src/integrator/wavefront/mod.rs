@@ -1,0 +1,253 @@
+//! Breadth first: a wave of paths goes through one stage after another, each a kernel
+//! over queues. Forks and new samples fill the places of paths that have ended, so that
+//! lanes stay full at any depth.
+//!
+//! ```text
+//! camera ─┐                              ┌─ light ─> shadow ─> connect
+//! pending ┼─> intersect ─> retire ─> shade ┼─ reflect ─┐
+//!         │                              └─ refract ─┤
+//!         └──────────────── advance <────────────────┘
+//! ```
+
+pub mod queue;
+mod stages;
+
+use std::ops::Range;
+use std::time::Instant;
+
+use super::path::{pack_pixel, unpack_pixel};
+use super::{Frame, Stage, Statistics};
+use crate::bvh::{self, Stack};
+use crate::film::{Film, Region};
+use crate::math::Rgb;
+use crate::simd::{Level, dispatch};
+use queue::{Columns, HitQueue, PADDING, PathQueue, ShadowQueue, VertexQueue};
+use stages::{Generate, Light, Retire, Shade};
+
+/// A worker's queues, made once.
+pub struct Wave {
+    capacity: usize,
+    /// Paths of the wave.
+    paths: PathQueue,
+    hits: HitQueue,
+    vertices: VertexQueue,
+    reflect: PathQueue,
+    refract: PathQueue,
+    shadow: ShadowQueue,
+    /// Forks that found no place in the wave; last in, first out, so that it stays short.
+    pending: PathQueue,
+    goes_on: Vec<u32>,
+    occluded: Vec<u32>,
+    pixels: Vec<u32>,
+    samples: Vec<u32>,
+    t_min: Vec<f32>,
+    t_max: Vec<f32>,
+    stack: Stack,
+}
+
+impl Wave {
+    /// For waves of `capacity` paths, at least 1.
+    pub fn new(frame: &Frame, capacity: usize) -> Self {
+        let capacity = capacity.max(1);
+        let integers = || vec![0; capacity + PADDING];
+        Self {
+            capacity,
+            paths: PathQueue(Columns::new(capacity)),
+            hits: HitQueue(Columns::new(capacity)),
+            vertices: VertexQueue(Columns::new(capacity)),
+            reflect: PathQueue(Columns::new(capacity)),
+            refract: PathQueue(Columns::new(capacity)),
+            shadow: ShadowQueue(Columns::new(capacity)),
+            pending: PathQueue(Columns::new(capacity)),
+            goes_on: integers(),
+            occluded: integers(),
+            pixels: integers(),
+            samples: integers(),
+            t_min: vec![0.0; capacity + PADDING],
+            t_max: vec![f32::INFINITY; capacity + PADDING],
+            stack: Stack::new(&frame.scene.bvh),
+        }
+    }
+
+    /// Bytes of all queues.
+    pub fn bytes(&self) -> usize {
+        let paths = [&self.paths, &self.reflect, &self.refract, &self.pending];
+        let queues = paths.iter().map(|q| q.0.bytes()).sum::<usize>();
+        queues + self.hits.0.bytes() + self.vertices.0.bytes() + self.shadow.0.bytes() + 6 * 4 * self.capacity
+    }
+
+    /// Renders a range of samples of all the film's pixels.
+    pub fn render(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+    ) {
+        let mut todo = Todo::new(film.region(), samples);
+        let mut clock = Clock { statistics, last: Instant::now() };
+        loop {
+            self.generate(frame, level, film, &mut todo, &mut clock);
+            if self.paths.0.len() == 0 {
+                return;
+            }
+            let count = self.paths.0.len();
+            let rays = self.paths.rays(&self.t_min, &self.t_max);
+            bvh::closest(level, &frame.scene.bvh, rays, &mut self.stack, self.hits.columns(count));
+            clock.stage(Stage::Intersect);
+            dispatch(level, Retire { frame, paths: &mut self.paths, hits: &mut self.hits, film });
+            clock.stage(Stage::Retire);
+            self.shade(frame, level, &mut clock);
+            self.lights(frame, level, &mut clock);
+            self.advance(film, &mut clock);
+        }
+    }
+
+    /// New samples into the free places of the wave.
+    fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
+        let room = self.paths.0.room();
+        let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
+        for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
+            let (x, y) = unpack_pixel(*pixel);
+            film.count(x, y, *sample);
+        }
+        let (pixels, samples) = (&self.pixels, &self.samples);
+        dispatch(level, Generate { frame, pixels, samples, count, out: &mut self.paths });
+        clock.statistics.rays.camera += count as u64;
+        clock.stage(Stage::Generate);
+    }
+
+    fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        let stage = Shade {
+            frame,
+            paths: &mut self.paths,
+            hits: &self.hits,
+            vertices: &mut self.vertices,
+            goes_on: &mut self.goes_on,
+            reflect: &mut self.reflect,
+            refract: &mut self.refract,
+        };
+        dispatch(level, stage);
+        clock.statistics.rays.reflect += self.reflect.0.len() as u64;
+        clock.statistics.rays.refract += self.refract.0.len() as u64;
+        clock.stage(Stage::Shade);
+    }
+
+    /// All samples of all lights, light by light, as many to a shadow wave as fit.
+    fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        for light in 0..frame.scene.lights.len() {
+            for which in 0..frame.scene.lights[light].samples() {
+                if self.shadow.0.room() < self.paths.0.len() {
+                    self.shadows(frame, level, clock);
+                }
+                let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
+                dispatch(level, Light { frame, paths, vertices, light, which, out });
+                clock.stage(Stage::Light);
+            }
+        }
+        self.shadows(frame, level, clock);
+    }
+
+    /// Traces the shadow queue and adds what arrives, in the queue's order.
+    fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        let count = self.shadow.0.len();
+        let rays = self.shadow.rays(&self.t_min);
+        bvh::any(level, &frame.scene.bvh, rays, &mut self.stack, &mut self.occluded[..count]);
+        let ([r, g, b], targets) = self.shadow.contributions();
+        let [to_r, to_g, to_b] = self.paths.radiance_mut();
+        for i in 0..count {
+            if self.occluded[i] == 0 {
+                let target = targets[i] as usize;
+                to_r[target] += r[i];
+                to_g[target] += g[i];
+                to_b[target] += b[i];
+            }
+        }
+        clock.statistics.rays.shadow += count as u64;
+        self.shadow.0.clear();
+        clock.stage(Stage::Shadow);
+    }
+
+    /// Finished paths to the film, the others with their radiance to the next wave.
+    fn advance(&mut self, film: &mut Film, clock: &mut Clock) {
+        let (pixels, samples) = self.paths.pixels();
+        let [r, g, b] = self.paths.radiance();
+        for i in 0..pixels.len() {
+            if self.goes_on[i] == 0 {
+                let (x, y) = unpack_pixel(pixels[i]);
+                film.add(x, y, samples[i], Rgb::new(r[i], g[i], b[i]));
+            }
+        }
+        self.reflect.inherit(&self.paths);
+        self.refract.inherit(&self.paths);
+        self.paths.0.clear();
+        self.paths.fill_from(&mut self.reflect);
+        self.paths.fill_from(&mut self.refract);
+        clock.statistics.spilled += self.refract.0.len() as u64;
+        self.pending.spill_from(&mut self.refract);
+        self.paths.fill_from(&mut self.pending);
+        clock.stage(Stage::Advance);
+    }
+}
+
+/// Samples of a tile that have not begun: blocks of 8 × 8 pixels, within a block all
+/// samples of a pixel after another, so that neighbours in the wave are neighbours in the image.
+struct Todo {
+    region: Region,
+    samples: Range<u32>,
+    pixels: Vec<u32>,
+    next_pixel: usize,
+    next_sample: u32,
+}
+
+impl Todo {
+    const BLOCK: u32 = 8;
+
+    fn new(region: Region, samples: Range<u32>) -> Self {
+        let mut pixels = Vec::with_capacity(region.area());
+        for by in (region.y0..region.y1).step_by(Self::BLOCK as usize) {
+            for bx in (region.x0..region.x1).step_by(Self::BLOCK as usize) {
+                for y in by..(by + Self::BLOCK).min(region.y1) {
+                    for x in bx..(bx + Self::BLOCK).min(region.x1) {
+                        pixels.push(pack_pixel(x, y));
+                    }
+                }
+            }
+        }
+        Self { region, next_sample: samples.start, samples, pixels, next_pixel: 0 }
+    }
+
+    /// Fills both columns from the front; returns how many places it filled.
+    fn take(&mut self, pixels: &mut [u32], samples: &mut [u32]) -> usize {
+        if self.samples.is_empty() || self.region.area() == 0 {
+            return 0;
+        }
+        let mut count = 0;
+        while count < pixels.len() && self.next_pixel < self.pixels.len() {
+            pixels[count] = self.pixels[self.next_pixel];
+            samples[count] = self.next_sample;
+            count += 1;
+            self.next_sample += 1;
+            if self.next_sample == self.samples.end {
+                self.next_sample = self.samples.start;
+                self.next_pixel += 1;
+            }
+        }
+        count
+    }
+}
+
+/// Charges the time since the last stage to this one.
+struct Clock<'a> {
+    statistics: &'a mut Statistics,
+    last: Instant,
+}
+
+impl Clock<'_> {
+    fn stage(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.statistics.stages[stage as usize] += now - self.last;
+        self.last = now;
+    }
+}

@@ -1,0 +1,321 @@
+//! Queues in structure-of-arrays form: a column for each number, so that lanes load and
+//! pack them directly. Columns are as long as the queue's capacity plus the widest lane
+//! count: kernels may write past the end of what is used, never past a column.
+
+use crate::bvh::{HitsMut, Rays};
+use crate::integrator::path::Path;
+use crate::math::{Color, Vector};
+use crate::shading::HitLanes;
+use crate::simd::{Float, Int, Mask};
+
+/// More than any lane type is wide.
+pub const PADDING: usize = 16;
+
+/// `N` columns of floats and `M` of integers with a common length.
+pub struct Columns<const N: usize, const M: usize> {
+    floats: [Vec<f32>; N],
+    integers: [Vec<u32>; M],
+    length: usize,
+    capacity: usize,
+}
+
+impl<const N: usize, const M: usize> Columns<N, M> {
+    /// Room for `capacity` items.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            floats: std::array::from_fn(|_| vec![0.0; capacity + PADDING]),
+            integers: std::array::from_fn(|_| vec![0; capacity + PADDING]),
+            length: 0,
+            capacity,
+        }
+    }
+
+    /// How many items there are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
+    /// How many more fit.
+    pub fn room(&self) -> usize {
+        self.capacity - self.length
+    }
+
+    /// Forgets all items.
+    pub fn clear(&mut self) {
+        self.length = 0;
+    }
+
+    /// Sets the number of items, whose columns have been or will be written.
+    pub fn set_len(&mut self, length: usize) {
+        assert!(length <= self.capacity, "a queue holds more than its capacity");
+        self.length = length;
+    }
+
+    /// Twice the room, at least.
+    fn grow(&mut self, capacity: usize) {
+        self.capacity = capacity;
+        self.floats.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0.0));
+        self.integers.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0));
+    }
+
+    #[inline(always)]
+    fn float<F: Float>(&self, column: usize, at: usize) -> F {
+        F::load(&self.floats[column][at..])
+    }
+
+    #[inline(always)]
+    fn integer<I: Int>(&self, column: usize, at: usize) -> I {
+        I::load(&self.integers[column][at..])
+    }
+
+    /// Packs lanes to place `at`.
+    #[inline(always)]
+    fn pack<F: Float>(&mut self, at: usize, mask: F::Mask, floats: [F; N], integers: [F::Int; M]) {
+        for (column, value) in self.floats.iter_mut().zip(floats) {
+            value.compress(mask, &mut column[at..]);
+        }
+        for (column, value) in self.integers.iter_mut().zip(integers) {
+            value.compress(mask, &mut column[at..]);
+        }
+    }
+
+    /// Moves the last items of another queue, as many as fit, to the end of this one.
+    fn take_last(&mut self, from: &mut Self) {
+        let count = from.length.min(self.room());
+        let (start, to) = (from.length - count, self.length);
+        for (column, source) in self.floats.iter_mut().zip(&from.floats) {
+            column[to..to + count].copy_from_slice(&source[start..start + count]);
+        }
+        for (column, source) in self.integers.iter_mut().zip(&from.integers) {
+            column[to..to + count].copy_from_slice(&source[start..start + count]);
+        }
+        from.length = start;
+        self.length += count;
+    }
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        (N + M) * (self.capacity + PADDING) * 4
+    }
+}
+
+/// Paths: origin, direction, throughput, radiance; pixel, sample, branch, depth, source.
+///
+/// The source is the hit of the wave that a path comes from, whose radiance it takes along
+/// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
+pub struct PathQueue(pub Columns<12, 5>);
+
+/// Column of [`PathQueue`].
+const RADIANCE: usize = 9;
+/// Integer column of [`PathQueue`].
+const SOURCE: usize = 4;
+
+impl PathQueue {
+    /// The paths from `at` on.
+    #[inline(always)]
+    pub fn load<F: Float>(&self, at: usize) -> Path<F> {
+        let q = &self.0;
+        Path {
+            origin: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
+            direction: Vector::new(q.float(3, at), q.float(4, at), q.float(5, at)),
+            throughput: Color::new(q.float(6, at), q.float(7, at), q.float(8, at)),
+            radiance: Color::new(q.float(9, at), q.float(10, at), q.float(11, at)),
+            pixel: q.integer(0, at),
+            sample: q.integer(1, at),
+            branch: q.integer(2, at),
+            depth: q.integer(3, at),
+        }
+    }
+
+    /// Packs paths to place `at`; their number is not changed.
+    #[inline(always)]
+    pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
+        let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
+        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b];
+        self.0.pack::<F>(at, mask, floats, [path.pixel, path.sample, path.branch, path.depth, source]);
+    }
+
+    /// Appends paths.
+    #[inline(always)]
+    pub fn append<F: Float>(&mut self, mask: F::Mask, path: &Path<F>, source: F::Int) {
+        let at = self.0.length;
+        self.store(at, mask, path, source);
+        self.0.set_len(at + mask.count());
+    }
+
+    /// The rays along which the paths go, with columns of their ends.
+    pub fn rays<'a>(&'a self, t_min: &'a [f32], t_max: &'a [f32]) -> Rays<'a> {
+        let n = self.0.length;
+        let column = |i: usize| &self.0.floats[i][..n];
+        Rays {
+            origin: [0, 1, 2].map(column),
+            direction: [3, 4, 5].map(column),
+            t_min: &t_min[..n],
+            t_max: &t_max[..n],
+        }
+    }
+
+    /// Red, green and blue of the radiance so far.
+    pub fn radiance(&self) -> [&[f32]; 3] {
+        [0, 1, 2].map(|i| &self.0.floats[RADIANCE + i][..self.0.length])
+    }
+
+    /// The same to write to.
+    pub fn radiance_mut(&mut self) -> [&mut [f32]; 3] {
+        let n = self.0.length;
+        let [r, g, b] = &mut self.0.floats[RADIANCE..RADIANCE + 3] else { unreachable!() };
+        [&mut r[..n], &mut g[..n], &mut b[..n]]
+    }
+
+    /// Pixels and samples.
+    pub fn pixels(&self) -> (&[u32], &[u32]) {
+        (&self.0.integers[0][..self.0.length], &self.0.integers[1][..self.0.length])
+    }
+
+    /// Takes the radiance along from the hits that the paths come from.
+    pub fn inherit(&mut self, hits: &PathQueue) {
+        for i in 0..self.0.length {
+            let source = self.0.integers[SOURCE][i];
+            if source != crate::math::NONE {
+                for channel in RADIANCE..RADIANCE + 3 {
+                    self.0.floats[channel][i] = hits.0.floats[channel][source as usize];
+                }
+            }
+        }
+    }
+
+    /// Moves paths here until it is full.
+    pub fn fill_from(&mut self, from: &mut PathQueue) {
+        self.0.take_last(&mut from.0);
+    }
+
+    /// Moves all paths here, however many there are.
+    pub fn spill_from(&mut self, from: &mut PathQueue) {
+        if self.0.room() < from.0.length {
+            self.0.grow((self.0.length + from.0.length).next_power_of_two());
+        }
+        self.0.take_last(&mut from.0);
+    }
+}
+
+/// Hits of the rays of a wave: t, u, v; primitive, instance.
+pub struct HitQueue(pub Columns<3, 2>);
+
+impl HitQueue {
+    /// All columns for the first `count` rays, to write to.
+    pub fn columns(&mut self, count: usize) -> HitsMut<'_> {
+        let [t, u, v] = &mut self.0.floats;
+        let [primitive, instance] = &mut self.0.integers;
+        HitsMut {
+            t: &mut t[..count],
+            u: &mut u[..count],
+            v: &mut v[..count],
+            primitive: &mut primitive[..count],
+            instance: &mut instance[..count],
+        }
+    }
+
+    /// The hits from `at` on.
+    #[inline(always)]
+    pub fn load<F: Float>(&self, at: usize) -> HitLanes<F> {
+        HitLanes {
+            t: self.0.float::<F>(0, at),
+            u: self.0.float::<F>(1, at),
+            v: self.0.float::<F>(2, at),
+            primitive: self.0.integer(0, at),
+            instance: self.0.integer(1, at),
+        }
+    }
+
+    /// Packs hits to place `at`.
+    #[inline(always)]
+    pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, hit: &HitLanes<F>) {
+        self.0.pack::<F>(at, mask, [hit.t, hit.u, hit.v], [hit.primitive, hit.instance]);
+    }
+}
+
+/// Shadow rays: origin, direction, end, contribution; which hit they are for.
+pub struct ShadowQueue(pub Columns<10, 1>);
+
+impl ShadowQueue {
+    /// Appends rays.
+    #[inline(always)]
+    pub fn append<F: Float>(&mut self, shadow: &crate::integrator::whitted::ShadowRay<F>, target: F::Int) {
+        let (o, d, c) = (shadow.ray.origin, shadow.ray.direction, shadow.contribution);
+        let at = self.0.length;
+        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, shadow.ray.t_max, c.r, c.g, c.b];
+        self.0.pack::<F>(at, shadow.mask, floats, [target]);
+        self.0.set_len(at + shadow.mask.count());
+    }
+
+    /// The rays.
+    pub fn rays<'a>(&'a self, t_min: &'a [f32]) -> Rays<'a> {
+        let n = self.0.length;
+        let column = |i: usize| &self.0.floats[i][..n];
+        Rays {
+            origin: [0, 1, 2].map(column),
+            direction: [3, 4, 5].map(column),
+            t_min: &t_min[..n],
+            t_max: column(6),
+        }
+    }
+
+    /// What arrives along each and at which hit.
+    pub fn contributions(&self) -> ([&[f32]; 3], &[u32]) {
+        let n = self.0.length;
+        ([7, 8, 9].map(|i| &self.0.floats[i][..n]), &self.0.integers[0][..n])
+    }
+}
+
+/// What the lights need of each hit (see [`crate::integrator::whitted::Vertex`]).
+pub struct VertexQueue(pub Columns<17, 1>);
+
+impl VertexQueue {
+    /// Writes vertices to place `at`.
+    #[inline(always)]
+    pub fn store<F: Float>(&mut self, at: usize, vertex: &crate::integrator::whitted::Vertex<F>) {
+        let (p, g, n) = (vertex.position, vertex.geometric_normal, vertex.normal);
+        let (d, s) = (vertex.model.diffuse, vertex.model.specular);
+        let floats = [
+            p.x,
+            p.y,
+            p.z,
+            vertex.offset,
+            g.x,
+            g.y,
+            g.z,
+            n.x,
+            n.y,
+            n.z,
+            d.r,
+            d.g,
+            d.b,
+            s.r,
+            s.g,
+            s.b,
+            vertex.model.shininess,
+        ];
+        let phong = F::Int::select(vertex.model.phong, F::Int::splat(1), F::Int::splat(0));
+        self.0.pack::<F>(at, F::Mask::first(F::WIDTH), floats, [phong]);
+    }
+
+    /// The vertices from `at` on.
+    #[inline(always)]
+    pub fn load<F: Float>(&self, at: usize) -> crate::integrator::whitted::Vertex<F> {
+        let q = &self.0;
+        let phong: F::Int = self.0.integer(0, at);
+        crate::integrator::whitted::Vertex {
+            position: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
+            offset: q.float(3, at),
+            geometric_normal: Vector::new(q.float(4, at), q.float(5, at), q.float(6, at)),
+            normal: Vector::new(q.float(7, at), q.float(8, at), q.float(9, at)),
+            model: crate::shading::blinn_phong::BlinnPhong {
+                diffuse: Color::new(q.float(10, at), q.float(11, at), q.float(12, at)),
+                specular: Color::new(q.float(13, at), q.float(14, at), q.float(15, at)),
+                shininess: q.float(16, at),
+                phong: phong.eq(F::Int::splat(1)),
+            },
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
+//! queue; what happens to light in it is in [`crate::integrator::whitted`].
+
+use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
+use crate::film::Film;
+use crate::integrator::path::unpack_pixel;
+use crate::integrator::{Frame, whitted};
+use crate::math::{NONE, Rgb};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+
+/// The first `count` lanes, at most all.
+#[inline(always)]
+fn lanes<F: Float>(count: usize) -> F::Mask {
+    F::Mask::first(count.min(F::WIDTH))
+}
+
+/// The numbers `first`, `first + 1`, …
+#[inline(always)]
+fn numbered<I: Int>(first: usize) -> I {
+    const STEPS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    I::load(&STEPS) + I::splat(first as u32)
+}
+
+/// Camera paths for pixels and samples, to the end of `out`.
+pub struct Generate<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Packed pixels, padded.
+    pub pixels: &'a [u32],
+    /// Samples, padded.
+    pub samples: &'a [u32],
+    /// How many there are.
+    pub count: usize,
+    /// Where they go.
+    pub out: &'a mut PathQueue,
+}
+
+impl Kernel for Generate<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let width = L::Queue::WIDTH;
+        for at in (0..self.count).step_by(width) {
+            let pixel = <L::Queue as Float>::Int::load(&self.pixels[at..]);
+            let sample = <L::Queue as Float>::Int::load(&self.samples[at..]);
+            let path = whitted::begin::<L::Queue>(self.frame, pixel, sample);
+            self.out.append(lanes::<L::Queue>(self.count - at), &path, Int::splat(NONE));
+        }
+    }
+}
+
+/// Misses to the film; hits close ranks at the front of both queues.
+pub struct Retire<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Paths, in and out.
+    pub paths: &'a mut PathQueue,
+    /// Their hits, in and out.
+    pub hits: &'a mut HitQueue,
+    /// Where misses end.
+    pub film: &'a mut Film,
+}
+
+impl Kernel for Retire<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        let mut kept = 0;
+        for at in (0..count).step_by(width) {
+            let valid = lanes::<L::Queue>(count - at);
+            let path = self.paths.load::<L::Queue>(at);
+            let hit = self.hits.load::<L::Queue>(at);
+            let missed = hit.primitive.eq(Int::splat(NONE)) & valid;
+            if missed.any() {
+                let radiance = whitted::miss(self.frame, &path);
+                let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+                let (mut pixel, mut sample) = ([0; 16], [0; 16]);
+                radiance.r.store(&mut r);
+                radiance.g.store(&mut g);
+                radiance.b.store(&mut b);
+                path.pixel.store(&mut pixel);
+                path.sample.store(&mut sample);
+                let mut bits = missed.bits();
+                while bits != 0 {
+                    let lane = bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let (x, y) = unpack_pixel(pixel[lane]);
+                    self.film.add(x, y, sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
+                }
+            }
+            let stays = valid & !missed;
+            // In place: what is written lies at or before what has been read.
+            self.paths.store(kept, stays, &path, Int::splat(NONE));
+            self.hits.store(kept, stays, &hit);
+            kept += stays.count();
+        }
+        self.paths.0.set_len(kept);
+    }
+}
+
+/// Hits to vertices, and to the queues of reflected and refracted rays.
+pub struct Shade<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Paths that have hit something; their radiance gets what surfaces give off.
+    pub paths: &'a mut PathQueue,
+    /// What they have hit.
+    pub hits: &'a HitQueue,
+    /// For the lights, in the order of the paths.
+    pub vertices: &'a mut VertexQueue,
+    /// For each path 1 if it goes on.
+    pub goes_on: &'a mut [u32],
+    /// Mirror images.
+    pub reflect: &'a mut PathQueue,
+    /// What is seen through.
+    pub refract: &'a mut PathQueue,
+}
+
+impl Kernel for Shade<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        for at in (0..count).step_by(width) {
+            let valid = lanes::<L::Queue>(count - at);
+            let path = self.paths.load::<L::Queue>(at);
+            let hit = self.hits.load::<L::Queue>(at);
+            let (vertex, scatter, radiance) = whitted::hit(self.frame, &path, &hit, valid);
+            self.vertices.store(at, &vertex);
+            let [r, g, b] = self.paths.radiance_mut();
+            put(radiance.r, r, at);
+            put(radiance.g, g, at);
+            put(radiance.b, b, at);
+            let source = numbered::<<L::Queue as Float>::Int>(at);
+            let none = <L::Queue as Float>::Int::splat(NONE);
+            let forked = scatter.refracts & scatter.reflects;
+            if scatter.reflects.any() {
+                let nobody = <L::Queue as Float>::Mask::from_bits(0);
+                let next =
+                    whitted::follow(&path, &vertex, scatter.reflect, scatter.reflect_throughput, nobody);
+                self.reflect.append(scatter.reflects, &next, source);
+            }
+            if scatter.refracts.any() {
+                let next =
+                    whitted::follow(&path, &vertex, scatter.refract, scatter.refract_throughput, forked);
+                self.refract.append(scatter.refracts, &next, Int::select(forked, none, source));
+            }
+            let goes_on = scatter.reflects | scatter.refracts;
+            let flags: <L::Queue as Float>::Int = Int::select(goes_on, Int::splat(1), Int::splat(0));
+            flags.store(&mut self.goes_on[at..]);
+        }
+    }
+}
+
+/// Writes as many lanes as the column still has room for.
+#[inline(always)]
+fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
+    if column.len() - at >= F::WIDTH {
+        value.store(&mut column[at..]);
+    } else {
+        let mut lanes = [0.0; 16];
+        value.store(&mut lanes);
+        let rest = column.len() - at;
+        column[at..].copy_from_slice(&lanes[..rest]);
+    }
+}
+
+/// Vertices to shadow rays to one sample of a light, to the end of `out`.
+pub struct Light<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Paths at their hits.
+    pub paths: &'a PathQueue,
+    /// Their vertices.
+    pub vertices: &'a VertexQueue,
+    /// Which light.
+    pub light: usize,
+    /// Which of its samples.
+    pub which: u32,
+    /// Where the rays go.
+    pub out: &'a mut ShadowQueue,
+}
+
+impl Kernel for Light<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        for at in (0..count).step_by(width) {
+            let path = self.paths.load::<L::Queue>(at);
+            let vertex = self.vertices.load::<L::Queue>(at);
+            let valid = lanes::<L::Queue>(count - at);
+            let shadow = whitted::light_ray(self.frame, &path, &vertex, self.light, self.which, valid);
+            self.out.append(&shadow, numbered(at));
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The Whitted transport with distributed shadow and lens rays: what happens to light at
+//! one vertex. The only place that reads or writes throughput and radiance; both
+//! schedules call these functions and nothing else.
+//!
+//! A path's radiance is summed in the order of its vertices; at a vertex first what the
+//! surface gives off, then the lights in their order and each light's samples in theirs.
+//! A fork begins with no radiance and needs no join: the film's sums are exact.
+
+use super::Frame;
+use super::path::{Path, pixel_place};
+use crate::math::{Color, Ray, Vector};
+use crate::sampling::hash::combine;
+use crate::sampling::pattern::point;
+use crate::sampling::{Dimension, Key};
+use crate::shading::blinn_phong::BlinnPhong;
+use crate::shading::surface::leave;
+use crate::shading::{HitLanes, Shaded, Surface, camera, environment, fresnel, sample_light};
+use crate::simd::{Float, Int};
+
+/// The camera's path for a sample of a pixel.
+#[inline(always)]
+pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> {
+    let key = Key::new(frame.seed, pixel, sample, F::Int::splat(0));
+    let dimension = Dimension::Pixel.at(F::Int::splat(0));
+    let (u, v) = point::<F>(frame.pattern, frame.samples, key, dimension);
+    let (column, row) = pixel_place::<F>(pixel);
+    let half = F::splat(0.5);
+    let across = column + half + frame.filter.sample(u);
+    let down = row + half + frame.filter.sample(v);
+    let [width, height] = frame.size.map(|s| s as f32);
+    let scale = F::splat(2.0 / height);
+    let x = across * scale - F::splat(width / height);
+    let y = F::one() - down * scale;
+    let ray = camera::ray(&frame.scene.camera, x, y, key, frame.samples);
+    Path {
+        origin: ray.origin,
+        direction: ray.direction,
+        throughput: Color::new(F::one(), F::one(), F::one()),
+        radiance: Color::black(),
+        pixel,
+        sample,
+        branch: F::Int::splat(0),
+        depth: F::Int::splat(0),
+    }
+}
+
+/// Its radiance when the path has hit nothing; it ends there.
+#[inline(always)]
+pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
+    path.radiance + path.throughput * environment::radiance(&frame.scene.background, path.direction)
+}
+
+/// What is left of a hit for its lights.
+#[derive(Clone, Copy)]
+pub struct Vertex<F: Float> {
+    /// In world space.
+    pub position: Vector<F>,
+    /// See [`Surface::offset`].
+    pub offset: F,
+    /// Of the surface itself, on the viewer's side.
+    pub geometric_normal: Vector<F>,
+    /// For shading, on the viewer's side.
+    pub normal: Vector<F>,
+    /// How it answers light.
+    pub model: BlinnPhong<F>,
+}
+
+/// Where a path goes on from a hit. A lane may be in both masks: the path goes on with the
+/// reflection, and the refraction is forked off.
+pub struct Scatter<F: Float> {
+    /// Direction of the mirror image.
+    pub reflect: Vector<F>,
+    /// Throughput along it.
+    pub reflect_throughput: Color<F>,
+    /// Lanes that go there.
+    pub reflects: F::Mask,
+    /// Direction of what is seen through.
+    pub refract: Vector<F>,
+    /// Throughput along it.
+    pub refract_throughput: Color<F>,
+    /// Lanes that go there.
+    pub refracts: F::Mask,
+}
+
+/// Looks a hit up: returns what the lights need, where the path goes on, and its radiance
+/// with what the surface gives off by itself.
+#[inline(always)]
+pub fn hit<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    mask: F::Mask,
+) -> (Vertex<F>, Scatter<F>, Color<F>) {
+    let scene = &frame.scene;
+    let ray = path.ray();
+    let surface = Surface::new(&scene.geometry, &ray, hit, mask);
+    let shaded = Shaded::new(&scene.materials, &scene.textures, &surface, mask);
+    let own = shaded.emission + shaded.diffuse * Color::splat(scene.ambient);
+    let radiance = path.radiance + path.throughput * own;
+    let scatter = scatter(frame, path, &surface, &shaded, mask);
+    let vertex = Vertex {
+        position: surface.position,
+        offset: surface.offset,
+        geometric_normal: surface.geometric_normal,
+        normal: surface.normal,
+        model: BlinnPhong {
+            diffuse: shaded.diffuse,
+            specular: shaded.specular,
+            shininess: shaded.shininess,
+            phong: shaded.phong,
+        },
+    };
+    (vertex, scatter, radiance)
+}
+
+/// Mirror image and refraction with their weights.
+#[inline(always)]
+fn scatter<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    shaded: &Shaded<F>,
+    mask: F::Mask,
+) -> Scatter<F> {
+    let goes_on = mask & path.depth.lt(F::Int::splat(frame.max_depth));
+    let normal = surface.normal;
+    let direction = path.direction;
+    let mut reflect_weight = shaded.kr;
+    let mut refract_weight = Color::black();
+    let mut refract = direction;
+    if shaded.any_refracts(goes_on) {
+        let clear = shaded.ior.gt(F::zero());
+        let ior = F::select(clear, shaded.ior, F::one());
+        let eta = F::select(surface.inside, ior, F::one() / ior);
+        let boundary = fresnel::boundary(direction, normal, eta);
+        let reflectance = F::select(clear, boundary.reflectance, F::one());
+        reflect_weight = shaded.kr * reflectance;
+        refract_weight = Color::select(clear, shaded.kt * (F::one() - reflectance), Color::black());
+        refract = boundary.refracted;
+    }
+    // With an interpolated normal both can end up on the wrong side of the surface; then the
+    // surface's own normal takes its place.
+    let mirrored = fresnel::reflect(direction, normal);
+    let through = mirrored.dot(surface.geometric_normal).le(F::zero());
+    let reflect = Vector::select(through, fresnel::reflect(direction, surface.geometric_normal), mirrored);
+    let stays = refract.dot(surface.geometric_normal).ge(F::zero());
+    let refract = Vector::select(stays, direction, refract);
+
+    let least = F::splat(frame.min_throughput);
+    let reflect_throughput = path.throughput * reflect_weight;
+    let refract_throughput = path.throughput * refract_weight;
+    Scatter {
+        // Unit length to the last bits, however many bounces there are.
+        reflect: reflect.normalize(),
+        reflect_throughput,
+        reflects: goes_on & reflect_throughput.max_component().gt(least),
+        refract,
+        refract_throughput,
+        refracts: goes_on & refract_throughput.max_component().gt(least),
+    }
+}
+
+/// The path that goes on along one of a scatter's directions, without its radiance.
+#[inline(always)]
+pub fn follow<F: Float>(
+    path: &Path<F>,
+    vertex: &Vertex<F>,
+    direction: Vector<F>,
+    throughput: Color<F>,
+    forked: F::Mask,
+) -> Path<F> {
+    let depth = path.depth + F::Int::splat(1);
+    Path {
+        origin: leave(vertex.position, vertex.geometric_normal, vertex.offset, direction),
+        direction,
+        throughput,
+        radiance: Color::black(),
+        branch: F::Int::select(forked, combine(path.branch, depth), path.branch),
+        depth,
+        ..*path
+    }
+}
+
+/// A ray to a light and what arrives along it if nothing is between.
+pub struct ShadowRay<F: Float> {
+    /// Ends just before the light.
+    pub ray: Ray<F>,
+    /// To be added to the path's radiance.
+    pub contribution: Color<F>,
+    /// Lanes in which there is something to gain.
+    pub mask: F::Mask,
+}
+
+/// The shadow ray from a vertex to sample `which` of a light.
+#[inline(always)]
+pub fn light_ray<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    vertex: &Vertex<F>,
+    light: usize,
+    which: u32,
+    mask: F::Mask,
+) -> ShadowRay<F> {
+    let key = path.key(frame.seed);
+    let sample = sample_light(
+        &frame.scene.lights[light],
+        light as u32,
+        which,
+        frame.samples,
+        key,
+        path.depth,
+        vertex.position,
+    );
+    let zero = F::zero();
+    let to_light = sample.direction;
+    let lit = vertex.normal.dot(to_light).gt(zero) & vertex.geometric_normal.dot(to_light).gt(zero);
+    let answer = vertex.model.evaluate(vertex.normal, -path.direction, to_light);
+    let contribution = path.throughput * (answer * sample.irradiance);
+    let origin = leave(vertex.position, vertex.geometric_normal, vertex.offset, to_light);
+    ShadowRay {
+        ray: Ray {
+            origin,
+            direction: to_light,
+            t_min: zero,
+            t_max: sample.distance * F::splat(crate::shading::light::SHADOW_END),
+        },
+        contribution,
+        mask: mask & lit & contribution.max_component().gt(zero),
+    }
+}
+
+/// Adds what has arrived from a light.
+#[inline(always)]
+pub fn connect<F: Float>(radiance: Color<F>, contribution: Color<F>) -> Color<F> {
+    radiance + contribution
+}

@@ -1,0 +1,194 @@
+//! Vectors and colours over lanes: the generic twins of `Vec3` and `Rgb`.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use super::{Rgb, Vec3};
+use crate::simd::{Float, Int};
+
+/// A vector in each lane.
+#[derive(Clone, Copy)]
+pub struct Vector<F> {
+    /// Along X.
+    pub x: F,
+    /// Along Y.
+    pub y: F,
+    /// Along Z.
+    pub z: F,
+}
+
+impl<F: Float> Vector<F> {
+    /// From its components.
+    #[inline(always)]
+    pub fn new(x: F, y: F, z: F) -> Self {
+        Self { x, y, z }
+    }
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Self {
+        Self::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))
+    }
+    /// Zero.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self::splat(Vec3::ZERO)
+    }
+    /// Three consecutive entries of a table at `3 * index`.
+    #[inline(always)]
+    pub fn gather(table: &[[f32; 3]], index: F::Int, mask: F::Mask) -> Self {
+        Self::gather_flat(table.as_flattened(), index * F::Int::splat(3), mask)
+    }
+    /// Three consecutive entries of a table from `first` on.
+    #[inline(always)]
+    pub fn gather_flat(table: &[f32], first: F::Int, mask: F::Mask) -> Self {
+        Self::new(
+            F::gather(table, first, mask),
+            F::gather(table, first + F::Int::splat(1), mask),
+            F::gather(table, first + F::Int::splat(2), mask),
+        )
+    }
+    /// a · b, summed x, y, z.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> F {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+    /// a × b.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+    /// |v|.
+    #[inline(always)]
+    pub fn length(self) -> F {
+        self.dot(self).sqrt()
+    }
+    /// v / |v|; not a number for a zero vector.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (F::one() / self.length())
+    }
+    /// Each component without its sign.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+    /// `yes` where `mask` is set, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        Self::new(F::select(mask, yes.x, no.x), F::select(mask, yes.y, no.y), F::select(mask, yes.z, no.z))
+    }
+    /// The vector of one lane.
+    #[inline(always)]
+    pub fn lane(self, lane: usize) -> Vec3 {
+        Vec3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
+    }
+}
+
+impl<F: Float> Add for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<F: Float> Sub for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<F: Float> Mul<F> for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: F) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+impl<F: Float> Neg for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}
+
+/// A linear colour in each lane.
+#[derive(Clone, Copy)]
+pub struct Color<F> {
+    /// Red.
+    pub r: F,
+    /// Green.
+    pub g: F,
+    /// Blue.
+    pub b: F,
+}
+
+impl<F: Float> Color<F> {
+    /// From its components.
+    #[inline(always)]
+    pub fn new(r: F, g: F, b: F) -> Self {
+        Self { r, g, b }
+    }
+    /// The same colour in every lane.
+    #[inline(always)]
+    pub fn splat(c: Rgb) -> Self {
+        Self::new(F::splat(c.r), F::splat(c.g), F::splat(c.b))
+    }
+    /// Black.
+    #[inline(always)]
+    pub fn black() -> Self {
+        Self::splat(Rgb::BLACK)
+    }
+    /// Three consecutive entries of a table at `3 * index`.
+    #[inline(always)]
+    pub fn gather(table: &[[f32; 3]], index: F::Int, mask: F::Mask) -> Self {
+        let v = Vector::gather(table, index, mask);
+        Self::new(v.x, v.y, v.z)
+    }
+    /// The largest component.
+    #[inline(always)]
+    pub fn max_component(self) -> F {
+        self.r.max(self.g).max(self.b)
+    }
+    /// `yes` where `mask` is set, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        Self::new(F::select(mask, yes.r, no.r), F::select(mask, yes.g, no.g), F::select(mask, yes.b, no.b))
+    }
+    /// The colour of one lane.
+    #[inline(always)]
+    pub fn lane(self, lane: usize) -> Rgb {
+        Rgb::new(self.r.lane(lane), self.g.lane(lane), self.b.lane(lane))
+    }
+}
+
+impl<F: Float> Add for Color<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.r + other.r, self.g + other.g, self.b + other.b)
+    }
+}
+
+impl<F: Float> Mul for Color<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.r * other.r, self.g * other.g, self.b * other.b)
+    }
+}
+
+impl<F: Float> Mul<F> for Color<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: F) -> Self {
+        Self::new(self.r * factor, self.g * factor, self.b * factor)
+    }
+}

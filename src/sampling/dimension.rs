@@ -1,0 +1,57 @@
+//! Every use of a random number has a named dimension, 16 for the camera and 16 for
+//! each bounce, so that no two uses share one.
+
+use crate::simd::Int;
+
+/// How many dimensions a bounce has.
+pub const PER_BOUNCE: u32 = 16;
+
+/// What a random number is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Dimension {
+    /// The place in the pixel: two numbers and the order of the strata.
+    Pixel = 0,
+    /// The place on the lens: two numbers and the order of the strata.
+    Lens = 3,
+    /// Of a bounce: the place on a light. Lights and their samples are told apart by [`super::Key::fork`].
+    Light = 16,
+}
+
+impl Dimension {
+    /// How many consecutive numbers the use draws.
+    pub const fn count(self) -> u32 {
+        3
+    }
+
+    /// The number of this dimension at a bounce (0 is the first hit, and what camera
+    /// dimensions take).
+    #[inline(always)]
+    pub fn at<I: Int>(self, bounce: I) -> I {
+        I::splat(self as u32) + bounce * I::splat(PER_BOUNCE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_do_not_overlap() {
+        let all = [Dimension::Pixel, Dimension::Lens, Dimension::Light];
+        let mut used = std::collections::HashSet::new();
+        for dimension in all {
+            let bounces = if (dimension as u32) < PER_BOUNCE { 1 } else { 300 };
+            for bounce in 0..bounces {
+                for k in 0..dimension.count() {
+                    assert!(
+                        used.insert(dimension.at(std::num::Wrapping(bounce)).0 + k),
+                        "{dimension:?} at bounce {bounce}"
+                    );
+                }
+            }
+            let end = dimension as u32 % PER_BOUNCE + dimension.count();
+            assert!(end <= PER_BOUNCE, "{dimension:?} runs into the next bounce");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Counter-based random numbers: an integer hash of where the number is used.
+
+use std::num::Wrapping;
+
+use crate::simd::{Float, Int};
+
+/// A bijection of 32-bit integers that changes half of the bits for any change of one
+/// (the multiply and xor-shift construction, Wellons' "hash prospector" family).
+#[inline(always)]
+pub fn mix<I: Int>(x: I) -> I {
+    let x = x ^ x.shr::<16>();
+    let x = x * I::splat(0x21f0_aaad);
+    let x = x ^ x.shr::<15>();
+    let x = x * I::splat(0xd35a_2d97);
+    x ^ x.shr::<15>()
+}
+
+/// The hash of a hash and one more integer.
+#[inline(always)]
+pub fn combine<I: Int>(hash: I, value: I) -> I {
+    mix(hash * I::splat(0x9e37_79b1) + value)
+}
+
+/// 24 random bits as a float in [0, 1).
+#[inline(always)]
+pub fn to_unit<F: Float>(bits: F::Int) -> F {
+    bits.shr::<8>().to_float() * F::splat(1.0 / 16_777_216.0)
+}
+
+/// Says which numbers are drawn: the hash of seed, pixel and branch, and the sample apart,
+/// because stratified patterns need it by itself.
+#[derive(Clone, Copy)]
+pub struct Key<I> {
+    hash: I,
+    /// Which of the pixel's samples.
+    pub sample: I,
+}
+
+impl<I: Int> Key<I> {
+    /// The key of a path's branch. `branch` is 0 for the path that the camera began.
+    #[inline(always)]
+    pub fn new(seed: u64, pixel: I, sample: I, branch: I) -> Self {
+        let seed = combine(I::splat(seed as u32), I::splat((seed >> 32) as u32));
+        Self { hash: combine(combine(seed, pixel), branch), sample }
+    }
+
+    /// The same sample's key for one of several equal uses (a light, a shadow ray).
+    #[inline(always)]
+    pub fn fork(self, which: u32) -> Self {
+        Self { hash: combine(self.hash, I::splat(which ^ 0x5bd1_e995)), ..self }
+    }
+
+    /// A number of the sample for a dimension.
+    #[inline(always)]
+    pub fn uniform<F: Float<Int = I>>(self, dimension: I) -> F {
+        to_unit(combine(combine(self.hash, dimension), self.sample))
+    }
+
+    /// A hash that all samples of the pixel share, for a dimension.
+    #[inline(always)]
+    pub fn shared(self, dimension: I) -> I {
+        combine(self.hash, dimension)
+    }
+}
+
+/// The numbers of one key as a generator for `rand`'s traits and distributions: what
+/// generators of scenes and tests draw from.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    hash: u32,
+    counter: u32,
+}
+
+impl Stream {
+    /// The numbers of a seed.
+    pub fn new(seed: u64) -> Self {
+        let halves = (Wrapping(seed as u32), Wrapping((seed >> 32) as u32));
+        Self { hash: combine(mix(halves.0), halves.1).0, counter: 0 }
+    }
+}
+
+impl rand::TryRng for Stream {
+    type Error = std::convert::Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
+        self.counter = self.counter.wrapping_add(1);
+        Ok(combine(Wrapping(self.hash), Wrapping(self.counter)).0)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
+        Ok(u64::from(self.try_next_u32()?) << 32 | u64::from(self.try_next_u32()?))
+    }
+
+    fn try_fill_bytes(&mut self, out: &mut [u8]) -> Result<(), Self::Error> {
+        for chunk in out.chunks_mut(4) {
+            chunk.copy_from_slice(&self.try_next_u32()?.to_le_bytes()[..chunk.len()]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+
+    #[test]
+    fn numbers_are_uniform_and_dimensions_independent() {
+        let n = 1 << 16;
+        let draw = |s: u32, d: u32| -> f32 {
+            Key::new(7, Wrapping(3), Wrapping(s), Wrapping(0)).uniform(Wrapping(d))
+        };
+        let (mut bins, mut sum_xy, mut sum_x, mut sum_y) = ([0u32; 64], 0.0f64, 0.0f64, 0.0f64);
+        for s in 0..n {
+            let (x, y) = (draw(s, 0), draw(s, 1));
+            assert!((0.0..1.0).contains(&x));
+            bins[(x * 64.0) as usize] += 1;
+            sum_xy += (x * y) as f64;
+            sum_x += x as f64;
+            sum_y += y as f64;
+        }
+        let expected = n as f64 / 64.0;
+        let chi2: f64 = bins.iter().map(|&b| (b as f64 - expected).powi(2) / expected).sum();
+        assert!(chi2 < 103.4, "chi² of 63 degrees of freedom, 0.1 %: {chi2}");
+        let n = n as f64;
+        let correlation = (sum_xy / n - sum_x / n * sum_y / n) * 12.0;
+        assert!(correlation.abs() < 0.02, "{correlation}");
+    }
+
+    #[test]
+    fn a_stream_is_a_generator_for_rand() {
+        let mut a = Stream::new(1);
+        let values: Vec<f32> = (0..1000).map(|_| a.random_range(0.0..1.0)).collect();
+        let mean = values.iter().sum::<f32>() / 1000.0;
+        assert!((mean - 0.5).abs() < 0.04, "{mean}");
+        assert_ne!(Stream::new(2).random::<u64>(), Stream::new(1).random::<u64>());
+    }
+}

@@ -1,0 +1,11 @@
+//! Numbers: every random number is a pure function of (seed, pixel, sample, branch,
+//! dimension), so that any schedule draws the same ones. Layer 1.
+
+pub mod dimension;
+pub mod filter;
+pub mod hash;
+pub mod pattern;
+pub mod warp;
+
+pub use dimension::Dimension;
+pub use hash::{Key, Stream};

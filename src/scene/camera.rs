@@ -1,0 +1,45 @@
+//! The compiled camera.
+
+use crate::math::Vec3;
+use crate::world::Pattern;
+
+/// A place, three unit axes and a projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The pinhole or the centre of the lens.
+    pub origin: Vec3,
+    /// To the right of the image.
+    pub right: Vec3,
+    /// To its top.
+    pub up: Vec3,
+    /// Into the scene.
+    pub forward: Vec3,
+    /// From image points to rays.
+    pub projection: Projection,
+}
+
+/// How image points become rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through one point.
+    Pinhole {
+        /// Tangent of half the vertical angle of view.
+        tan_half_fov: f32,
+    },
+    /// Through a lens.
+    ThinLens {
+        /// Tangent of half the vertical angle of view.
+        tan_half_fov: f32,
+        /// In metres.
+        lens_radius: f32,
+        /// Along the axis, in metres.
+        focus_distance: f32,
+        /// Of a pixel's samples over the lens.
+        pattern: Pattern,
+    },
+    /// Parallel.
+    Orthographic {
+        /// Half the height of the image in metres.
+        half_height: f32,
+    },
+}

@@ -1,0 +1,119 @@
+//! Geometry as shading sees it: by primitive id.
+
+use crate::math::NONE;
+
+/// Vertices, triangles and spheres. Those of the world's tree are in world space, those
+/// of instanced subtrees in the space of their mesh.
+#[derive(Debug, Default)]
+pub struct Geometry {
+    /// Vertices.
+    pub positions: Vec<[f32; 3]>,
+    /// Shading normals of the parts that have them.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates of the parts that have them.
+    pub uvs: Vec<[f32; 2]>,
+    /// Vertex colours of the parts that have them.
+    pub colors: Vec<[f32; 3]>,
+    /// Vertex indices by triangle id.
+    pub triangles: Vec<[u32; 3]>,
+    /// The part of each triangle.
+    pub triangle_parts: Vec<u32>,
+    /// Centres and radii by sphere id (without its flag).
+    pub spheres: Vec<[f32; 4]>,
+    /// World to object rotation of each sphere, by rows, for its texture coordinates.
+    pub sphere_axes: Vec<[f32; 9]>,
+    /// The part of each sphere.
+    pub sphere_parts: Vec<u32>,
+    /// What the primitives of one shape and material share.
+    pub parts: Parts,
+    /// To-world (12) and to-local (12) matrices of each instance, by rows.
+    pub instances: Vec<[f32; 24]>,
+    /// The material that an instance gives to all of its subtree, or [`NONE`].
+    pub instance_materials: Vec<u32>,
+}
+
+/// Columns of [`Part`].
+#[derive(Debug, Default)]
+pub struct Parts {
+    /// See [`Part::material`].
+    pub material: Vec<u32>,
+    /// See [`Part::normals`].
+    pub normals: Vec<u32>,
+    /// See [`Part::uvs`].
+    pub uvs: Vec<u32>,
+    /// See [`Part::colors`].
+    pub colors: Vec<u32>,
+    /// 1 or, see [`Part::mirrored`], −1.
+    pub sign: Vec<f32>,
+    /// The entity's number in the world, for people.
+    pub entity: Vec<u32>,
+}
+
+/// What the primitives of one shape and material share.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Index into the materials.
+    pub material: u32,
+    /// Added (wrapping) to a vertex index gives the index of its normal; [`NONE`]: flat.
+    pub normals: u32,
+    /// The same for texture coordinates.
+    pub uvs: u32,
+    /// The same for colours.
+    pub colors: u32,
+    /// Whether its transform turned counter-clockwise into clockwise.
+    pub mirrored: bool,
+    /// The entity's number in the world.
+    pub entity: u32,
+}
+
+impl Geometry {
+    /// Adds a part and returns its index.
+    pub fn add_part(&mut self, part: Part) -> u32 {
+        self.parts.material.push(part.material);
+        self.parts.normals.push(part.normals);
+        self.parts.uvs.push(part.uvs);
+        self.parts.colors.push(part.colors);
+        self.parts.sign.push(if part.mirrored { -1.0 } else { 1.0 });
+        self.parts.entity.push(part.entity);
+        self.parts.material.len() as u32 - 1
+    }
+
+    /// What the acceleration structure is built from.
+    pub fn shapes(&self) -> crate::bvh::Geometry<'_> {
+        crate::bvh::Geometry {
+            positions: &self.positions,
+            triangles: &self.triangles,
+            spheres: &self.spheres,
+        }
+    }
+
+    /// The material of a hit.
+    pub fn material_of(&self, primitive: u32, instance: u32) -> u32 {
+        if instance != NONE {
+            let own = self.instance_materials[instance as usize];
+            if own != NONE {
+                return own;
+            }
+        }
+        let part = if primitive & crate::bvh::SPHERE != 0 {
+            self.sphere_parts[(primitive & !crate::bvh::SPHERE) as usize]
+        } else {
+            self.triangle_parts[primitive as usize]
+        };
+        self.parts.material[part as usize]
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.uvs[..])
+            + size_of_val(&self.colors[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.triangle_parts[..])
+            + size_of_val(&self.spheres[..])
+            + size_of_val(&self.sphere_axes[..])
+            + size_of_val(&self.sphere_parts[..])
+            + size_of_val(&self.instances[..])
+    }
+}

@@ -1,0 +1,61 @@
+//! The compiled scene: immutable arrays, indexed by integer ids, that the integrators
+//! read. Nothing in here knows about entities. Layer 3; filled by [`crate::compile`].
+
+pub mod camera;
+pub mod geometry;
+pub mod lights;
+pub mod materials;
+pub mod textures;
+
+pub use camera::{Camera, Projection};
+pub use geometry::{Geometry, Part};
+pub use lights::Light;
+pub use materials::Materials;
+pub use textures::Textures;
+
+use crate::bvh::Bvh;
+use crate::math::{Aabb, Rgb};
+use crate::world::Background;
+
+/// All that rendering needs to know of a world.
+#[derive(Debug)]
+pub struct CompiledScene {
+    /// What is looked through.
+    pub camera: Camera,
+    /// Vertices, triangles and spheres with what shading needs of them.
+    pub geometry: Geometry,
+    /// The same geometry in the order of rays.
+    pub bvh: Bvh,
+    /// How surfaces answer light.
+    pub materials: Materials,
+    /// Pictures and how they are looked up.
+    pub textures: Textures,
+    /// In the order of their entities.
+    pub lights: Vec<Light>,
+    /// What rays see that hit nothing.
+    pub background: Background,
+    /// Radiance that every surface sends back times its diffuse colour.
+    pub ambient: Rgb,
+    /// Around everything that can be hit.
+    pub bounds: Aabb,
+    /// What compilation noticed that is no error, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Bytes by what they are for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Memory {
+    /// Vertices, indices, spheres.
+    pub geometry: usize,
+    /// The acceleration structure.
+    pub bvh: usize,
+    /// Decoded pictures.
+    pub textures: usize,
+}
+
+impl CompiledScene {
+    /// What it takes.
+    pub fn memory(&self) -> Memory {
+        Memory { geometry: self.geometry.bytes(), bvh: self.bvh.bytes(), textures: self.textures.bytes() }
+    }
+}

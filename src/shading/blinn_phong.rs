@@ -1,0 +1,78 @@
+//! The classic model of diffuse and specular light.
+
+use crate::math::elementary::pow;
+use crate::math::{Color, Vector};
+use crate::simd::{Float, Mask};
+
+/// Parameters of the model at a point.
+#[derive(Clone, Copy)]
+pub struct BlinnPhong<F: Float> {
+    /// kd.
+    pub diffuse: Color<F>,
+    /// ks.
+    pub specular: Color<F>,
+    /// Exponent of the specular lobe.
+    pub shininess: F,
+    /// Where the lobe is about the mirror direction (Phong), not the half vector (Blinn).
+    pub phong: F::Mask,
+}
+
+impl<F: Float> BlinnPhong<F> {
+    /// Radiance for a unit of irradiance (measured across its direction):
+    /// `diffuse · max(n·l, 0) + specular · lobe`. `to_viewer` and `to_light` are unit vectors.
+    #[inline(always)]
+    pub fn evaluate(&self, normal: Vector<F>, to_viewer: Vector<F>, to_light: Vector<F>) -> Color<F> {
+        let zero = F::zero();
+        let cos = normal.dot(to_light).max(zero);
+        let diffuse = self.diffuse * cos;
+        let shines = self.specular.max_component().gt(zero);
+        if !shines.any() {
+            return diffuse;
+        }
+        let half = to_light + to_viewer;
+        let half_length = half.dot(half).max(F::splat(1e-30)).sqrt();
+        let blinn = normal.dot(half) / half_length;
+        // r·l with r the mirror image of the viewer's direction.
+        let phong = F::splat(2.0) * normal.dot(to_viewer) * normal.dot(to_light) - to_viewer.dot(to_light);
+        let cosine = F::select(self.phong, phong, blinn).clamp(0.0, 1.0);
+        let lobe = F::select(shines, pow(cosine, self.shininess), zero);
+        diffuse + self.specular * lobe
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+
+    fn model(phong: bool) -> BlinnPhong<f32> {
+        BlinnPhong {
+            diffuse: Color::splat(Rgb::new(0.5, 0.25, 0.0)),
+            specular: Color::splat(Rgb::splat(0.3)),
+            shininess: 10.0,
+            phong,
+        }
+    }
+
+    fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
+        Vector { x, y, z }
+    }
+
+    #[test]
+    fn straight_on_both_terms_are_whole() {
+        let up = vector(0.0, 0.0, 1.0);
+        let c = model(false).evaluate(up, up, up);
+        assert!((c.r - 0.8).abs() < 1e-6 && (c.g - 0.55).abs() < 1e-6 && (c.b - 0.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_lobes_are_those_of_their_authors() {
+        // Viewer straight above, light at 60°: cos = ½, half vector at 30°, mirror direction at 60° from the light.
+        let (n, v) = (vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 1.0));
+        let l = vector(0.75f32.sqrt(), 0.0, 0.5);
+        let blinn = model(false).evaluate(n, v, l);
+        assert!((blinn.r - (0.25 + 0.3 * 0.75f32.powi(5))).abs() < 1e-5, "cos¹⁰ 30° = 0.75⁵");
+        let phong = model(true).evaluate(n, v, l);
+        assert!((phong.r - (0.25 + 0.3 * 0.5f32.powi(10))).abs() < 1e-5, "cos¹⁰ 60° = 2⁻¹⁰");
+    }
+}

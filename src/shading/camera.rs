@@ -1,0 +1,37 @@
+//! Image points to rays.
+
+use crate::math::{Ray, Vector};
+use crate::sampling::pattern::{Grid, point};
+use crate::sampling::{Dimension, Key, warp};
+use crate::scene::{Camera, Projection};
+use crate::simd::{Float, Int};
+
+/// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
+/// and y up (PBRT 4th ed., 5.2). `pixel` says how many samples the pixel has.
+#[inline(always)]
+pub fn ray<F: Float>(camera: &Camera, x: F, y: F, key: Key<F::Int>, pixel: Grid) -> Ray<F> {
+    let origin = Vector::splat(camera.origin);
+    let right = Vector::splat(camera.right);
+    let up = Vector::splat(camera.up);
+    let forward = Vector::splat(camera.forward);
+    let (origin, direction) = match camera.projection {
+        Projection::Pinhole { tan_half_fov } => {
+            let k = F::splat(tan_half_fov);
+            (origin, forward + right * (x * k) + up * (y * k))
+        }
+        Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, pattern } => {
+            let k = F::splat(tan_half_fov);
+            let focus = (forward + right * (x * k) + up * (y * k)) * F::splat(focus_distance);
+            let (u, v) = point::<F>(pattern, pixel, key, Dimension::Lens.at(F::Int::splat(0)));
+            let (a, b) = warp::concentric_disk(u, v);
+            let radius = F::splat(lens_radius);
+            let offset = right * (a * radius) + up * (b * radius);
+            (origin + offset, focus - offset)
+        }
+        Projection::Orthographic { half_height } => {
+            let h = F::splat(half_height);
+            (origin + right * (x * h) + up * (y * h), forward)
+        }
+    };
+    Ray { origin, direction: direction.normalize(), t_min: F::zero(), t_max: F::splat(f32::INFINITY) }
+}

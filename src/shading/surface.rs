@@ -1,0 +1,342 @@
+//! A hit to a point with normals, texture coordinates and a bound on its rounding error.
+
+use crate::bvh::SPHERE;
+use crate::math::elementary::{acos_turns, atan2_turns};
+use crate::math::{NONE, Ray, Vector};
+use crate::scene::Geometry;
+use crate::simd::{Float, Int, Mask};
+
+/// [`crate::math::Hit`] in each lane.
+#[derive(Clone, Copy)]
+pub struct HitLanes<F: Float> {
+    /// Along the ray.
+    pub t: F,
+    /// Weight of a triangle's second corner.
+    pub u: F,
+    /// Weight of its third corner.
+    pub v: F,
+    /// Primitive id.
+    pub primitive: F::Int,
+    /// Instance id or [`NONE`].
+    pub instance: F::Int,
+}
+
+/// What shading knows of a hit point.
+#[derive(Clone, Copy)]
+pub struct Surface<F: Float> {
+    /// In world space.
+    pub position: Vector<F>,
+    /// How far along the geometric normal a ray must begin to be off the surface for sure.
+    pub offset: F,
+    /// Unit normal of the surface itself, on the viewer's side.
+    pub geometric_normal: Vector<F>,
+    /// Unit normal for shading, on the viewer's side.
+    pub normal: Vector<F>,
+    /// Where the viewer is on the inner side, where the normal does not point.
+    pub inside: F::Mask,
+    /// Texture coordinates.
+    pub uv: (F, F),
+    /// Factor of the vertex colours.
+    pub color: Vector<F>,
+    /// Material id.
+    pub material: F::Int,
+}
+
+/// γₙ = n ε / (1 − n ε): the relative error of n rounded operations (Higham; PBRT 4th ed., 6.8).
+const fn gamma(n: u32) -> f32 {
+    const HALF_ULP: f32 = f32::EPSILON * 0.5;
+    (n as f32 * HALF_ULP) / (1.0 - n as f32 * HALF_ULP)
+}
+
+/// What triangles and spheres say about a hit, in their own space.
+struct Local<F: Float> {
+    position: Vector<F>,
+    error: Vector<F>,
+    geometric_normal: Vector<F>,
+    normal: Vector<F>,
+    uv: (F, F),
+    color: Vector<F>,
+    part: F::Int,
+}
+
+impl<F: Float> Local<F> {
+    #[inline(always)]
+    fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            position: Vector::select(mask, yes.position, no.position),
+            error: Vector::select(mask, yes.error, no.error),
+            geometric_normal: Vector::select(mask, yes.geometric_normal, no.geometric_normal),
+            normal: Vector::select(mask, yes.normal, no.normal),
+            uv: (F::select(mask, yes.uv.0, no.uv.0), F::select(mask, yes.uv.1, no.uv.1)),
+            color: Vector::select(mask, yes.color, no.color),
+            part: F::Int::select(mask, yes.part, no.part),
+        }
+    }
+}
+
+impl<F: Float> Surface<F> {
+    /// Looks a hit up. Lanes outside `mask` hold nothing of meaning.
+    #[inline(always)]
+    pub fn new(geometry: &Geometry, ray: &Ray<F>, hit: &HitLanes<F>, mask: F::Mask) -> Self {
+        let is_sphere = !(hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
+        let is_triangle = mask & !is_sphere;
+        let placed = !hit.instance.eq(F::Int::splat(NONE)) & mask;
+        let local = if !is_sphere.any() {
+            triangle(geometry, hit, is_triangle)
+        } else {
+            let spheres = sphere(geometry, ray, hit, is_sphere, placed);
+            if is_triangle.any() {
+                Local::select(is_sphere, spheres, triangle(geometry, hit, is_triangle))
+            } else {
+                spheres
+            }
+        };
+        let mut material = F::Int::gather(&geometry.parts.material, local.part, mask);
+        let mut world = local;
+        if placed.any() {
+            material = placed_material(geometry, hit, material, placed);
+            world = to_world(geometry, hit, world, placed);
+        }
+        Self::facing(world, ray, material)
+    }
+
+    /// Turns the normals to the viewer.
+    #[inline(always)]
+    fn facing(world: Local<F>, ray: &Ray<F>, material: F::Int) -> Self {
+        let zero = F::zero();
+        // The shading normal says which side is outside; where there is none, it is the geometric one.
+        let outward = world.normal;
+        let agrees = outward.dot(world.geometric_normal).ge(zero);
+        let geometric = Vector::select(agrees, world.geometric_normal, -world.geometric_normal);
+        let inside = geometric.dot(ray.direction).gt(zero);
+        Self {
+            position: world.position,
+            offset: off_surface(world.position, world.error, geometric),
+            geometric_normal: Vector::select(inside, -geometric, geometric),
+            normal: Vector::select(inside, -outward, outward),
+            inside,
+            uv: world.uv,
+            color: world.color,
+            material,
+        }
+    }
+}
+
+/// The error of a point along the normal, and what adding it to the point rounds away
+/// (PBRT 4th ed., 6.8.6).
+#[inline(always)]
+fn off_surface<F: Float>(position: Vector<F>, error: Vector<F>, normal: Vector<F>) -> F {
+    let rounding = position.abs() * F::splat(f32::EPSILON);
+    normal.abs().dot(error + rounding)
+}
+
+/// A ray's origin just off a surface on the side of `direction`.
+#[inline(always)]
+pub fn leave<F: Float>(position: Vector<F>, normal: Vector<F>, offset: F, direction: Vector<F>) -> Vector<F> {
+    let away = direction.dot(normal).lt(F::zero());
+    position + normal * F::select(away, -offset, offset)
+}
+
+#[inline(always)]
+fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Local<F> {
+    let id = hit.primitive;
+    let indices = geometry.triangles.as_flattened();
+    let first = id * F::Int::splat(3);
+    let vertices = [
+        F::Int::gather(indices, first, mask),
+        F::Int::gather(indices, first + F::Int::splat(1), mask),
+        F::Int::gather(indices, first + F::Int::splat(2), mask),
+    ];
+    let part = F::Int::gather(&geometry.triangle_parts, id, mask);
+    let weights = [F::one() - hit.u - hit.v, hit.u, hit.v];
+
+    let p = corners(&geometry.positions, vertices, mask);
+    let terms = [p[0] * weights[0], p[1] * weights[1], p[2] * weights[2]];
+    let position = terms[0] + terms[1] + terms[2];
+    let error = (terms[0].abs() + terms[1].abs() + terms[2].abs()) * F::splat(gamma(7));
+    let sign = F::gather(&geometry.parts.sign, part, mask);
+    let flat = unit_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
+
+    let none = F::Int::splat(NONE);
+    let base = F::Int::gather(&geometry.parts.normals, part, mask);
+    let smooth = mask & !base.eq(none);
+    let normal = if smooth.any() {
+        let n = interpolate(&geometry.normals, vertices, base, weights, smooth);
+        // Opposite normals can cancel, and a zero normal stands for "flat here".
+        Vector::select(smooth, unit_or(n, flat), flat)
+    } else {
+        flat
+    };
+
+    let base = F::Int::gather(&geometry.parts.uvs, part, mask);
+    let mapped = mask & !base.eq(none);
+    let mut uv = (hit.u, hit.v);
+    if mapped.any() {
+        let (mut u, mut v) = (F::zero(), F::zero());
+        for k in 0..3 {
+            let index = (vertices[k] + base) * F::Int::splat(2);
+            u = u + F::gather(geometry.uvs.as_flattened(), index, mapped) * weights[k];
+            let index = index + F::Int::splat(1);
+            v = v + F::gather(geometry.uvs.as_flattened(), index, mapped) * weights[k];
+        }
+        uv = (F::select(mapped, u, uv.0), F::select(mapped, v, uv.1));
+    }
+
+    let base = F::Int::gather(&geometry.parts.colors, part, mask);
+    let colored = mask & !base.eq(none);
+    let white = Vector::new(F::one(), F::one(), F::one());
+    let color = if colored.any() {
+        Vector::select(colored, interpolate(&geometry.colors, vertices, base, weights, colored), white)
+    } else {
+        white
+    };
+    Local { position, error, geometric_normal: flat, normal, uv, color, part }
+}
+
+/// An entry of a table for each vertex.
+#[inline(always)]
+fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask: F::Mask) -> [Vector<F>; 3] {
+    [
+        Vector::gather(table, vertices[0], mask),
+        Vector::gather(table, vertices[1], mask),
+        Vector::gather(table, vertices[2], mask),
+    ]
+}
+
+/// The weighted sum of the vertices' entries, found `base` away from their numbers.
+#[inline(always)]
+fn interpolate<F: Float>(
+    table: &[[f32; 3]],
+    vertices: [F::Int; 3],
+    base: F::Int,
+    weights: [F; 3],
+    mask: F::Mask,
+) -> Vector<F> {
+    let places = [vertices[0] + base, vertices[1] + base, vertices[2] + base];
+    let [a, b, c] = corners(table, places, mask);
+    a * weights[0] + b * weights[1] + c * weights[2]
+}
+
+/// v / |v|, or `other` where v is too short (or not a number).
+#[inline(always)]
+fn unit_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
+    let square = v.dot(v);
+    let long = square.gt(F::splat(1e-36));
+    let length = F::select(long, square, F::one()).sqrt();
+    Vector::select(long, v * (F::one() / length), other)
+}
+
+#[inline(always)]
+fn sphere<F: Float>(
+    geometry: &Geometry,
+    ray: &Ray<F>,
+    hit: &HitLanes<F>,
+    mask: F::Mask,
+    placed: F::Mask,
+) -> Local<F> {
+    let id = hit.primitive & F::Int::splat(!SPHERE);
+    let (center, radius) = {
+        let (table, first) = (geometry.spheres.as_flattened(), id * F::Int::splat(4));
+        (Vector::gather_flat(table, first, mask), F::gather(table, first + F::Int::splat(3), mask))
+    };
+    let mut ray = *ray;
+    if (mask & placed).any() {
+        ray = to_local(geometry, &ray, hit.instance, mask & placed);
+    }
+    // The point is put back onto the sphere along its normal: how far the ray went no longer matters.
+    let rough = ray.origin + ray.direction * hit.t - center;
+    let normal = unit_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
+    let position = center + normal * radius;
+    let radii = Vector::new(radius, radius, radius);
+    let error = (center.abs() + radii) * F::splat(gamma(6));
+
+    let (axes, first) = (geometry.sphere_axes.as_flattened(), id * F::Int::splat(9));
+    let x = Vector::gather_flat(axes, first, mask).dot(normal);
+    let y = Vector::gather_flat(axes, first + F::Int::splat(3), mask).dot(normal);
+    let z = Vector::gather_flat(axes, first + F::Int::splat(6), mask).dot(normal);
+    let uv = (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0));
+    let white = Vector::new(F::one(), F::one(), F::one());
+    let part = F::Int::gather(&geometry.sphere_parts, id, mask);
+    Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
+}
+
+/// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.
+#[inline(always)]
+fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Mask) -> Rows<F> {
+    let (table, start) = (geometry.instances.as_flattened(), instance * F::Int::splat(24));
+    let start = start + F::Int::splat(4 * first);
+    let (second, third) = (start + F::Int::splat(4), start + F::Int::splat(8));
+    Rows {
+        x: Vector::gather_flat(table, start, mask),
+        y: Vector::gather_flat(table, second, mask),
+        z: Vector::gather_flat(table, third, mask),
+        offset: Vector::new(
+            F::gather(table, start + F::Int::splat(3), mask),
+            F::gather(table, second + F::Int::splat(3), mask),
+            F::gather(table, third + F::Int::splat(3), mask),
+        ),
+    }
+}
+
+/// An affine transform.
+struct Rows<F> {
+    x: Vector<F>,
+    y: Vector<F>,
+    z: Vector<F>,
+    offset: Vector<F>,
+}
+
+impl<F: Float> Rows<F> {
+    #[inline(always)]
+    fn apply(&self, v: Vector<F>) -> Vector<F> {
+        Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// By the absolute values: carries bounds over.
+    #[inline(always)]
+    fn apply_abs(&self, v: Vector<F>) -> Vector<F> {
+        Vector::new(self.x.abs().dot(v), self.y.abs().dot(v), self.z.abs().dot(v))
+    }
+}
+
+#[inline(always)]
+fn to_local<F: Float>(geometry: &Geometry, ray: &Ray<F>, instance: F::Int, placed: F::Mask) -> Ray<F> {
+    let rows = rows(geometry, instance, 3, placed);
+    let (origin, direction) = (rows.apply(ray.origin) + rows.offset, rows.apply(ray.direction));
+    Ray {
+        origin: Vector::select(placed, origin, ray.origin),
+        direction: Vector::select(placed, direction, ray.direction),
+        ..*ray
+    }
+}
+
+#[inline(always)]
+fn placed_material<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, own: F::Int, placed: F::Mask) -> F::Int {
+    let given = F::Int::gather(&geometry.instance_materials, hit.instance, placed);
+    F::Int::select(placed & !given.eq(F::Int::splat(NONE)), given, own)
+}
+
+#[inline(always)]
+fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, placed: F::Mask) -> Local<F> {
+    let there = rows(geometry, hit.instance, 0, placed);
+    let position = there.apply(local.position) + there.offset;
+    // The error of the local point, carried over, and that of this transformation itself.
+    let moved = there.apply_abs(local.position.abs()) + there.offset.abs();
+    let error = there.apply_abs(local.error) * F::splat(1.0 + gamma(3)) + moved * F::splat(gamma(4));
+    let back = rows(geometry, hit.instance, 3, placed);
+    let geometric = turn(&back, local.geometric_normal);
+    let normal = turn(&back, local.normal);
+    Local {
+        position: Vector::select(placed, position, local.position),
+        error: Vector::select(placed, error, local.error),
+        geometric_normal: Vector::select(placed, geometric, local.geometric_normal),
+        normal: Vector::select(placed, normal, local.normal),
+        ..local
+    }
+}
+
+/// Normals go by the transpose of the inverse: its columns are the rows of to-local.
+#[inline(always)]
+fn turn<F: Float>(to_local: &Rows<F>, n: Vector<F>) -> Vector<F> {
+    unit_or(to_local.x * n.x + to_local.y * n.y + to_local.z * n.z, n)
+}

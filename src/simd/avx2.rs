@@ -1,0 +1,319 @@
+//! Eight lanes: AVX2.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+use super::{Float, Int, Kernel, Lanes, Mask};
+
+/// AVX2.
+pub(super) struct Set;
+
+impl Lanes for Set {
+    type Queue = F32x8;
+    type Node = F32x8;
+    type Block = F32x8;
+}
+
+/// Whether the processor has what [`run`] is compiled for.
+pub(super) fn detected() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+/// Runs a kernel compiled for AVX2.
+///
+/// # Safety
+///
+/// [`detected`] must have said yes.
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Set>()
+}
+
+/// 8 floats.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct F32x8(__m256);
+
+/// 8 integers.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct I32x8(__m256i);
+
+/// All bits of a lane set, or none.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct M32x8(__m256);
+
+impl Mask for M32x8 {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        // SAFETY: as for the operators.
+        unsafe { _mm256_movemask_ps(self.0) as u32 }
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe {
+            let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lane);
+            Self(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+        }
+    }
+}
+
+/// An operator that is one instruction.
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: values of this type exist only under `run`, whose caller has proved the CPU.
+                unsafe { Self($intrinsic(self.0, other.0)) }
+            }
+        }
+    };
+}
+operator!(F32x8, Add, add, _mm256_add_ps);
+operator!(F32x8, Sub, sub, _mm256_sub_ps);
+operator!(F32x8, Mul, mul, _mm256_mul_ps);
+operator!(F32x8, Div, div, _mm256_div_ps);
+operator!(I32x8, Add, add, _mm256_add_epi32);
+operator!(I32x8, Sub, sub, _mm256_sub_epi32);
+operator!(I32x8, Mul, mul, _mm256_mullo_epi32);
+operator!(I32x8, BitAnd, bitand, _mm256_and_si256);
+operator!(I32x8, BitOr, bitor, _mm256_or_si256);
+operator!(I32x8, BitXor, bitxor, _mm256_xor_si256);
+operator!(M32x8, BitAnd, bitand, _mm256_and_ps);
+operator!(M32x8, BitOr, bitor, _mm256_or_ps);
+
+impl Not for M32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_xor_ps(self.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))) }
+    }
+}
+
+impl Neg for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_xor_ps(self.0, _mm256_set1_ps(-0.0))) }
+    }
+}
+
+impl Float for F32x8 {
+    const WIDTH: usize = 8;
+    type Mask = M32x8;
+    type Int = I32x8;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_set1_ps(value)) }
+    }
+    #[inline(always)]
+    fn load(values: &[f32]) -> Self {
+        let values = &values[..8];
+        // SAFETY: 8 floats are there; as for the operators.
+        unsafe { Self(_mm256_loadu_ps(values.as_ptr())) }
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [f32]) {
+        let out = &mut out[..8];
+        // SAFETY: there is room for 8 floats; as for the operators.
+        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn compress(self, mask: M32x8, out: &mut [f32]) {
+        let mut lanes = [0.0; 8];
+        self.store(&mut lanes);
+        pack(&lanes, mask.bits(), out);
+    }
+    #[inline(always)]
+    fn gather(table: &[f32], index: I32x8, mask: M32x8) -> Self {
+        assert_in_range(table.len(), index, mask);
+        // SAFETY: every index of the mask is within the table; the others are not read.
+        unsafe {
+            let zero = _mm256_setzero_ps();
+            Self(_mm256_mask_i32gather_ps::<4>(zero, table.as_ptr(), index.0, mask.0))
+        }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_sqrt_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_min_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_max_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_floor_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn to_int(self) -> I32x8 {
+        // SAFETY: as for the operators.
+        unsafe { I32x8(_mm256_cvttps_epi32(self.0)) }
+    }
+    #[inline(always)]
+    fn to_bits(self) -> I32x8 {
+        // SAFETY: as for the operators.
+        unsafe { I32x8(_mm256_castps_si256(self.0)) }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M32x8 {
+        // SAFETY: as for the operators.
+        unsafe { M32x8(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> M32x8 {
+        // SAFETY: as for the operators.
+        unsafe { M32x8(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M32x8 {
+        // SAFETY: as for the operators.
+        unsafe { M32x8(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn select(mask: M32x8, yes: Self, no: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_blendv_ps(no.0, yes.0, mask.0)) }
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f32 {
+        let mut out = [0.0; 8];
+        self.store(&mut out);
+        out[lane]
+    }
+}
+
+impl Int for I32x8 {
+    type Mask = M32x8;
+    type Float = F32x8;
+
+    #[inline(always)]
+    fn splat(value: u32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_set1_epi32(value as i32)) }
+    }
+    #[inline(always)]
+    fn load(values: &[u32]) -> Self {
+        let values = &values[..8];
+        // SAFETY: 8 integers are there; as for the operators.
+        unsafe { Self(_mm256_loadu_si256(values.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [u32]) {
+        let out = &mut out[..8];
+        // SAFETY: there is room for 8 integers; as for the operators.
+        unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn compress(self, mask: M32x8, out: &mut [u32]) {
+        let mut lanes = [0; 8];
+        self.store(&mut lanes);
+        pack(&lanes, mask.bits(), out);
+    }
+    #[inline(always)]
+    fn gather(table: &[u32], index: Self, mask: M32x8) -> Self {
+        assert_in_range(table.len(), index, mask);
+        // SAFETY: every index of the mask is within the table; the others are not read.
+        unsafe {
+            let zero = _mm256_setzero_si256();
+            let mask = _mm256_castps_si256(mask.0);
+            Self(_mm256_mask_i32gather_epi32::<4>(zero, table.as_ptr().cast(), index.0, mask))
+        }
+    }
+    #[inline(always)]
+    fn shl<const N: i32>(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_slli_epi32::<N>(self.0)) }
+    }
+    #[inline(always)]
+    fn shr<const N: i32>(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_srli_epi32::<N>(self.0)) }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M32x8 {
+        // SAFETY: as for the operators.
+        unsafe { M32x8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(self.0, other.0))) }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M32x8 {
+        // SAFETY: as for the operators.
+        unsafe {
+            let sign = _mm256_set1_epi32(i32::MIN);
+            let (a, b) = (_mm256_xor_si256(self.0, sign), _mm256_xor_si256(other.0, sign));
+            M32x8(_mm256_castsi256_ps(_mm256_cmpgt_epi32(b, a)))
+        }
+    }
+    #[inline(always)]
+    fn select(mask: M32x8, yes: Self, no: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe {
+            Self(_mm256_castps_si256(_mm256_blendv_ps(
+                _mm256_castsi256_ps(no.0),
+                _mm256_castsi256_ps(yes.0),
+                mask.0,
+            )))
+        }
+    }
+    #[inline(always)]
+    fn to_float(self) -> F32x8 {
+        // SAFETY: as for the operators.
+        unsafe { F32x8(_mm256_cvtepi32_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn from_bits(self) -> F32x8 {
+        // SAFETY: as for the operators.
+        unsafe { F32x8(_mm256_castsi256_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> u32 {
+        let mut out = [0; 8];
+        self.store(&mut out);
+        out[lane]
+    }
+}
+
+/// The instructions take signed indices: a table ends before 2³¹ for them.
+#[inline(always)]
+fn assert_in_range(length: usize, index: I32x8, mask: M32x8) {
+    let length = I32x8::splat(length.min(i32::MAX as usize) as u32);
+    assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
+}
+
+/// The lanes of `bits` to the front of `out`, without a branch on them.
+#[inline(always)]
+fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
+    let out = &mut out[..8];
+    let mut next = 0;
+    for (lane, &value) in lanes.iter().enumerate() {
+        out[next.min(7)] = value;
+        next += (bits >> lane & 1) as usize;
+    }
+}

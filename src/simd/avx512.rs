@@ -1,0 +1,301 @@
+//! Sixteen lanes: AVX-512.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+use super::avx2::F32x8;
+use super::{Float, Int, Kernel, Lanes, Mask};
+
+/// AVX-512 with the extensions of every processor since 2017 that has it.
+pub(super) struct Set;
+
+impl Lanes for Set {
+    type Queue = F32x16;
+    type Node = F32x16;
+    type Block = F32x8;
+}
+
+/// Whether the processor has what [`run`] is compiled for.
+pub(super) fn detected() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512bw")
+}
+
+/// Runs a kernel compiled for AVX-512.
+///
+/// # Safety
+///
+/// [`detected`] must have said yes, and [`super::avx2::detected`] too.
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Set>()
+}
+
+/// 16 floats.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct F32x16(__m512);
+
+/// 16 integers.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct I32x16(__m512i);
+
+/// One bit a lane.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct M32x16(__mmask16);
+
+impl Mask for M32x16 {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0 as u32
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self(bits as __mmask16)
+    }
+}
+
+/// An operator that is one instruction.
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: values of this type exist only under `run`, whose caller has proved the CPU.
+                unsafe { Self($intrinsic(self.0, other.0)) }
+            }
+        }
+    };
+}
+operator!(F32x16, Add, add, _mm512_add_ps);
+operator!(F32x16, Sub, sub, _mm512_sub_ps);
+operator!(F32x16, Mul, mul, _mm512_mul_ps);
+operator!(F32x16, Div, div, _mm512_div_ps);
+operator!(I32x16, Add, add, _mm512_add_epi32);
+operator!(I32x16, Sub, sub, _mm512_sub_epi32);
+operator!(I32x16, Mul, mul, _mm512_mullo_epi32);
+operator!(I32x16, BitAnd, bitand, _mm512_and_si512);
+operator!(I32x16, BitOr, bitor, _mm512_or_si512);
+operator!(I32x16, BitXor, bitxor, _mm512_xor_si512);
+
+impl BitAnd for M32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for M32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for M32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+impl Neg for F32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_xor_ps(self.0, _mm512_set1_ps(-0.0))) }
+    }
+}
+
+impl Float for F32x16 {
+    const WIDTH: usize = 16;
+    type Mask = M32x16;
+    type Int = I32x16;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_set1_ps(value)) }
+    }
+    #[inline(always)]
+    fn load(values: &[f32]) -> Self {
+        let values = &values[..16];
+        // SAFETY: 16 floats are there; as for the operators.
+        unsafe { Self(_mm512_loadu_ps(values.as_ptr())) }
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [f32]) {
+        let out = &mut out[..16];
+        // SAFETY: there is room for 16 floats; as for the operators.
+        unsafe { _mm512_storeu_ps(out.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn compress(self, mask: M32x16, out: &mut [f32]) {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_maskz_compress_ps(mask.0, self.0)).store(out) }
+    }
+    #[inline(always)]
+    fn gather(table: &[f32], index: I32x16, mask: M32x16) -> Self {
+        assert_in_range(table.len(), index, mask);
+        // SAFETY: every index of the mask is within the table; the others are not read.
+        unsafe {
+            let zero = _mm512_setzero_ps();
+            Self(_mm512_mask_i32gather_ps::<4>(zero, mask.0, index.0, table.as_ptr()))
+        }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_sqrt_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_andnot_ps(_mm512_set1_ps(-0.0), self.0)) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_min_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_max_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)) }
+    }
+    #[inline(always)]
+    fn to_int(self) -> I32x16 {
+        // SAFETY: as for the operators.
+        unsafe { I32x16(_mm512_cvttps_epi32(self.0)) }
+    }
+    #[inline(always)]
+    fn to_bits(self) -> I32x16 {
+        // SAFETY: as for the operators.
+        unsafe { I32x16(_mm512_castps_si512(self.0)) }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M32x16 {
+        // SAFETY: as for the operators.
+        unsafe { M32x16(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> M32x16 {
+        // SAFETY: as for the operators.
+        unsafe { M32x16(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M32x16 {
+        // SAFETY: as for the operators.
+        unsafe { M32x16(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn select(mask: M32x16, yes: Self, no: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_mask_blend_ps(mask.0, no.0, yes.0)) }
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f32 {
+        let mut out = [0.0; 16];
+        self.store(&mut out);
+        out[lane]
+    }
+}
+
+impl Int for I32x16 {
+    type Mask = M32x16;
+    type Float = F32x16;
+
+    #[inline(always)]
+    fn splat(value: u32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_set1_epi32(value as i32)) }
+    }
+    #[inline(always)]
+    fn load(values: &[u32]) -> Self {
+        let values = &values[..16];
+        // SAFETY: 16 integers are there; as for the operators.
+        unsafe { Self(_mm512_loadu_si512(values.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [u32]) {
+        let out = &mut out[..16];
+        // SAFETY: there is room for 16 integers; as for the operators.
+        unsafe { _mm512_storeu_si512(out.as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn compress(self, mask: M32x16, out: &mut [u32]) {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_maskz_compress_epi32(mask.0, self.0)).store(out) }
+    }
+    #[inline(always)]
+    fn gather(table: &[u32], index: Self, mask: M32x16) -> Self {
+        assert_in_range(table.len(), index, mask);
+        // SAFETY: every index of the mask is within the table; the others are not read.
+        unsafe {
+            let zero = _mm512_setzero_si512();
+            Self(_mm512_mask_i32gather_epi32::<4>(zero, mask.0, index.0, table.as_ptr().cast()))
+        }
+    }
+    #[inline(always)]
+    fn shl<const N: i32>(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_sllv_epi32(self.0, _mm512_set1_epi32(N))) }
+    }
+    #[inline(always)]
+    fn shr<const N: i32>(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_srlv_epi32(self.0, _mm512_set1_epi32(N))) }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M32x16 {
+        // SAFETY: as for the operators.
+        unsafe { M32x16(_mm512_cmpeq_epi32_mask(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M32x16 {
+        // SAFETY: as for the operators.
+        unsafe { M32x16(_mm512_cmplt_epu32_mask(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn select(mask: M32x16, yes: Self, no: Self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_mask_blend_epi32(mask.0, no.0, yes.0)) }
+    }
+    #[inline(always)]
+    fn to_float(self) -> F32x16 {
+        // SAFETY: as for the operators.
+        unsafe { F32x16(_mm512_cvtepi32_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn from_bits(self) -> F32x16 {
+        // SAFETY: as for the operators.
+        unsafe { F32x16(_mm512_castsi512_ps(self.0)) }
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> u32 {
+        let mut out = [0; 16];
+        self.store(&mut out);
+        out[lane]
+    }
+}
+
+/// The instructions take signed indices: a table ends before 2³¹ for them.
+#[inline(always)]
+fn assert_in_range(length: usize, index: I32x16, mask: M32x16) {
+    let length = I32x16::splat(length.min(i32::MAX as usize) as u32);
+    assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
+}

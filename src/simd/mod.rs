@@ -1,0 +1,266 @@
+//! Lanes: one vocabulary of float and integer operations over 1, 8 or 16 values.
+//!
+//! Everything that is computed for many rays at once is written once, generic over
+//! [`Float`]; width 1 (`f32` itself) serves the recursive schedule, the wider types
+//! the queues. All widths give the same bits: only + − × ÷ √, comparisons, bit
+//! operations and conversions are here, each with one IEEE 754 answer; no fused
+//! multiply-add, no approximate reciprocal.
+//!
+//! The wide types are private. The one way to have one is [`dispatch`], which
+//! runs a [`Kernel`] with the types of a [`Level`], and a `Level` above portable
+//! exists only on a processor that has its instructions: that is what makes the
+//! unsafe code in here sound. Kernels and all they call must be `#[inline(always)]`,
+//! so that they are compiled for the instruction set they are dispatched to.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod scalar;
+
+use std::fmt;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// A truth value for each lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static {
+    /// Lane i as bit i.
+    fn bits(self) -> u32;
+    /// The inverse of [`Mask::bits`].
+    fn from_bits(bits: u32) -> Self;
+    /// Whether some lane is set.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    /// How many lanes are set.
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.bits().count_ones() as usize
+    }
+    /// The first `count` lanes.
+    #[inline(always)]
+    fn first(count: usize) -> Self {
+        Self::from_bits(if count >= 32 { u32::MAX } else { (1 << count) - 1 })
+    }
+}
+
+/// 32-bit floats, one a lane.
+pub trait Float:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// Number of lanes.
+    const WIDTH: usize;
+    /// Answers of comparisons.
+    type Mask: Mask;
+    /// Integers of the same width.
+    type Int: Int<Float = Self, Mask = Self::Mask>;
+
+    /// The same value in every lane.
+    fn splat(value: f32) -> Self;
+    /// The first `WIDTH` values of a slice. Panics if there are fewer.
+    fn load(values: &[f32]) -> Self;
+    /// Writes the lanes to the front of a slice. Panics if it is shorter than `WIDTH`.
+    fn store(self, out: &mut [f32]);
+    /// Packs the lanes of `mask` together at the front of `out`, which has room for
+    /// `WIDTH`; what lies behind them is undetermined.
+    fn compress(self, mask: Self::Mask, out: &mut [f32]);
+    /// `table[index]` in the lanes of `mask`, zero in the others. Panics when out of range.
+    fn gather(table: &[f32], index: Self::Int, mask: Self::Mask) -> Self;
+
+    /// √, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Without its sign.
+    fn abs(self) -> Self;
+    /// `if self < other { self } else { other }`: a NaN gives `other`.
+    fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`: a NaN gives `other`.
+    fn max(self, other: Self) -> Self;
+    /// Towards −∞.
+    fn floor(self) -> Self;
+    /// Towards zero; `i32::MIN` for what does not fit.
+    fn to_int(self) -> Self::Int;
+    /// The IEEE 754 encoding.
+    fn to_bits(self) -> Self::Int;
+
+    /// `self < other`; false for NaN, as all comparisons.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self == other`.
+    fn eq(self, other: Self) -> Self::Mask;
+    /// `self > other`.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self >= other`.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// `yes` where `mask` is set, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The value of one lane.
+    fn lane(self, lane: usize) -> f32;
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    /// One in every lane.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+    /// Not below `low`, not above `high`; a NaN gives `low`.
+    #[inline(always)]
+    fn clamp(self, low: f32, high: f32) -> Self {
+        self.max(Self::splat(low)).min(Self::splat(high))
+    }
+}
+
+/// 32-bit integers, one a lane. Arithmetic wraps.
+pub trait Int:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + 'static
+{
+    /// Answers of comparisons.
+    type Mask: Mask;
+    /// Floats of the same width.
+    type Float: Float;
+
+    /// The same value in every lane.
+    fn splat(value: u32) -> Self;
+    /// The first values of a slice. Panics if there are fewer than lanes.
+    fn load(values: &[u32]) -> Self;
+    /// Writes the lanes to the front of a slice. Panics if it is shorter.
+    fn store(self, out: &mut [u32]);
+    /// As [`Float::compress`].
+    fn compress(self, mask: Self::Mask, out: &mut [u32]);
+    /// As [`Float::gather`].
+    fn gather(table: &[u32], index: Self, mask: Self::Mask) -> Self;
+
+    /// Shifted left by `N` bits.
+    fn shl<const N: i32>(self) -> Self;
+    /// Shifted right by `N` bits; zeros come in.
+    fn shr<const N: i32>(self) -> Self;
+    /// `self == other`.
+    fn eq(self, other: Self) -> Self::Mask;
+    /// `self < other`, unsigned.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `yes` where `mask` is set, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// As a signed integer, rounded to the nearest float.
+    fn to_float(self) -> Self::Float;
+    /// The float with this encoding.
+    fn from_bits(self) -> Self::Float;
+    /// The value of one lane.
+    fn lane(self, lane: usize) -> u32;
+}
+
+/// The lane types of an instruction set.
+pub trait Lanes: 'static {
+    /// For shading and whatever else works on queues: as wide as the machine.
+    type Queue: Float;
+    /// For the 16 children of a BVH node: 1, 8 or 16 at a time.
+    type Node: Float;
+    /// For the 8 primitives of a block: 1 or 8 at a time.
+    type Block: Float;
+}
+
+/// Work that can run with the lanes of any instruction set.
+pub trait Kernel {
+    /// What comes out.
+    type Output;
+    /// Does it. Implementations must be `#[inline(always)]`.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// An instruction set that this processor has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Level(Set);
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Set {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Level {
+    /// One lane at a time, on any processor.
+    pub const PORTABLE: Level = Level(Set::Portable);
+
+    /// All that this processor has, the widest last.
+    pub fn available() -> Vec<Level> {
+        let mut levels = vec![Level::PORTABLE];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if avx2::detected() {
+                levels.push(Level(Set::Avx2));
+                if avx512::detected() {
+                    levels.push(Level(Set::Avx512));
+                }
+            }
+        }
+        levels
+    }
+
+    /// The widest that this processor has.
+    pub fn detect() -> Level {
+        *Level::available().last().unwrap_or(&Level::PORTABLE)
+    }
+
+    /// `portable`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Set::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "avx512",
+        }
+    }
+
+    /// The level of that name, if this processor has it.
+    pub fn from_name(name: &str) -> Option<Level> {
+        Level::available().into_iter().find(|level| level.name() == name)
+    }
+}
+
+impl fmt::Debug for Level {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Runs a kernel, compiled for `level`.
+pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level.0 {
+        Set::Portable => kernel.run::<scalar::Portable>(),
+        // SAFETY: a `Level` of this set was made by `available`, which found the instructions.
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx2 => unsafe { avx2::run(kernel) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Set::Avx512 => unsafe { avx512::run(kernel) },
+    }
+}
+
+#[cfg(test)]
+mod tests;

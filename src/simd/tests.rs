@@ -1,0 +1,129 @@
+//! The wide types against plain numbers.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// Runs every operation on 16 inputs and returns all results as bits.
+struct Everything<'a> {
+    a: &'a [f32; 16],
+    b: &'a [f32; 16],
+    table: &'a [f32],
+}
+
+impl Kernel for Everything<'_> {
+    type Output = Vec<[u32; 16]>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let mut out = vec![[0; 16]; 24];
+        each::<L::Queue>(&self, &mut out);
+        out
+    }
+}
+
+#[inline(always)]
+fn each<F: Float>(input: &Everything, out: &mut [[u32; 16]]) {
+    for start in (0..16).step_by(F::WIDTH) {
+        let (a, b) = (F::load(&input.a[start..]), F::load(&input.b[start..]));
+        let (i, j) = (a.to_bits(), b.to_bits());
+        let small = i & F::Int::splat(31);
+        let all = F::Mask::first(F::WIDTH);
+        let truth = |m: F::Mask| F::Int::select(m, F::Int::splat(1), F::Int::splat(0));
+        let results = [
+            (a + b).to_bits(),
+            (a - b).to_bits(),
+            (a * b).to_bits(),
+            (a / b).to_bits(),
+            a.abs().sqrt().to_bits(),
+            (-a).to_bits(),
+            a.min(b).to_bits(),
+            a.max(b).to_bits(),
+            a.floor().to_bits(),
+            a.to_int(),
+            truth(a.lt(b)),
+            truth(a.le(b)),
+            truth(a.eq(b)),
+            i + j,
+            i - j,
+            i * j,
+            i & j,
+            i | j,
+            i ^ j,
+            i.shl::<5>() ^ i.shr::<7>(),
+            truth(i.lt(j)),
+            truth(i.eq(j) | !i.lt(j)),
+            i.to_float().to_bits(),
+            F::gather(input.table, small, all & a.lt(b)).to_bits(),
+        ];
+        for (row, result) in out.iter_mut().zip(results) {
+            result.store(&mut row[start..]);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_level_gives_the_same_bits(a: [u32; 16], b: [u32; 16], small: [f32; 16]) {
+        let table: Vec<f32> = (0..32).map(|i| i as f32 * 1.5).collect();
+        let floats = |bits: [u32; 16]| bits.map(f32::from_bits);
+        for (a, b) in [(floats(a), floats(b)), (small, floats(b)), (small, small)] {
+            let input = |a, b| Everything { a, b, table: &table };
+            let expected = dispatch(Level::PORTABLE, input(&a, &b));
+            for level in Level::available() {
+                let got = dispatch(level, input(&a, &b));
+                for (op, (e, g)) in expected.iter().zip(&got).enumerate() {
+                    for lane in 0..16 {
+                        // The payload of a NaN is the one thing that may differ.
+                        let nan = |bits: u32| op < 9 && f32::from_bits(bits).is_nan();
+                        prop_assert!(e[lane] == g[lane] || (nan(e[lane]) && nan(g[lane])), "{level:?} op {op}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+struct Packing(u32);
+
+impl Kernel for Packing {
+    type Output = Vec<f32>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Vec<f32> {
+        let width = L::Queue::WIDTH;
+        let lanes: Vec<f32> = (0..width).map(|i| i as f32).collect();
+        let mask = <L::Queue as Float>::Mask::from_bits(self.0);
+        let mut out = vec![0.0; width];
+        L::Queue::load(&lanes).compress(mask, &mut out);
+        out.truncate(mask.count());
+        out
+    }
+}
+
+#[test]
+fn compress_packs_the_lanes_of_the_mask_in_order() {
+    for level in Level::available() {
+        for bits in [0u32, 1, 0b1010_0110, 0xffff, 0x8001] {
+            let got = dispatch(level, Packing(bits));
+            let expected: Vec<f32> = (0..16).filter(|i| bits >> i & 1 == 1).map(|i| i as f32).collect();
+            assert_eq!(got, expected[..got.len()], "{level:?}");
+        }
+    }
+}
+
+struct OutOfRange;
+
+impl Kernel for OutOfRange {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let index = <L::Queue as Float>::Int::splat(3);
+        L::Queue::gather(&[1.0, 2.0, 3.0], index, <L::Queue as Float>::Mask::first(1));
+    }
+}
+
+#[test]
+fn a_gather_outside_its_table_panics() {
+    for level in Level::available() {
+        assert!(std::panic::catch_unwind(|| dispatch(level, OutOfRange)).is_err(), "{level:?}");
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests that go through the crate's public face, in one binary to link once.
+
+mod meshes;
+mod pictures;
