@@ -1,0 +1,117 @@
+//! What lanes bring: a scene that is mostly shading, and the elementary functions, by instruction set.
+
+mod common;
+
+use std::hint::black_box;
+
+use common::{Stage, grey, matte};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rayfront::integrator::{Frame, Schedule};
+use rayfront::math::elementary::{acos_turns, atan2_turns, exp2, log2, pow, sin_cos_turns};
+use rayfront::math::{Rgb, Vec3};
+use rayfront::simd::{Float, Kernel, Lanes, Level, dispatch};
+use rayfront::world::BlinnPhong;
+
+const SAMPLES: u32 = 4;
+
+/// Textures and highlights under four lamps, and little to hit.
+fn lit_frame() -> Frame {
+    let mut stage = Stage::new([160, 120], SAMPLES);
+    let checkers = stage.checkers(8.0);
+    let floor = stage.material(BlinnPhong { specular: grey(0.2), shininess: 20.0, ..matte(checkers) });
+    let ball = stage.checkers(1.0);
+    let ball = stage.material(BlinnPhong { specular: grey(0.5), shininess: 80.0, ..matte(ball) });
+    stage.mesh(common::bumpy_sphere(1_000), ball);
+    stage.ground(-1.0, floor);
+    for (x, z) in [(-3.0, 3.0), (3.0, 3.0), (-3.0, -3.0), (3.0, -3.0)] {
+        stage.point_light(100.0, Vec3::new(x, 4.0, z));
+    }
+    stage.0.settings.ambient = Rgb::splat(0.05);
+    stage.camera(Vec3::new(1.0, 2.0, 4.0));
+    stage.frame()
+}
+
+/// A wavefront rendering on one thread, in rays a second.
+fn render(c: &mut Criterion) {
+    let frame = lit_frame();
+    let mut worker = common::worker(&frame, Schedule::Wavefront);
+    let (_, rays) = common::render(&frame, &mut worker, Level::detect(), SAMPLES);
+    let mut group = c.benchmark_group("shade/textured and lit");
+    group.throughput(Throughput::Elements(rays));
+    for level in Level::available() {
+        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
+            b.iter(|| common::render(&frame, &mut worker, level, SAMPLES));
+        });
+    }
+    group.finish();
+}
+
+/// One of the elementary functions.
+#[derive(Clone, Copy)]
+enum Function {
+    Exp2,
+    Log2,
+    Pow,
+    SinCos,
+    Atan2,
+    Acos,
+}
+
+/// A function of every value of a column.
+struct Column<'a> {
+    function: Function,
+    values: &'a [f32],
+    out: &'a mut [f32],
+}
+
+impl Kernel for Column<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let width = L::Queue::WIDTH;
+        for i in (0..self.values.len()).step_by(width) {
+            let x = L::Queue::load(&self.values[i..]);
+            let y = match self.function {
+                Function::Exp2 => exp2(x),
+                Function::Log2 => log2(x),
+                Function::Pow => pow(x, L::Queue::splat(20.0)),
+                Function::SinCos => {
+                    let (sin, cos) = sin_cos_turns(x);
+                    sin + cos
+                }
+                Function::Atan2 => atan2_turns(x, L::Queue::splat(0.7)),
+                Function::Acos => acos_turns(x),
+            };
+            y.store(&mut self.out[i..]);
+        }
+    }
+}
+
+/// Values a second.
+fn elementary(c: &mut Criterion) {
+    // A multiple of every lane width; within the first cache.
+    const COUNT: usize = 2048;
+    let values: Vec<f32> = (0..COUNT).map(|i| (i as f32 + 0.5) / COUNT as f32).collect();
+    let mut out = vec![0.0; COUNT];
+    let functions = [
+        ("exp2", Function::Exp2),
+        ("log2", Function::Log2),
+        ("pow", Function::Pow),
+        ("sin_cos", Function::SinCos),
+        ("atan2", Function::Atan2),
+        ("acos", Function::Acos),
+    ];
+    for (name, function) in functions {
+        let mut group = c.benchmark_group(format!("elementary/{name}"));
+        group.throughput(Throughput::Elements(COUNT as u64));
+        for level in Level::available() {
+            group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
+                b.iter(|| dispatch(level, Column { function, values: black_box(&values), out: &mut out }));
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group! { name = benches; config = common::criterion(); targets = render, elementary }
+criterion_main!(benches);

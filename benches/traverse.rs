@@ -1,0 +1,81 @@
+//! How many rays a second the single-ray kernels answer, by scene, class of ray and instruction set.
+
+mod common;
+
+use std::hint::black_box;
+
+use common::{HitColumns, RayClasses, RayColumns, Stage, grey, matte};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rayfront::bvh::{self, Stack};
+use rayfront::math::{Quat, Vec3};
+use rayfront::scene::CompiledScene;
+use rayfront::simd::Level;
+use rayfront::world::{Shape, Transform};
+
+/// Rays along each side of the image.
+const SIDE: u32 = 192;
+const LAMP: Vec3 = Vec3::new(3.0, 5.0, 4.0);
+
+fn bumpy(triangles: usize) -> CompiledScene {
+    let mut stage = Stage::new([SIDE, SIDE], 1);
+    let plain = stage.material(matte(grey(0.8)));
+    stage.mesh(common::bumpy_sphere(triangles), plain);
+    stage.ground(-1.0, plain);
+    stage.camera(Vec3::new(1.5, 1.5, 3.5));
+    stage.compile()
+}
+
+fn flake() -> CompiledScene {
+    let mut stage = Stage::new([SIDE, SIDE], 1);
+    let plain = stage.material(matte(grey(0.8)));
+    for (translation, radius_m) in common::sphereflake(4) {
+        let transform = Transform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+        stage.shape(Shape::Sphere { radius_m }, transform, plain);
+    }
+    stage.ground(-1.0, plain);
+    stage.camera(Vec3::new(1.0, 1.2, 2.5));
+    stage.compile()
+}
+
+fn traverse(c: &mut Criterion) {
+    bench_scene(c, "bumpy 70k", &bumpy(70_000));
+    bench_scene(c, "bumpy 1M", &bumpy(1_000_000));
+    bench_scene(c, "sphereflake 7k", &flake());
+}
+
+fn bench_scene(c: &mut Criterion, name: &str, scene: &CompiledScene) {
+    let classes = RayClasses::new(scene, SIDE, LAMP);
+    bench_closest(c, name, "primary", scene, &classes.primary);
+    bench_any(c, name, "shadow", scene, &classes.shadow);
+    bench_any(c, name, "ambient occlusion", scene, &classes.ambient_occlusion);
+    bench_closest(c, name, "diffuse bounce", scene, &classes.bounce);
+}
+
+fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayColumns) {
+    let mut group = c.benchmark_group(format!("{name}/{class}/closest"));
+    let rays = rays.view();
+    let (mut stack, mut hits) = (Stack::new(&scene.bvh), HitColumns::new(rays.len()));
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    for level in Level::available() {
+        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
+            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), &mut stack, hits.view()));
+        });
+    }
+    group.finish();
+}
+
+fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayColumns) {
+    let mut group = c.benchmark_group(format!("{name}/{class}/any"));
+    let rays = rays.view();
+    let (mut stack, mut occluded) = (Stack::new(&scene.bvh), vec![0; rays.len()]);
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    for level in Level::available() {
+        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
+            b.iter(|| bvh::any(level, &scene.bvh, black_box(rays), &mut stack, &mut occluded));
+        });
+    }
+    group.finish();
+}
+
+criterion_group! { name = benches; config = common::criterion(); targets = traverse }
+criterion_main!(benches);
