@@ -54,6 +54,13 @@ impl Report<'_> {
         self.session.statistics().rays.total() as f64 / self.phases.render.as_secs_f64().max(1e-9) / 1e6
     }
 
+    /// Mean radiance of all pixels: red, green, blue.
+    fn mean(&self) -> [f64; 3] {
+        let pixels = self.session.film().radiance();
+        let sum = |channel: usize| pixels.iter().map(|p| f64::from(p.to_array()[channel])).sum::<f64>();
+        [sum(0), sum(1), sum(2)].map(|sum| sum / pixels.len().max(1) as f64)
+    }
+
     /// A few lines for people.
     pub fn text(&self) -> String {
         let rays = &self.session.statistics().rays;
@@ -160,6 +167,7 @@ impl Report<'_> {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
                 "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
             },
+            "mean": self.mean(),
             "noise_rms": self.session.film().noise(),
             "film_hash": format!("{:032x}", self.session.film().hash()),
             "warnings": scene.warnings,
