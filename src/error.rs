@@ -99,8 +99,15 @@ impl SaveError {
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let near = known
         .into_iter()
-        .map(|k| (strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase()), k))
+        .map(|k| (distance(name, k), k))
         .min_by_key(|(distance, _)| *distance)
         .filter(|(distance, k)| *distance <= (k.len().max(name.len()) / 3).max(1));
     near.map_or_else(String::new, |(_, k)| format!(" (did you mean \"{k}\"?)"))
+}
+
+/// Edits from one name to another. A unit at the end may be left out: "radus" is near "radius_m".
+fn distance(name: &str, known: &str) -> usize {
+    let edits = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
+    let without_unit = known.rsplit_once('_').map_or(usize::MAX, |(stem, _)| edits(stem));
+    edits(known).min(without_unit)
 }

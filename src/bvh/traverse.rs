@@ -229,8 +229,9 @@ impl Slabs {
 
     /// Where the ray enters a box, if it does.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "the axis indexes five arrays")]
     fn enter(&self, bounds: &crate::math::Aabb) -> Option<f32> {
-        let corners = [bounds.min.to_array(), bounds.max.to_array()];
+        let corners = [bounds.min, bounds.max];
         let (mut near, mut far) = (self.t_min, f32::INFINITY);
         for axis in 0..3 {
             let side = self.near_side[axis];

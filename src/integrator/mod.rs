@@ -69,7 +69,7 @@ pub enum Worker {
     /// For [`Schedule::Wavefront`].
     Wavefront(Box<wavefront::Wave>),
     /// For [`Schedule::Recursive`].
-    Recursive(recursive::Recursion),
+    Recursive(Box<recursive::Recursion>),
 }
 
 impl Worker {
@@ -77,7 +77,7 @@ impl Worker {
     pub fn new(frame: &Frame, schedule: Schedule, wave: usize) -> Self {
         match schedule {
             Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave))),
-            Schedule::Recursive => Worker::Recursive(recursive::Recursion::new(frame)),
+            Schedule::Recursive => Worker::Recursive(Box::new(recursive::Recursion::new(frame))),
         }
     }
 

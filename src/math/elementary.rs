@@ -2,6 +2,9 @@
 //! operations of [`Float`]. std's have other bits on other systems. The coefficients
 //! are our own minimax fits (Lawson's iteration, float64).
 
+// The coefficients are fitted, not taken from constants that they happen to be near.
+#![allow(clippy::approx_constant, clippy::excessive_precision)]
+
 use crate::simd::{Float, Int};
 
 /// c₀ + x (c₁ + x (c₂ + …)).
@@ -19,7 +22,7 @@ fn polynomial<F: Float, const N: usize>(x: F, coefficients: [f32; N]) -> F {
 pub fn exp2<F: Float>(x: F) -> F {
     let clamped = x.clamp(-127.0, 127.0);
     let whole = (clamped + F::splat(0.5)).floor();
-    let scale = (whole.to_int() + F::Int::splat(127)).shl::<23>().from_bits();
+    let scale = (whole.to_int() + F::Int::splat(127)).shl::<23>().reinterpret();
     let fraction = polynomial(
         clamped - whole,
         [1.0, 0.693_147_2, 0.240_226_5, 0.055_503_27, 0.009_617_994, 0.001_340_043_2, 0.000_154_780_18],
@@ -33,7 +36,7 @@ pub fn log2<F: Float>(x: F) -> F {
     // The mantissa goes to [√½, √2), where the series in s = (m − 1) / (m + 1) is short.
     let bits = x.to_bits() - F::Int::splat(0x3f35_04f3);
     let exponent = (bits.shr::<23>() ^ F::Int::splat(0x100)) - F::Int::splat(0x100);
-    let mantissa = (x.to_bits() - exponent.shl::<23>()).from_bits();
+    let mantissa = (x.to_bits() - exponent.shl::<23>()).reinterpret();
     let s = (mantissa - F::one()) / (mantissa + F::one());
     let series = polynomial(s * s, [2.885_390_1, 0.961_798_85, 0.576_714_25, 0.431_742_1]);
     exponent.to_float() + s * series

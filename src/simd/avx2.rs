@@ -288,7 +288,7 @@ impl Int for I32x8 {
         unsafe { F32x8(_mm256_cvtepi32_ps(self.0)) }
     }
     #[inline(always)]
-    fn from_bits(self) -> F32x8 {
+    fn reinterpret(self) -> F32x8 {
         // SAFETY: as for the operators.
         unsafe { F32x8(_mm256_castsi256_ps(self.0)) }
     }

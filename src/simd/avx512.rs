@@ -281,7 +281,7 @@ impl Int for I32x16 {
         unsafe { F32x16(_mm512_cvtepi32_ps(self.0)) }
     }
     #[inline(always)]
-    fn from_bits(self) -> F32x16 {
+    fn reinterpret(self) -> F32x16 {
         // SAFETY: as for the operators.
         unsafe { F32x16(_mm512_castsi512_ps(self.0)) }
     }

@@ -166,7 +166,7 @@ pub trait Int:
     /// As a signed integer, rounded to the nearest float.
     fn to_float(self) -> Self::Float;
     /// The float with this encoding.
-    fn from_bits(self) -> Self::Float;
+    fn reinterpret(self) -> Self::Float;
     /// The value of one lane.
     fn lane(self, lane: usize) -> u32;
 }

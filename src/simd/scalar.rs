@@ -149,7 +149,7 @@ impl Int for Wrapping<u32> {
         self.0 as i32 as f32
     }
     #[inline(always)]
-    fn from_bits(self) -> f32 {
+    fn reinterpret(self) -> f32 {
         f32::from_bits(self.0)
     }
     #[inline(always)]

@@ -89,7 +89,7 @@ impl Wave {
         let mut clock = Clock { statistics, last: Instant::now() };
         loop {
             self.generate(frame, level, film, &mut todo, &mut clock);
-            if self.paths.0.len() == 0 {
+            if self.paths.0.is_empty() {
                 return;
             }
             let count = self.paths.0.len();

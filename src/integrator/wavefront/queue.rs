@@ -36,6 +36,11 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.length
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
     /// How many more fit.
     pub fn room(&self) -> usize {
         self.capacity - self.length
