@@ -41,6 +41,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
     json!({
         "entities": world.entities.len(),
         "triangles": scene.geometry.triangles.len(),
+        "triangles_placed": world.placed_triangles(),
         "spheres": scene.geometry.spheres.len(),
         "instances": scene.geometry.instances.len(),
         "meshes": meshes,
@@ -81,7 +82,7 @@ fn text(facts: &Value) -> String {
     let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
     let mut lines = vec![
         format!("entities   {}", facts["entities"]),
-        format!("triangles  {}", facts["triangles"]),
+        format!("triangles  {}, {} where they are placed", facts["triangles"], facts["triangles_placed"]),
         format!("spheres    {}", facts["spheres"]),
         format!("instances  {}", facts["instances"]),
         format!("bounds     {} to {} m", facts["bounds_m"][0], facts["bounds_m"][1]),

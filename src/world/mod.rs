@@ -33,6 +33,17 @@ impl World {
         entities
     }
 
+    /// Triangles as they are seen: those of a mesh as often as it is placed.
+    pub fn placed_triangles(&self) -> usize {
+        let of = |shape: &Shape| match shape {
+            Shape::Sphere { .. } => 0,
+            Shape::Triangle { .. } => 1,
+            Shape::Plane { .. } => 2,
+            Shape::Mesh(id) => self.assets.meshes[id.0 as usize].triangles.len(),
+        };
+        self.entities.query::<&Shape>().iter().map(of).sum()
+    }
+
     /// The entity's [`Name`], or `entity N` by its place in the file.
     pub fn name_of(&self, entity: hecs::Entity) -> String {
         match self.entities.get::<&Name>(entity) {
