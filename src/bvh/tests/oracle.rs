@@ -93,58 +93,56 @@ pub(super) fn bracket(soup: &Soup, ray: &Ray<f32>) -> (f64, f64) {
             sure = sure.min(high);
         }
     };
-    let mut place =
-        |matrix: Option<&DAffine3>, triangles: std::ops::Range<usize>, spheres: std::ops::Range<usize>| {
-            for id in triangles {
-                let corners = soup.corners(id).map(|c| c.as_dvec3());
-                let [a, b, c] = matrix.map_or(corners, |m| corners.map(|c| m.transform_point3(c)));
-                let reach = [origin, a, b, c].iter().map(|p| p.length()).fold(0.0, f64::max);
-                let error = 8.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
-                let (e1, e2) = (b - a, c - a);
-                let normal = e1.cross(e2);
-                let determinant = -normal.dot(direction);
-                // The height of the triangle over its longest edge, as the ray sees it.
-                let longest = e1.length().max(e2.length()).max((c - b).length());
-                let height = determinant.abs() / longest;
-                let margin = error / height;
-                let s = origin - a;
-                let (u, v) = (
-                    direction.dot(e2.cross(s)) / -determinant * -1.0,
-                    direction.dot(s.cross(e1)) / -determinant * -1.0,
-                );
-                let t = s.dot(normal) / determinant;
-                let least = u.min(v).min(1.0 - u - v);
-                let slack = error * normal.length() / determinant.abs();
-                if !(margin < 0.1) {
-                    consider(f64::NEG_INFINITY, f64::INFINITY, false);
-                } else if least > -margin {
-                    consider(t - slack, t + slack, least > margin);
-                }
+    let mut place = |matrix: Option<&DAffine3>,
+                     triangles: std::ops::Range<usize>,
+                     spheres: std::ops::Range<usize>| {
+        for id in triangles {
+            let corners = soup.corners(id).map(|c| c.as_dvec3());
+            let [a, b, c] = matrix.map_or(corners, |m| corners.map(|c| m.transform_point3(c)));
+            let reach = [origin, a, b, c].iter().map(|p| p.length()).fold(0.0, f64::max);
+            let error = 8.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
+            let (e1, e2) = (b - a, c - a);
+            let normal = e1.cross(e2);
+            let determinant = -normal.dot(direction);
+            // The height of the triangle over its longest edge, as the ray sees it.
+            let longest = e1.length().max(e2.length()).max((c - b).length());
+            let height = determinant.abs() / longest;
+            let margin = error / height;
+            let s = origin - a;
+            let (u, v) = (direction.dot(e2.cross(s)) / determinant, direction.dot(s.cross(e1)) / determinant);
+            let t = s.dot(normal) / determinant;
+            let least = u.min(v).min(1.0 - u - v);
+            let slack = error * normal.length() / determinant.abs();
+            if margin.is_nan() || margin > 0.1 {
+                consider(f64::NEG_INFINITY, f64::INFINITY, false);
+            } else if least > -margin {
+                consider(t - slack, t + slack, least > margin);
             }
-            for id in spheres {
-                let [x, y, z, radius] = soup.spheres[id].map(f64::from);
-                let inverse = matrix.map(|m| m.inverse());
-                let o = inverse.map_or(origin, |m| m.transform_point3(origin)) - DVec3::new(x, y, z);
-                let d = inverse.map_or(direction, |m| m.transform_vector3(direction));
-                let reach = o.length() + radius + DVec3::new(x, y, z).length();
-                let error = 32.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
-                let roots = |radius: f64| {
-                    let (a, b) = (d.dot(d), o.dot(d));
-                    let discriminant = b * b - a * (o.dot(o) - radius * radius);
-                    (discriminant >= 0.0).then(|| [-1.0, 1.0].map(|s| (-b + s * discriminant.sqrt()) / a))
-                };
-                let (small, large) = (roots((radius - error).max(0.0)), roots(radius + error));
-                if let Some([near, far]) = large {
-                    match small {
-                        Some([inner_near, inner_far]) => {
-                            consider(near, inner_near, true);
-                            consider(inner_far, far, true);
-                        }
-                        None => consider(near, far, false),
+        }
+        for id in spheres {
+            let [x, y, z, radius] = soup.spheres[id].map(f64::from);
+            let inverse = matrix.map(|m| m.inverse());
+            let o = inverse.map_or(origin, |m| m.transform_point3(origin)) - DVec3::new(x, y, z);
+            let d = inverse.map_or(direction, |m| m.transform_vector3(direction));
+            let reach = o.length() + radius + DVec3::new(x, y, z).length();
+            let error = 32.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
+            let roots = |radius: f64| {
+                let (a, b) = (d.dot(d), o.dot(d));
+                let discriminant = b * b - a * (o.dot(o) - radius * radius);
+                (discriminant >= 0.0).then(|| [-1.0, 1.0].map(|s| (-b + s * discriminant.sqrt()) / a))
+            };
+            let (small, large) = (roots((radius - error).max(0.0)), roots(radius + error));
+            if let Some([near, far]) = large {
+                match small {
+                    Some([inner_near, inner_far]) => {
+                        consider(near, inner_near, true);
+                        consider(inner_far, far, true);
                     }
+                    None => consider(near, far, false),
                 }
             }
-        };
+        }
+    };
     let [t, s] = soup.world;
     place(None, 0..t, 0..s);
     for matrix in &soup.placed {
