@@ -1,4 +1,6 @@
 //! Tests that go through the crate's public face, in one binary to link once.
 
+mod agreement;
 mod meshes;
 mod pictures;
+mod support;
