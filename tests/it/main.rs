@@ -5,4 +5,5 @@ mod cli;
 mod images;
 mod meshes;
 mod pictures;
+mod scenes;
 mod support;
