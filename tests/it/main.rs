@@ -7,3 +7,4 @@ mod meshes;
 mod pictures;
 mod scenes;
 mod support;
+mod tidy;
