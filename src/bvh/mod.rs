@@ -22,6 +22,9 @@ pub mod sphere;
 pub mod traverse;
 pub mod triangle;
 
+#[cfg(test)]
+mod tests;
+
 pub use assemble::Geometry;
 pub use layout::{Bvh, Instance, Root, SPHERE};
 pub use traverse::{Stack, any, closest};

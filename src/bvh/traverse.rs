@@ -111,7 +111,7 @@ pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
 /// Visits the tree nearest child first; with `ANY` stops at the first hit and returns true.
 #[inline(always)]
 fn walk<L: Lanes, const ANY: bool>(bvh: &Bvh, world: &Ray<f32>, stack: &mut [Entry], best: &mut Hit) -> bool {
-    let Some(root) = bvh.root else { return false };
+    let Some(root) = bvh.root.filter(|_| is_finite(world)) else { return false };
     let mut local = Local::new(*world);
     let Some(mut near) = local.slabs.enter(&root.bounds) else { return false };
     let mut child = root.child;
@@ -152,12 +152,15 @@ fn walk<L: Lanes, const ANY: bool>(bvh: &Bvh, world: &Ray<f32>, stack: &mut [Ent
             }
             Kind::Instance => {
                 let placed = &bvh.instances[child.index()];
-                stack[top] = Entry { near: f32::NEG_INFINITY, child: LEAVE_INSTANCE };
-                top += 1;
-                local = Local::new(to_local(world, &placed.to_local));
-                instance = child.index() as u32;
-                child = placed.root;
-                continue;
+                let ray = to_local(world, &placed.to_local);
+                if is_finite(&ray) {
+                    stack[top] = Entry { near: f32::NEG_INFINITY, child: LEAVE_INSTANCE };
+                    top += 1;
+                    local = Local::new(ray);
+                    instance = child.index() as u32;
+                    child = placed.root;
+                    continue;
+                }
             }
         }
         if top == 0 {
@@ -166,6 +169,14 @@ fn walk<L: Lanes, const ANY: bool>(bvh: &Bvh, world: &Ray<f32>, stack: &mut [Ent
         top -= 1;
         (near, child) = (stack[top].near, Child(stack[top].child));
     }
+}
+
+/// To a ray that is nowhere every box is open, the unused ones of a node too, and it would
+/// go round in circles.
+#[inline(always)]
+fn is_finite(ray: &Ray<f32>) -> bool {
+    let (o, d) = (ray.origin, ray.direction);
+    [o.x, o.y, o.z, d.x, d.y, d.z].iter().all(|c| c.is_finite())
 }
 
 /// A ray with what is computed from it once for each space.

@@ -167,7 +167,7 @@ impl Builder {
         } else {
             g.positions.extend(mesh.positions.iter().map(|p| point(matrix, *p).to_array()));
         }
-        let normals = normal_matrix(matrix);
+        let normals = relative(normal_matrix(matrix));
         g.normals.extend(mesh.normals.iter().map(|n| transform_normal(&normals, *n)));
         g.uvs.extend(mesh.uvs.iter().map(|uv| uv.to_array()));
         g.colors.extend(mesh.colors.iter().map(|c| c.to_array()));
@@ -227,8 +227,16 @@ impl Builder {
     }
 }
 
-/// A unit normal in the new space; one without length stays zero: flat.
+/// The matrix divided by its largest scale, so that floats hold what it makes of unit vectors.
+fn relative(matrix: DMat3) -> DMat3 {
+    let largest = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter();
+    matrix * (1.0 / largest.fold(f64::MIN_POSITIVE, f64::max))
+}
+
+/// A normal in the new space, not made unit length again: between vertices the sum must have
+/// the direction that an instance gets by interpolating before it transforms. One without
+/// length stays zero: flat.
 fn transform_normal(matrix: &DMat3, normal: Vec3) -> [f32; 3] {
-    let n = *matrix * normal.as_dvec3();
-    n.try_normalize().unwrap_or_default().as_vec3().to_array()
+    let n = *matrix * normal.as_dvec3().normalize_or_zero();
+    n.as_vec3().to_array()
 }

@@ -1,4 +1,10 @@
 //! Tests that go through the crate's public face, in one binary to link once.
 
+mod agreement;
+mod cli;
+mod images;
 mod meshes;
 mod pictures;
+mod scenes;
+mod support;
+mod tidy;

@@ -1,0 +1,508 @@
+//! The tree against oracles: all primitives by the canonical tests without any culling,
+//! where every bit must agree, and all primitives in double precision.
+
+mod oracle;
+
+use glam::{DAffine3, DQuat, DVec3};
+use proptest::prelude::*;
+use rand::RngExt;
+
+use self::oracle::{bracket, oracle};
+use super::layout::Instance;
+use super::*;
+use crate::math::{Hit, NONE, Ray, Vec3, Vector};
+use crate::sampling::Stream;
+use crate::simd::Level;
+
+/// Geometry, what of it is in the world and what in the one subtree, and where that is placed.
+#[derive(Default)]
+struct Soup {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    spheres: Vec<[f32; 4]>,
+    /// How many triangles and spheres are the world's; the rest is the subtree's.
+    world: [usize; 2],
+    placed: Vec<DAffine3>,
+}
+
+impl Soup {
+    fn all_in_the_world(mut self) -> Soup {
+        self.world = [self.triangles.len(), self.spheres.len()];
+        self
+    }
+
+    fn build(&self) -> Bvh {
+        let geometry =
+            Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &self.spheres };
+        let [t, s] = self.world.map(|n| n as u32);
+        let mut bvh = Bvh::default();
+        let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
+        let mut boxes = Vec::new();
+        for matrix in &self.placed {
+            if let Some(root) = subtree {
+                bvh.instances.push(Instance::new(matrix, root.child));
+                boxes.push(root.bounds);
+            }
+        }
+        bvh.add_root(&geometry, 0..t, 0..s, &boxes);
+        bvh.validate().expect("a sound tree");
+        bvh
+    }
+
+    fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|v| Vec3::from_array(self.positions[v as usize]))
+    }
+
+    fn push_triangle(&mut self, corners: [[f32; 3]; 3]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners);
+        self.triangles.push([first, first + 1, first + 2]);
+    }
+}
+
+fn ray(origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Ray<f32> {
+    let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
+    Ray { origin: vector(origin), direction: vector(direction), t_min, t_max }
+}
+
+fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
+    let way = to.as_dvec3() - from.as_dvec3();
+    ray(from, way.try_normalize().unwrap_or(DVec3::X).as_vec3(), 0.0, f32::INFINITY)
+}
+
+/// All queries, at one level.
+fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
+    let columns = [
+        column(|r| r.origin.x),
+        column(|r| r.origin.y),
+        column(|r| r.origin.z),
+        column(|r| r.direction.x),
+        column(|r| r.direction.y),
+        column(|r| r.direction.z),
+        column(|r| r.t_min),
+        column(|r| r.t_max),
+    ];
+    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = &columns;
+    let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max };
+    let n = rays.len();
+    let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let (mut primitive, mut instance, mut occluded) = (vec![0; n], vec![0; n], vec![7; n]);
+    let mut stack = Stack::new(bvh);
+    let hits =
+        HitsMut { t: &mut t, u: &mut u, v: &mut v, primitive: &mut primitive, instance: &mut instance };
+    closest(level, bvh, view, &mut stack, hits);
+    super::any(level, bvh, view, &mut stack, &mut occluded);
+    let hits = (0..n)
+        .map(|i| Hit { t: t[i], u: u[i], v: v[i], primitive: primitive[i], instance: instance[i] })
+        .collect();
+    (hits, occluded)
+}
+
+fn bits(hit: &Hit) -> [u32; 5] {
+    [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive, hit.instance]
+}
+
+/// Every level gives the oracle's answer to the last bit.
+fn agree(soup: &Soup, rays: &[Ray<f32>]) {
+    let bvh = soup.build();
+    let expected: Vec<Hit> = rays.iter().map(|ray| oracle(&bvh, ray)).collect();
+    for level in Level::available() {
+        let (hits, occluded) = trace(level, &bvh, rays);
+        for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
+            let r = &rays[i];
+            let of = || {
+                let (o, d) = (r.origin, r.direction);
+                format!("{level:?}, ray {:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max)
+            };
+            assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
+            assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());
+        }
+    }
+}
+
+fn within_bracket(soup: &Soup, rays: &[Ray<f32>]) {
+    let (hits, _) = trace(Level::detect(), &soup.build(), rays);
+    for (hit, ray) in hits.iter().zip(rays) {
+        let (possible, sure) = bracket(soup, ray);
+        let t = f64::from(hit.t);
+        assert!(t >= possible && t <= sure, "{hit:?} is not in {possible} to {sure}");
+    }
+}
+
+/// Random geometry. On a coarse grid much of it is coincident, degenerate and parallel to axes.
+fn random_soup(random: &mut Stream, counts: [usize; 4], placed: usize, coarse: bool) -> Soup {
+    let coordinate = |random: &mut Stream, size: f32| {
+        let c: f32 = random.random_range(-size..size);
+        if coarse { (c * 2.0).round() * 0.5 } else { c }
+    };
+    let mut soup = Soup::default();
+    let [world_triangles, world_spheres, triangles, spheres] = counts;
+    for _ in 0..world_triangles + triangles {
+        let middle: [f32; 3] = std::array::from_fn(|_| coordinate(random, 4.0));
+        let corner = |random: &mut Stream| middle.map(|m| m + coordinate(random, 1.5));
+        let corners = [corner(random), corner(random), corner(random)];
+        soup.push_triangle(corners);
+    }
+    for _ in 0..world_spheres + spheres {
+        let [x, y, z] = std::array::from_fn(|_| coordinate(random, 4.0));
+        soup.spheres.push([x, y, z, coordinate(random, 1.0).abs().max(0.25)]);
+    }
+    soup.world = [world_triangles, world_spheres];
+    for _ in 0..placed {
+        let mut number = |low: f64, high: f64| random.random_range(low..high);
+        let axis = DVec3::new(number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0));
+        let rotation = DQuat::from_axis_angle(axis.try_normalize().unwrap_or(DVec3::X), number(0.0, 6.0));
+        let scale = DVec3::new(number(0.2, 2.0), number(0.2, 2.0), number(-2.0, -0.2));
+        let place = DVec3::new(number(-4.0, 4.0), number(-4.0, 4.0), number(-4.0, 4.0));
+        soup.placed.push(DAffine3::from_scale_rotation_translation(scale, rotation, place));
+    }
+    soup
+}
+
+/// A ray of one of the kinds that break careless code.
+fn random_ray(random: &mut Stream, soup: &Soup, kind: usize) -> Ray<f32> {
+    let point = |random: &mut Stream| -> Vec3 {
+        Vec3::from_array(std::array::from_fn(|_| random.random_range(-6.0f32..6.0)))
+    };
+    let (from, to) = (point(random), point(random));
+    if soup.triangles.is_empty() {
+        return towards(from, to);
+    }
+    let [a, b, c] = soup.corners(random.random_range(0..soup.triangles.len()));
+    let [other, ..] = soup.corners(random.random_range(0..soup.triangles.len()));
+    let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z][kind % 3];
+    match kind {
+        0 => towards(from, to),
+        1 => ray(from.round(), axis, 0.0, f32::INFINITY),
+        2 => ray(a, -axis, 0.0, f32::INFINITY),
+        3 => towards(from, a),
+        4 => towards(from, (a + b) * 0.5),
+        5 => towards(a, other),
+        6 => towards((a + c) * 0.5, to),
+        7 => towards(a + (a - b), b + (c - b) * 0.3),
+        8 => towards(a + (b - a) * 3.0, a),
+        9 => ray(from, Vec3::new(1.0, 1e-40, -0.0), 0.0, f32::INFINITY),
+        10 => ray(a - Vec3::Z * 3.0, Vec3::new(-1e-42, -0.0, 1.0), 0.0, f32::INFINITY),
+        11 => ray(Vec3::new(from.x, a.y, from.z), Vec3::new(0.6, 0.0, 0.8), 0.0, f32::INFINITY),
+        12 => {
+            let near = random.random_range(0.0f32..4.0);
+            Ray { t_min: near, t_max: near + random.random_range(0.0f32..4.0), ..towards(from, to) }
+        }
+        _ => towards(from * 1000.0, (a + b + c) * (1.0 / 3.0)),
+    }
+}
+
+const KINDS: usize = 14;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn hits_are_those_of_the_oracles(
+        seed: u64,
+        counts in [0usize..60, 0usize..12, 0usize..20, 0usize..10],
+        placed in 0usize..4,
+        coarse: bool,
+    ) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, counts, placed, coarse);
+        let rays: Vec<_> = (0..8 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
+        agree(&soup, &rays);
+        within_bracket(&soup, &rays);
+    }
+
+    /// t_min itself is out, t_max itself is in.
+    #[test]
+    fn the_ends_of_the_range_are_exact(seed: u64) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, [40, 10, 5, 5], 2, false);
+        let mut rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, &soup, 0)).collect();
+        let (hits, _) = trace(Level::PORTABLE, &soup.build(), &rays);
+        for (ray, hit) in rays.iter_mut().zip(&hits).filter(|(_, hit)| !hit.is_miss()) {
+            match random.random_range(0..4) {
+                0 => ray.t_max = hit.t,
+                1 => ray.t_max = hit.t.next_down(),
+                2 => ray.t_min = hit.t,
+                _ => ray.t_min = hit.t.next_down(),
+            }
+        }
+        agree(&soup, &rays);
+        let (again, _) = trace(Level::PORTABLE, &soup.build(), &rays);
+        for ((ray, hit), before) in rays.iter().zip(&again).zip(&hits).filter(|(_, hit)| !hit.is_miss()) {
+            if ray.t_max == before.t || ray.t_min == before.t.next_down() {
+                prop_assert_eq!(bits(hit), bits(before));
+            } else {
+                prop_assert!(hit.is_miss() || (hit.t > ray.t_min && hit.t <= ray.t_max && hit.t != before.t));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_large_soup_agrees() {
+    let mut random = Stream::new(11);
+    let soup = random_soup(&mut random, [3000, 300, 100, 20], 30, false);
+    let rays: Vec<_> = (0..50 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
+    let (hits, _) = trace(Level::detect(), &soup.build(), &rays);
+    let count = |f: fn(&Hit) -> bool| hits.iter().filter(|hit| f(hit)).count();
+    assert!(count(|hit| hit.instance != NONE) > 50, "instances are hit");
+    assert!(count(|hit| hit.primitive != NONE && hit.primitive & SPHERE != 0) > 50, "spheres are hit");
+    assert!(count(Hit::is_miss) > 0, "and sometimes nothing is");
+    agree(&soup, &rays);
+    within_bracket(&soup, &rays);
+}
+
+#[test]
+fn nothing_one_and_many_of_the_same() {
+    let straight = towards(Vec3::new(0.2, 0.2, 5.0), Vec3::new(0.2, 0.2, 0.0));
+    let beside = towards(Vec3::new(3.0, 0.2, 5.0), Vec3::new(3.0, 0.2, 0.0));
+    agree(&Soup::default(), &[straight]);
+    let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for copies in [1, 2, 8, 9, 200, 1000] {
+        let mut soup = Soup::default();
+        (0..copies).for_each(|_| soup.push_triangle(unit));
+        let soup = soup.all_in_the_world();
+        let (hits, occluded) = trace(Level::detect(), &soup.build(), &[straight, beside]);
+        assert_eq!(hits[0].primitive, 0, "the first of {copies}");
+        assert!((hits[0].t - 5.0).abs() < 1e-5);
+        assert!(hits[1].is_miss() && occluded == [1, 0]);
+        agree(&soup, &[straight, beside]);
+
+        let soup = Soup { spheres: vec![[0.0, 0.0, 0.0, 1.0]; copies], ..Soup::default() }.all_in_the_world();
+        let (hits, _) = trace(Level::detect(), &soup.build(), &[straight, beside]);
+        assert_eq!(hits[0].primitive, SPHERE, "the first of {copies}");
+        assert!(hits[1].is_miss());
+        agree(&soup, &[straight, beside]);
+    }
+}
+
+/// Unused boxes of a node must stay closed to a ray that is nowhere.
+#[test]
+fn rays_that_are_not_finite_hit_nothing() {
+    let mut random = Stream::new(12);
+    let soup = random_soup(&mut random, [50, 5, 20, 2], 3, false);
+    let good = Vec3::new(0.6, 0.0, 0.8);
+    let mut rays = Vec::new();
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            let place = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(bad), Vec3::ONE);
+            rays.push(ray(place, good, 0.0, f32::INFINITY));
+            rays.push(ray(Vec3::ONE, place, 0.0, f32::INFINITY));
+        }
+        rays.push(ray(Vec3::splat(bad), good, 0.0, f32::INFINITY));
+        rays.push(ray(Vec3::ONE, Vec3::splat(bad), 0.0, f32::INFINITY));
+    }
+    for level in Level::available() {
+        let (hits, occluded) = trace(level, &soup.build(), &rays);
+        assert!(hits.iter().all(Hit::is_miss) && occluded.iter().all(|o| *o == 0), "{level:?}");
+    }
+}
+
+#[test]
+fn of_instances_in_one_place_the_first_is_hit() {
+    let mut soup = Soup::default();
+    soup.push_triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    soup.placed = vec![DAffine3::IDENTITY; 40];
+    let straight = towards(Vec3::new(0.2, 0.2, 5.0), Vec3::new(0.2, 0.2, 0.0));
+    let (hits, _) = trace(Level::detect(), &soup.build(), &[straight]);
+    assert_eq!((hits[0].primitive, hits[0].instance), (0, 0));
+    agree(&soup, &[straight]);
+}
+
+#[test]
+fn what_has_no_area_is_never_hit() {
+    let mut soup = Soup::default();
+    for i in 0..30 {
+        let p = [i as f32 * 0.1, 0.0, 0.0];
+        soup.push_triangle([p, p, p]);
+        soup.push_triangle([p, [1.0, 1.0, 1.0], p]);
+        soup.push_triangle([[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]);
+    }
+    let soup = soup.all_in_the_world();
+    let mut random = Stream::new(5);
+    let rays: Vec<_> = (0..300).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
+    agree(&soup, &rays);
+    let exact = towards(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO);
+    assert!(trace(Level::detect(), &soup.build(), &[exact]).0[0].is_miss());
+}
+
+/// Scaled geometry with rays scaled along.
+fn scaled(random: &mut Stream, scale: f32) -> (Soup, Vec<Ray<f32>>) {
+    let mut soup = random_soup(random, [60, 10, 0, 0], 0, false);
+    let mut rays: Vec<_> = (0..10 * KINDS).map(|i| random_ray(random, &soup, i % KINDS)).collect();
+    soup.positions.iter_mut().flatten().for_each(|c| *c *= scale);
+    soup.spheres.iter_mut().flatten().for_each(|c| *c *= scale);
+    for ray in &mut rays {
+        ray.origin = ray.origin * scale;
+        ray.t_min *= scale;
+        ray.t_max *= scale;
+    }
+    (soup, rays)
+}
+
+#[test]
+fn small_and_large_scenes_agree() {
+    let mut random = Stream::new(9);
+    for scale in [1e-15f32, 1e-9, 1e9, 1e12] {
+        let (soup, rays) = scaled(&mut random, scale);
+        agree(&soup, &rays);
+    }
+}
+
+/// Where products under- and overflow hits may be lost, but all levels lose the same ones.
+#[test]
+fn numbers_at_the_ends_of_the_floats_are_no_danger() {
+    let mut random = Stream::new(10);
+    for scale in [1e-38f32, 1e-30, 1e-22, 1e-19, 1e19, 1e20, 1e30, 3e37] {
+        let (soup, rays) = scaled(&mut random, scale);
+        let bvh = soup.build();
+        let (expected, blocked) = trace(Level::PORTABLE, &bvh, &rays);
+        for level in Level::available() {
+            let (hits, occluded) = trace(level, &bvh, &rays);
+            assert!(hits.iter().map(bits).eq(expected.iter().map(bits)), "{level:?}, scale {scale}");
+            assert_eq!(occluded, blocked);
+        }
+        assert!(expected.iter().all(|hit| !hit.t.is_nan()));
+    }
+}
+
+/// A closed star-shaped surface: an octahedron, subdivided, with bumps.
+fn bumpy(subdivisions: u32, scale: f32, offset: Vec3) -> Soup {
+    let mut points = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for i in 0..8u32 {
+        triangles.push([i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)]);
+    }
+    for _ in 0..subdivisions {
+        let mut middles = std::collections::HashMap::new();
+        let mut finer = Vec::new();
+        for [a, b, c] in triangles {
+            let mut middle = |i: u32, j: u32| {
+                *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                    points.push((points[i as usize] + points[j as usize]).normalize());
+                    points.len() as u32 - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = finer;
+    }
+    let bumps =
+        |p: Vec3| 1.0 + 0.1 * (libm::sinf(17.0 * p.x) + libm::sinf(13.0 * p.y) * libm::cosf(11.0 * p.z));
+    let positions = points.iter().map(|p| (*p * bumps(*p) * scale + offset).to_array()).collect();
+    Soup { positions, triangles, ..Soup::default() }
+}
+
+/// From points inside to vertices, edges and any places.
+fn rays_from_within(soup: &Soup, random: &mut Stream, scale: f32, offset: Vec3) -> Vec<Ray<f32>> {
+    let mut rays = Vec::new();
+    let inside = |random: &mut Stream| {
+        let p = Vec3::from_array(std::array::from_fn(|_| random.random_range(-0.25f32..0.25)));
+        p * scale + offset
+    };
+    for i in 0..soup.triangles.len() {
+        let [a, b, c] = soup.corners(i);
+        let from = inside(random);
+        rays.extend([towards(from, a), towards(from, (b + c) * 0.5), towards(offset, b)]);
+        let (u, v): (f32, f32) = (random.random(), random.random());
+        rays.push(towards(from, a + (b - a) * u + (c - a) * v));
+    }
+    for axis in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z] {
+        rays.push(ray(offset, axis, 0.0, f32::INFINITY));
+        rays.push(ray(inside(random), axis, 0.0, f32::INFINITY));
+    }
+    rays
+}
+
+#[test]
+fn no_ray_leaves_a_closed_surface() {
+    let mut random = Stream::new(3);
+    let far = Vec3::new(1e4, -3e3, 7e3);
+    for (scale, offset) in [
+        (1.0, Vec3::ZERO),
+        (1e-6, Vec3::ZERO),
+        (1e6, Vec3::ZERO),
+        (1.0, far),
+        (1.0, far * 10.0),
+        (1e3, -far),
+        (1e-2, far * 0.01),
+    ] {
+        let soup = bumpy(5, scale, offset).all_in_the_world();
+        let bvh = soup.build();
+        let rays = rays_from_within(&soup, &mut random, scale, offset);
+        for level in Level::available() {
+            let (hits, occluded) = trace(level, &bvh, &rays);
+            let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
+            let unblocked = occluded.iter().filter(|o| **o == 0).count();
+            assert_eq!((out, unblocked), (0, 0), "{level:?}, scale {scale}, at {offset}");
+        }
+    }
+}
+
+#[test]
+fn no_ray_leaves_a_closed_instance() {
+    let mut random = Stream::new(4);
+    let stretch = DVec3::new(3.0, 0.5, -1.0);
+    for place in [DVec3::ZERO, DVec3::new(1e3, -300.0, 700.0)] {
+        let mut soup = bumpy(4, 1.0, Vec3::ZERO);
+        let turn = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+        let matrix = DAffine3::from_scale_rotation_translation(stretch, turn, place);
+        let local = rays_from_within(&soup, &mut random, 1.0, Vec3::ZERO);
+        soup.placed.push(matrix);
+        let bvh = soup.build();
+        let rays: Vec<_> = local
+            .iter()
+            .map(|r| {
+                let origin = Vec3::new(r.origin.x, r.origin.y, r.origin.z).as_dvec3();
+                let way = Vec3::new(r.direction.x, r.direction.y, r.direction.z).as_dvec3();
+                let from = matrix.transform_point3(origin).as_vec3();
+                ray(from, matrix.transform_vector3(way).normalize().as_vec3(), 0.0, f32::INFINITY)
+            })
+            .collect();
+        let (hits, occluded) = trace(Level::detect(), &bvh, &rays);
+        assert!(hits.iter().all(|hit| hit.t.is_finite() && hit.instance == 0), "at {place}");
+        assert!(occluded.iter().all(|o| *o == 1), "at {place}");
+    }
+}
+
+/// Every number of a tree.
+fn words(bvh: &Bvh) -> Vec<u32> {
+    let mut words = Vec::new();
+    for node in &bvh.nodes {
+        words.extend(node.planes.as_flattened().as_flattened().iter().map(|c| c.to_bits()));
+        words.extend(node.child);
+    }
+    for block in &bvh.triangles {
+        words.extend(block.vertex.as_flattened().as_flattened().iter().map(|c| c.to_bits()));
+        words.extend(block.primitive);
+    }
+    for block in &bvh.spheres {
+        words.extend(block.center.as_flattened().iter().chain(&block.radius).map(|c| c.to_bits()));
+        words.extend(block.primitive);
+    }
+    words.push(bvh.root.map_or(NONE, |root| root.child.0));
+    words
+}
+
+#[test]
+fn the_tree_does_not_depend_on_the_number_of_threads() {
+    let mut random = Stream::new(6);
+    let mut soup = random_soup(&mut random, [200_000, 20_000, 0, 0], 0, false);
+    // Zeros of both signs, which compare as equal.
+    for (i, position) in soup.positions.iter_mut().enumerate() {
+        if i % 3 == 0 {
+            position[i % 2] = if i % 5 < 2 { 0.0 } else { -0.0 };
+        }
+    }
+    let build = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        words(&pool.install(|| soup.build()))
+    };
+    let expected = build(1);
+    assert!(expected.len() > 2_000_000);
+    for threads in [2, 5] {
+        assert!(build(threads) == expected, "{threads} threads build another tree");
+    }
+}

@@ -1,0 +1,152 @@
+//! Answers without a tree's help.
+
+use glam::{DAffine3, DVec3};
+
+use super::{Soup, ray};
+use crate::bvh::layout::{Child, Kind, PADDING};
+use crate::bvh::triangle::{self, Shear};
+use crate::bvh::{Bvh, sphere};
+use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
+
+/// Where a ray enters a box, whether or not it does.
+fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
+    let origin = [ray.origin.x, ray.origin.y, ray.origin.z];
+    let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
+    let mut near = before;
+    for axis in 0..3 {
+        let reciprocal = 1.0 / direction[axis];
+        let plane = if reciprocal.is_sign_negative() { bounds.max[axis] } else { bounds.min[axis] };
+        let t = (plane - origin[axis]) * (reciprocal * (1.0 - PADDING));
+        near = if t > near { t } else { near };
+    }
+    near
+}
+
+/// The documented answer: the least (max(t, entry), primitive, instance) of all primitives.
+pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
+    let mut best = Hit::MISS;
+    let Some(root) = bvh.root else { return best };
+    let mut todo = vec![(root.child, entry(world, &root.bounds, world.t_min), NONE)];
+    while let Some((child, near, instance)) = todo.pop() {
+        let local = match instance {
+            NONE => *world,
+            placed => {
+                let rows = &bvh.instances[placed as usize].to_local;
+                let (o, d) = (world.origin, world.direction);
+                let point = rows.map(|[a, b, c, t]| a * o.x + b * o.y + c * o.z + t);
+                let direction = rows.map(|[a, b, c, _]| a * d.x + b * d.y + c * d.z);
+                ray(Vec3::from_array(point), Vec3::from_array(direction), world.t_min, world.t_max)
+            }
+        };
+        let mut consider = |hits: triangle::BlockHits<f32>, primitive: u32| {
+            let t = if hits.t > near { hits.t } else { near };
+            let key = |h: &Hit| (h.primitive, h.instance);
+            let found = Hit { t, u: hits.u, v: hits.v, primitive, instance };
+            // What was raised is not what must be beyond t_min.
+            let counts = hits.mask && hits.t > world.t_min && t <= world.t_max;
+            if counts && (best.is_miss() || t < best.t || (t == best.t && key(&found) < key(&best))) {
+                best = found;
+            }
+        };
+        match child.kind() {
+            Kind::Node => {
+                let node = &bvh.nodes[child.index()];
+                let used = (0..node.child.len()).filter(|slot| !node.bounds(*slot).is_empty());
+                todo.extend(used.map(|slot| {
+                    (Child(node.child[slot]), entry(&local, &node.bounds(slot), near), instance)
+                }));
+            }
+            Kind::Triangles => {
+                let block = &bvh.triangles[child.index()];
+                for lane in 0..8 {
+                    consider(
+                        triangle::intersect(block, lane, &local, &Shear::new(&local)),
+                        block.primitive[lane],
+                    );
+                }
+            }
+            Kind::Spheres => {
+                let block = &bvh.spheres[child.index()];
+                for lane in 0..8 {
+                    consider(sphere::intersect(block, lane, &local), block.primitive[lane]);
+                }
+            }
+            Kind::Instance => {
+                todo.push((bvh.instances[child.index()].root, near, child.index() as u32));
+            }
+        }
+    }
+    best
+}
+
+/// The interval in which the nearest hit must lie, computed in double precision: between the
+/// nearest hit that rounding could make, and the nearest that it cannot unmake.
+pub(super) fn bracket(soup: &Soup, ray: &Ray<f32>) -> (f64, f64) {
+    let origin = DVec3::new(ray.origin.x.into(), ray.origin.y.into(), ray.origin.z.into());
+    let direction = DVec3::new(ray.direction.x.into(), ray.direction.y.into(), ray.direction.z.into());
+    let (mut possible, mut sure) = (f64::INFINITY, f64::INFINITY);
+    let mut consider = |low: f64, high: f64, certain: bool| {
+        if high > f64::from(ray.t_min) && low <= f64::from(ray.t_max) {
+            possible = possible.min(low);
+        }
+        if certain && low > f64::from(ray.t_min) && high <= f64::from(ray.t_max) {
+            sure = sure.min(high);
+        }
+    };
+    let mut place = |matrix: Option<&DAffine3>,
+                     triangles: std::ops::Range<usize>,
+                     spheres: std::ops::Range<usize>| {
+        for id in triangles {
+            let corners = soup.corners(id).map(|c| c.as_dvec3());
+            let [a, b, c] = matrix.map_or(corners, |m| corners.map(|c| m.transform_point3(c)));
+            let reach = [origin, a, b, c].iter().map(|p| p.length()).fold(0.0, f64::max);
+            let error = 8.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
+            let (e1, e2) = (b - a, c - a);
+            let normal = e1.cross(e2);
+            let determinant = -normal.dot(direction);
+            // The height of the triangle over its longest edge, as the ray sees it.
+            let longest = e1.length().max(e2.length()).max((c - b).length());
+            let height = determinant.abs() / longest;
+            let margin = error / height;
+            let s = origin - a;
+            let (u, v) = (direction.dot(e2.cross(s)) / determinant, direction.dot(s.cross(e1)) / determinant);
+            let t = s.dot(normal) / determinant;
+            let least = u.min(v).min(1.0 - u - v);
+            let slack = error * normal.length() / determinant.abs();
+            if margin.is_nan() || margin > 0.1 {
+                consider(f64::NEG_INFINITY, f64::INFINITY, false);
+            } else if least > -margin {
+                consider(t - slack, t + slack, least > margin);
+            }
+        }
+        for id in spheres {
+            let [x, y, z, radius] = soup.spheres[id].map(f64::from);
+            let inverse = matrix.map(|m| m.inverse());
+            let o = inverse.map_or(origin, |m| m.transform_point3(origin)) - DVec3::new(x, y, z);
+            let d = inverse.map_or(direction, |m| m.transform_vector3(direction));
+            let reach = o.length() + radius + DVec3::new(x, y, z).length();
+            let error = 32.0 * f64::from(f32::EPSILON) * reach * matrix.map_or(1.0, |_| 16.0);
+            let roots = |radius: f64| {
+                let (a, b) = (d.dot(d), o.dot(d));
+                let discriminant = b * b - a * (o.dot(o) - radius * radius);
+                (discriminant >= 0.0).then(|| [-1.0, 1.0].map(|s| (-b + s * discriminant.sqrt()) / a))
+            };
+            let (small, large) = (roots((radius - error).max(0.0)), roots(radius + error));
+            if let Some([near, far]) = large {
+                match small {
+                    Some([inner_near, inner_far]) => {
+                        consider(near, inner_near, true);
+                        consider(inner_far, far, true);
+                    }
+                    None => consider(near, far, false),
+                }
+            }
+        }
+    };
+    let [t, s] = soup.world;
+    place(None, 0..t, 0..s);
+    for matrix in &soup.placed {
+        place(Some(matrix), t..soup.triangles.len(), s..soup.spheres.len());
+    }
+    (possible, sure)
+}

@@ -1,0 +1,260 @@
+//! The contract: the same scene and flags give the same film, bit for bit, for every
+//! schedule, wave size, instruction set, tile size, number of threads and split.
+
+use rayfront::compile::compile;
+use rayfront::film::{Film, Region};
+use rayfront::integrator::{RayCounts, Schedule};
+use rayfront::render::{Options, Session};
+use rayfront::simd::Level;
+use rayfront::world::World;
+
+use crate::support;
+
+/// Every kind of shape, flat and smooth, once and several times, mirrored and stretched,
+/// under lights without a surface.
+const SHAPES: &str = r#"(
+    settings: (size: (24, 18), samples: 4, background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9)), ambient: 0.02),
+    materials: {
+        "paper": (diffuse: Image("noise.png"), specular: 0.2, shininess: 40),
+        "phong": (diffuse: (0.7, 0.3, 0.1), specular: (0.5, 0.6, 0.7), shininess: 12.5, highlight: Phong, kr: 0.2),
+    },
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 55), transform: LookAt(from: (0.3, 2, 6), to: (0, 0.3, 0))),
+        (shape: Sphere(radius_m: 0.7), material: "phong", transform: (translate: (-1.5, 0.7, 0.5))),
+        (shape: Sphere(radius_m: 0.5), material: "paper",
+         transform: (translate: (1.4, 0.6, 1), rotate_degrees: (20, 50, 10), scale: (1.5, 0.8, 0.5))),
+        (shape: Sphere, transform: (translate: (2.4, 1.2, -1), scale: (0.4, -0.9, 0.4))),
+        (shape: Triangle(vertices: ((-3, 0, -1), (-1, 0, -2), (-2, 2.5, -1.5)),
+                         normals: ((-0.3, 0, 1), (0.3, 0, 1), (0, 0.5, 1)), uvs: ((0, 0), (1, 0), (0.5, 1))),
+         material: "paper"),
+        (shape: Plane(corners: ((-4, 0, -4), (4, 0, -4), (4, 0, 4), (-4, 0, 4))), material: "paper"),
+        (shape: Mesh("bowl.ply"), material: (kr: 0.3), transform: (translate: (0, 0.2, 1.5), scale: 0.6)),
+        (shape: Mesh("tetrahedron.ply"), material: (diffuse: Image("quarters.png")),
+         transform: (translate: (0.2, 1, -1), rotate_degrees: (10, 30, 0), scale: 0.6)),
+        (shape: Mesh("tetrahedron.ply"), transform: (translate: (1.5, 1.8, -2), scale: (-0.5, 0.7, 0.5))),
+        (shape: Mesh("tetrahedron.ply"), transform: (translate: (-0.6, 2, -2), rotate_degrees: (0, 0, 45), scale: 0.4)),
+        (light: Point(power_w: (150, 140, 130)), transform: (translate: (1, 4, 3))),
+        (light: Point(power_w: 0.8, falloff: Constant), transform: (translate: (-4, 3, 0))),
+        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35),
+         transform: LookAt(from: (-2, 4, 3), to: (0, 0, 0))),
+        (light: Directional(irradiance: (0.2, 0.25, 0.3)), transform: LookAt(from: (1, 2, 0.5), to: (0, 0, 0))),
+    ],
+)"#;
+
+/// Glass within glass within glass, beneath a water surface that reflects totally, deep.
+const GLASS: &str = r#"(
+    settings: (size: (24, 18), samples: 4, max_depth: 256, min_throughput: 0.004, filter: Gaussian(radius: 1.2),
+               background: Gradient(bottom: (0.9, 0.4, 0.1), top: (0.1, 0.3, 0.9))),
+    materials: {
+        "glass": (ior: 1.5), "water": (ior: 1.33, kt: (0.8, 0.9, 1), specular: 0.3),
+        "diamond": (ior: 2.4, kr: (1, 0.9, 0.8)), "bubble": (ior: 0.6),
+    },
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 0.5, 5), to: (0, 0, 0))),
+        (shape: Sphere(radius_m: 1.2), material: "glass"),
+        (shape: Sphere(radius_m: 0.8), material: "water", transform: (translate: (0.1, 0, 0))),
+        (shape: Sphere(radius_m: 0.4), material: "bubble", transform: (translate: (0.2, 0.1, 0.1))),
+        (shape: Mesh("tetrahedron.ply"), material: "diamond", transform: (translate: (-0.1, -0.3, 0), scale: 0.2)),
+        (shape: Mesh("tetrahedron.ply"), material: "diamond", transform: (translate: (1.6, 0.5, 0.5), scale: 0.5)),
+        (shape: Sphere(radius_m: 0.6), material: "glass", transform: (translate: (-1.6, -0.4, 0), scale: (1, 0.5, 1))),
+        (shape: Plane(corners: ((-6, -1, -6), (6, -1, -6), (6, -1, 6), (-6, -1, 6))), material: "water"),
+        (shape: Plane(corners: ((-6, -2, -6), (6, -2, -6), (6, -2, 6), (-6, -2, 6))),
+         material: (diffuse: Image("noise.png"))),
+        (light: Point(power_w: 200), transform: (translate: (2, 3, 2))),
+    ],
+)"#;
+
+/// Facing mirrors with textured weights, through a lens, under two area lights of several samples.
+const MIRRORS: &str = r#"(
+    settings: (size: (24, 18), samples: 4, max_depth: 20, filter: Tent(radius: 1.25)),
+    materials: {
+        "mirror": (diffuse: 0.05, kr: Texture(image: "floats.hdr", filter: Nearest, factor: (0.6, 0.6, 0.45))),
+        "wall": (diffuse: Texture(image: "noise.png", scale: (3, 2), offset: (0.3, -0.2), wrap: Mirror)),
+    },
+    entities: [
+        (camera: ThinLens(vertical_fov_degrees: 50, lens_radius_m: 0.15, focus_distance_m: 4),
+         transform: LookAt(from: (0.4, 1.2, 3.5), to: (0, 1, 0))),
+        (shape: Plane(corners: ((-2, 3, -2), (-2, 3, 4), (-2, 0, 4), (-2, 0, -2))), material: "mirror"),
+        (shape: Plane(corners: ((2, 3, 4), (2, 3, -2), (2, 0, -2), (2, 0, 4))), material: "mirror"),
+        (shape: Plane(corners: ((-2, 0, -2), (2, 0, -2), (2, 0, 4), (-2, 0, 4))), material: "wall"),
+        (shape: Sphere(radius_m: 0.5), material: (kr: 0.9, diffuse: 0), transform: (translate: (0, 0.5, 0))),
+        (shape: Mesh("ball.ply"), material: "wall", transform: (translate: (1, 0.4, 1), scale: 0.4)),
+        (light: Area(power_w: (60, 50, 40), size_m: (1, 0.7), samples: 3, pattern: Uniform),
+         transform: LookAt(from: (-0.5, 2.9, 0), to: (-0.5, 0, 0), up: (0, 0, -1))),
+        (light: Area(power_w: 40, size_m: 0.8, samples: 5, visible: true),
+         transform: LookAt(from: (0.5, 2.5, -1.9), to: (0, 0.5, 1))),
+        (light: Area(power_w: 10, size_m: 0.5, samples: 4, pattern: Regular),
+         transform: (translate: (0, 1.5, 3.9))),
+    ],
+)"#;
+
+/// Every way to look a texture up, seen in parallel, and emission.
+const TEXTURES: &str = r#"(
+    settings: (size: (24, 18), samples: 4, filter: Box, pixel_pattern: Uniform, ambient: 0.3),
+    entities: [
+        (camera: Orthographic(height_m: 3), transform: (translate: (0, 0, 5))),
+        (shape: Plane(corners: ((-2, 1.5, 0), (-0.7, 1.5, 0), (-0.7, 0, 0), (-2, 0, 0))),
+         material: (diffuse: Texture(image: "noise.png", scale: 2.5, offset: (-0.8, 0.3), wrap: Repeat))),
+        (shape: Plane(corners: ((-0.7, 1.5, 0), (0.7, 1.5, 0), (0.7, 0, 0), (-0.7, 0, 0))),
+         material: (diffuse: Texture(image: "noise.png", scale: 2.5, offset: (-0.8, 0.3), wrap: (Clamp, Mirror),
+                                     color_space: Linear))),
+        (shape: Plane(corners: ((0.7, 1.5, 0), (2, 1.5, 0), (2, 0, 0), (0.7, 0, 0))),
+         material: (diffuse: Texture(image: "floats.hdr", scale: 3, wrap: (Mirror, Clamp)))),
+        (shape: Plane(corners: ((-2, 0, 0), (-0.7, 0, 0.5), (-0.7, -1.5, 0.5), (-2, -1.5, 0))),
+         material: (specular: Texture(image: "noise.png", filter: Nearest), shininess: 3)),
+        (shape: Plane(corners: ((-0.7, 0, 0), (0.7, 0, 0), (0.7, -1.5, 0), (-0.7, -1.5, 0))),
+         material: (emission: Texture(image: "floats.hdr", filter: Nearest, scale: -2, wrap: Repeat))),
+        (shape: Sphere(radius_m: 0.7), material: (diffuse: Texture(image: "quarters.png", scale: (4, 2), wrap: Clamp)),
+         transform: (translate: (1.3, -0.8, 1))),
+        (light: Directional(irradiance: 0.7), transform: LookAt(from: (1, 1, 3), to: (0, 0, 0))),
+    ],
+)"#;
+
+/// A lens with independent points, a regular grid over the pixel, and a spot in a room.
+const LENS: &str = r#"(
+    settings: (size: (24, 18), samples: 4, filter: BlackmanHarris(radius: 2), pixel_pattern: Regular, seed: 77,
+               background: 0.05),
+    entities: [
+        (camera: ThinLens(vertical_fov_degrees: 60, lens_radius_m: 0.3, focus_distance_m: 2, pattern: Uniform),
+         transform: LookAt(from: (0, 1, 4), to: (0, 0, 0))),
+        (shape: Mesh("ball.ply"), material: (diffuse: (0.2, 0.5, 0.8), specular: 0.4, shininess: 0)),
+        (shape: Mesh("ball.ply"), material: (ior: 1.4), transform: (translate: (0.8, 0.5, 2), scale: (0.5, -0.5, 0.3))),
+        (shape: Mesh("bowl.ply"), transform: (translate: (0, -1.5, 0), scale: 3)),
+        (light: Spot(power_w: 500, inner_degrees: 30, outer_degrees: 30), transform: LookAt(from: (1, 4, 2), to: (0, 0, 0))),
+    ],
+)"#;
+
+struct Rendered {
+    film: Film,
+    rays: RayCounts,
+}
+
+/// `passes` says how many samples each pass renders; the rest is rendered in one more.
+fn render(world: &World, options: Options, threads: usize, passes: &[u32]) -> Rendered {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| {
+        let mut session = Session::new(compile(world, None).expect("a scene"), &world.settings, options);
+        for pass in passes {
+            session.advance(*pass);
+        }
+        session.advance(u32::MAX);
+        assert!(session.is_done());
+        Rendered { film: session.film().clone(), rays: session.statistics().rays }
+    })
+}
+
+/// A different picture in most pixels, lit somewhere.
+fn is_worth_comparing(film: &Film) {
+    let pixels: std::collections::HashSet<_> =
+        film.radiance().iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+    assert!(pixels.len() > film.pixels().len() / 3, "only {} different pixels", pixels.len());
+    assert!(film.pixels().iter().all(|pixel| pixel.count == [2, 2]));
+}
+
+fn check(text: &str) {
+    let world = support::world(text);
+    let base = Options { level: Level::PORTABLE, schedule: Schedule::Recursive, ..Options::default() };
+    let expected = render(&world, base, 1, &[]);
+    is_worth_comparing(&expected.film);
+
+    let equal = |options: Options, threads: usize, passes: &[u32]| {
+        let got = render(&world, options, threads, passes);
+        assert_eq!(
+            got.film.hash(),
+            expected.film.hash(),
+            "{options:?}, {threads} threads, passes {passes:?}"
+        );
+        assert_eq!(got.film, expected.film);
+        assert_eq!(got.rays, expected.rays, "{options:?}");
+    };
+    for schedule in [Schedule::Wavefront, Schedule::Recursive] {
+        for level in Level::available() {
+            equal(Options { schedule, level, ..Options::default() }, 1, &[]);
+        }
+        for threads in [2, 5] {
+            equal(Options { schedule, tile: 8, ..Options::default() }, threads, &[]);
+        }
+        for passes in [&[1, 1, 2][..], &[3]] {
+            equal(Options { schedule, tile: 1000, ..Options::default() }, 2, passes);
+        }
+        parts_make_the_whole(&world, Options { schedule, ..Options::default() }, &expected.film);
+    }
+    for wave in [1, 7, 64] {
+        equal(Options { wave, ..Options::default() }, 1, &[]);
+        equal(Options { wave, tile: 8, level: Level::PORTABLE, ..Options::default() }, 2, &[2]);
+    }
+
+    let mut other = support::world(text);
+    other.settings.seed += 1;
+    let other = render(&other, base, 1, &[]);
+    assert_ne!(other.film.hash(), expected.film.hash(), "another seed, the same film");
+}
+
+/// Films of some of the samples add up to the whole; a part of the image is as it is in the whole.
+fn parts_make_the_whole(world: &World, options: Options, expected: &Film) {
+    let mut merged = Film::new(Region::whole(world.settings.size));
+    for range in [2..4, 0..1, 1..2] {
+        let session = Session::new(compile(world, None).expect("a scene"), &world.settings, options);
+        let mut session = session.with_samples(range);
+        session.advance(u32::MAX);
+        assert_ne!(session.film(), expected);
+        merged.merge(session.film());
+    }
+    assert_eq!(&merged, expected, "{options:?}, ranges of samples");
+
+    let crop = Region { x0: 5, y0: 3, x1: 18, y1: 16 };
+    let part = render(world, Options { region: Some(crop), tile: 8, ..options }, 2, &[]).film;
+    for y in crop.y0..crop.y1 {
+        for x in crop.x0..crop.x1 {
+            let there = expected.pixels()[expected.region().index(x, y)];
+            assert_eq!(part.pixels()[crop.index(x, y)], there, "{options:?}, pixel {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn shapes() {
+    check(SHAPES);
+}
+
+#[test]
+fn glass() {
+    check(GLASS);
+}
+
+#[test]
+fn mirrors() {
+    check(MIRRORS);
+}
+
+#[test]
+fn textures() {
+    check(TEXTURES);
+}
+
+#[test]
+fn lens() {
+    check(LENS);
+}
+
+/// All of the glass scene's rays to the bitter end: forks outgrow the wave and wait.
+#[test]
+fn forks_that_outgrow_the_wave() {
+    let mut world = support::world(GLASS);
+    world.settings.size = [6, 4];
+    world.settings.samples = 1;
+    world.settings.min_throughput = 1e-6;
+    let options = |schedule, wave| Options { schedule, wave, ..Options::default() };
+    let expected = render(&world, options(Schedule::Recursive, 1), 1, &[]);
+    for wave in [1, 7, 64, 4096] {
+        let mut session = Session::new(
+            compile(&world, None).expect("a scene"),
+            &world.settings,
+            options(Schedule::Wavefront, wave),
+        );
+        session.advance(1);
+        assert_eq!(session.film().hash(), expected.film.hash(), "wave {wave}");
+        assert_eq!(session.statistics().rays, expected.rays);
+        assert!(wave > 7 || session.statistics().spilled > 0, "wave {wave} never spilled");
+    }
+}

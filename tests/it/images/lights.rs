@@ -1,0 +1,135 @@
+//! Lights and shadows.
+
+use super::*;
+
+fn floor_under(light: &str) -> f64 {
+    grey("", &[ABOVE, FLOOR, light])
+}
+
+#[test]
+fn a_point_light_gives_its_intensity_by_the_square_of_the_distance() {
+    // d² = 3² + 4² = 25, cos θ = 4/5, intensity Φ/4π: kd · Φ/(4π d²) · cos θ.
+    let light = "(light: Point(power_w: 1000), transform: (translate: (3, 4, 0)))";
+    near(floor_under(light), 0.5 * 1000.0 / (4.0 * PI * 25.0) * 0.8, 1e-5);
+    let constant = "(light: Point(power_w: 1000, falloff: Constant), transform: (translate: (3, 4, 0)))";
+    near(floor_under(constant), 0.5 * 1000.0 / (4.0 * PI) * 0.8, 1e-5);
+    let below = "(light: Point(power_w: 1000), transform: (translate: (3, -4, 0)))";
+    assert_eq!(floor_under(below), 0.0);
+}
+
+#[test]
+fn directional_light_falls_by_the_cosine() {
+    let light = "(light: Directional(irradiance: 2), transform: LookAt(from: (3, 4, 0), to: (0, 0, 0)))";
+    near(floor_under(light), 0.5 * 2.0 * 0.8, 1e-5);
+}
+
+#[test]
+fn highlights_have_no_cosine_of_their_own() {
+    // The viewer looks along the normal, the light is at cos θ = 4/5: h halves the angle, and
+    // cos²(θ/2) = (1 + 4/5)/2 = 0.9. With shininess 6 Blinn's lobe is 0.9³; Phong's is 0.8⁶.
+    let light = "(light: Directional(irradiance: 2), transform: LookAt(from: (3, 4, 0), to: (0, 0, 0)))";
+    let plane = "shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9)))";
+    let shiny = |more: &str| {
+        let floor = format!("({plane}, material: (kd: 0.5, ks: 0.3, shininess: 6 {more}))");
+        grey("", &[ABOVE, &floor, light])
+    };
+    near(shiny(""), 2.0 * (0.5 * 0.8 + 0.3 * 0.9f64.powi(3)), 1e-5);
+    near(shiny(", highlight: Phong"), 2.0 * (0.5 * 0.8 + 0.3 * 0.8f64.powi(6)), 1e-5);
+}
+
+#[test]
+fn a_spot_is_whole_inside_none_outside_and_a_quarter_half_way() {
+    // 4 m above the pixel, its axis off by an angle: Φ/(4π·16), times the square of where the
+    // cosine lies between those of the outer and the inner angle.
+    let at = |off_degrees: f64| {
+        let x = 4.0 * off_degrees.to_radians().tan();
+        floor_under(&format!(
+            "(light: Spot(power_w: 1000, inner_degrees: 20, outer_degrees: 40),
+              transform: LookAt(from: (0, 4, 0), to: ({x}, 0, 0), up: (0, 0, 1)))"
+        ))
+    };
+    let whole = 0.5 * 1000.0 / (4.0 * PI * 16.0);
+    near(at(0.0), whole, 1e-5);
+    near(at(19.9), whole, 1e-5);
+    let half_way = (20f64.to_radians().cos() + 40f64.to_radians().cos()) / 2.0;
+    near(at(half_way.acos().to_degrees()), whole / 4.0, 1e-4);
+    assert_eq!(at(40.1), 0.0);
+    assert_eq!(at(85.0), 0.0);
+}
+
+/// Φ = 100 W, 3 m × 2 m, 2 m above the floor, seen from its middle.
+fn area(pattern: &str, samples: u32) -> String {
+    format!(
+        "(light: Area(power_w: 100, size_m: (3, 2), samples: {samples}, pattern: {pattern}),
+          transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (0, 0, 1)))"
+    )
+}
+
+/// A small surface that faces a rectangle a × b at the distance c, with one corner above it:
+/// F = (A/√(1+A²) · atan(B/√(1+A²)) + B/√(1+B²) · atan(A/√(1+B²))) / 2π, A = a/c, B = b/c.
+/// The light is four such rectangles. Its radiance is Φ/(π·6 m²), so E = π L F.
+fn area_expected() -> f64 {
+    let (a, b) = (1.5f64 / 2.0, 1.0f64 / 2.0);
+    let (ra, rb) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+    let factor = 4.0 * (a / ra * (b / ra).atan() + b / rb * (a / rb).atan()) / (2.0 * PI);
+    0.5 * 100.0 / 6.0 * factor
+}
+
+#[test]
+fn an_area_light_gives_its_form_factor() {
+    let settings = "size: (1, 1), samples: 1024, filter: Box";
+    for (pattern, samples, tolerance) in
+        [("Uniform", 16, 0.01), ("Jittered", 16, 0.0005), ("Regular", 400, 0.001)]
+    {
+        let image = picture(&scene(settings, &[ABOVE, FLOOR, &area(pattern, samples)]));
+        near(image.at(0, 0).g.into(), area_expected(), tolerance);
+    }
+}
+
+#[test]
+fn jittered_points_are_better_than_uniform_ones() {
+    let error = |pattern: &str| {
+        let settings = "size: (16, 16), samples: 1, filter: Box";
+        let image = picture(&scene(settings, &[ABOVE, FLOOR, &area(pattern, 16)]));
+        let square = |p: &rayfront::math::Rgb| (f64::from(p.g) - area_expected()).powi(2);
+        (image.pixels.iter().map(square).sum::<f64>() / 256.0).sqrt()
+    };
+    let (jittered, uniform) = (error("Jittered"), error("Uniform"));
+    assert!(uniform > 0.01 * area_expected(), "{uniform}");
+    // A simulation of both by another program: the errors are 2.09 to 1.
+    assert!(jittered < uniform / 1.7, "{jittered} against {uniform}");
+}
+
+#[test]
+fn an_area_light_shines_to_one_side_and_shows_its_radiance_there() {
+    let above = "(light: Area(power_w: 100, size_m: 2, samples: 4, visible: true),
+                  transform: LookAt(from: (0, 2, 0), to: (0, 4, 0), up: (0, 0, 1)))";
+    let side = "(camera: Orthographic(height_m: 1e-4), transform: LookAt(from: (6, 3, 0), to: (0, 0, 0)))";
+    assert_eq!(grey("", &[side, FLOOR, above]), 0.0);
+    // From above its bright face is seen: Φ/(π A).
+    near(grey("", &[ABOVE, FLOOR, above]), 100.0 / (PI * 4.0), 1e-5);
+    let down = "(light: Area(power_w: 100, size_m: 2, samples: 4, visible: true),
+                 transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (0, 0, 1)))";
+    assert_eq!(grey("", &[ABOVE, FLOOR, down]), 0.0);
+}
+
+#[test]
+fn an_umbra_is_black_to_its_edge() {
+    // A ball of ½ m, 1 m below the light, hides a cone of sin α = ½; on the floor, 2 m below the
+    // light, its edge is at 2 tan 30° = 1.1547 m.
+    let at = |x: f64| {
+        let camera = format!(
+            "(camera: Orthographic(height_m: 1e-4), transform: LookAt(from: ({x}, 1, 5), to: ({x}, 0, 0)))"
+        );
+        let ball = "(shape: Sphere(radius_m: 0.5), transform: (translate: (0, 1, 0)))";
+        let light = "(light: Point(power_w: 1000), transform: (translate: (0, 2, 0)))";
+        grey("", &[&camera, FLOOR, ball, light])
+    };
+    for x in [0.0, 0.5, 1.0, 1.154, -1.154] {
+        assert_eq!(at(x), 0.0, "at {x}");
+    }
+    for x in [1.156, -1.156, 2.0f64] {
+        let square = 4.0 + x * x;
+        near(at(x), 0.5 * 1000.0 / (4.0 * PI * square) * 2.0 / square.sqrt(), 1e-4);
+    }
+}

@@ -1,0 +1,47 @@
+//! Every scene that comes with the program loads, compiles and renders, the same both ways.
+
+use std::path::{Path, PathBuf};
+
+use rayfront::integrator::Schedule;
+use rayfront::render::Options;
+
+use crate::support;
+
+/// Scene files of the folder `scenes`, if there is one.
+pub fn files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<_> =
+        entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "ron")).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn all_scenes_render_the_same_both_ways() {
+    let mut failures = Vec::new();
+    for file in files() {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut world = match rayfront::formats::load(&file) {
+            Ok(world) => world,
+            Err(error) => {
+                failures.push(error.to_string());
+                continue;
+            }
+        };
+        let [width, height] = world.settings.size;
+        world.settings.size = [48, (48 * height).div_ceil(width)];
+        world.settings.samples = 2;
+        let film = |schedule| support::film(&world, Options { schedule, ..Options::default() });
+        let (wavefront, recursive) = (film(Schedule::Wavefront), film(Schedule::Recursive));
+        if wavefront.hash() != recursive.hash() {
+            failures.push(format!("{name}: the schedules differ"));
+        }
+        let colors: std::collections::HashSet<_> =
+            wavefront.radiance().iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+        if colors.len() < 3 {
+            failures.push(format!("{name}: only {} colours", colors.len()));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}

@@ -1,0 +1,184 @@
+//! What several tests need: scenes from text with made-up files, and films of them.
+
+use std::path::Path;
+
+use rayfront::compile::compile;
+use rayfront::error::LoadError;
+use rayfront::film::Film;
+use rayfront::formats::{AssetFiles, ron};
+use rayfront::math::{Rgb, Vec2, Vec3};
+use rayfront::render::{Options, Session};
+use rayfront::world::{Assets, Image, Mesh, Texels, World};
+
+/// Meshes and pictures by name, made instead of read.
+pub struct MadeUp;
+
+impl AssetFiles for MadeUp {
+    fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Mesh, LoadError> {
+        match path.file_stem().and_then(|stem| stem.to_str()) {
+            Some("tetrahedron") => Ok(tetrahedron()),
+            Some("bowl") => Ok(bowl()),
+            Some("ball") => Ok(icosphere(3, |_| 1.0)),
+            _ => Err(LoadError::invalid(path, "no such mesh has been made up")),
+        }
+    }
+
+    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+        match path.file_stem().and_then(|stem| stem.to_str()) {
+            Some("quarters") => Ok(quarters()),
+            Some("noise") => Ok(noise()),
+            Some("floats") => Ok(floats()),
+            Some("ramp") => Ok(ramp()),
+            _ => Err(LoadError::invalid(path, "no such picture has been made up")),
+        }
+    }
+}
+
+/// A world from the text of a scene file.
+pub fn world(text: &str) -> World {
+    ron::parse(text, Path::new("test.ron"), &mut MadeUp).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// All samples of a world's image.
+pub fn film(world: &World, options: Options) -> Film {
+    let scene = compile(world, None).unwrap_or_else(|error| panic!("{error}"));
+    let mut session = Session::new(scene, &world.settings, options);
+    session.advance(u32::MAX);
+    session.film().clone()
+}
+
+/// An image, row by row.
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<Rgb>,
+}
+
+impl Picture {
+    pub fn of(world: &World) -> Picture {
+        let [width, height] = world.settings.size.map(|side| side as usize);
+        Picture { width, height, pixels: film(world, Options::default()).radiance() }
+    }
+
+    pub fn at(&self, x: usize, y: usize) -> Rgb {
+        assert!(x < self.width && y < self.height);
+        self.pixels[y * self.width + x]
+    }
+}
+
+/// The picture of a scene's text.
+pub fn picture(text: &str) -> Picture {
+    Picture::of(&world(text))
+}
+
+/// Red, green / blue, white, two texels a side.
+fn quarters() -> Image {
+    let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
+    Image { source: None, width: 2, height: 2, texels: Texels::Rgba8(texels) }
+}
+
+/// 5 × 3 bytes without a pattern.
+fn noise() -> Image {
+    let byte = |i: u32| (i.wrapping_mul(2_654_435_761) >> 13) as u8;
+    let texels = (0..15).map(|i| [byte(3 * i), byte(3 * i + 1), byte(3 * i + 2), 255]).collect();
+    Image { source: None, width: 5, height: 3, texels: Texels::Rgba8(texels) }
+}
+
+/// 4 × 4 floats, some beyond 1.
+fn floats() -> Image {
+    let texels = (0..16).map(|i| [0.1 * i as f32, 1.0 / (i as f32 + 0.5), (i % 3) as f32]).collect();
+    Image { source: None, width: 4, height: 4, texels: Texels::Rgb32(texels) }
+}
+
+/// Red is u and green is v, where texels are blended.
+fn ramp() -> Image {
+    const SIDE: u32 = 64;
+    let at = |i: u32| (i as f32 + 0.5) / SIDE as f32;
+    let texels = (0..SIDE * SIDE).map(|i| [at(i % SIDE), at(i / SIDE), 1.0]).collect();
+    Image { source: None, width: SIDE, height: SIDE, texels: Texels::Rgb32(texels) }
+}
+
+/// Flat, with coloured corners and texture coordinates.
+fn tetrahedron() -> Mesh {
+    let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    Mesh {
+        positions: vec![
+            corner(1.0, 1.0, 1.0),
+            corner(-1.0, -1.0, 1.0),
+            corner(-1.0, 1.0, -1.0),
+            corner(1.0, -1.0, -1.0),
+        ],
+        uvs: vec![Vec2::ZERO, Vec2::new(2.5, 0.0), Vec2::new(0.0, -1.5), Vec2::ONE],
+        colors: vec![
+            Rgb::new(1.0, 0.2, 0.2),
+            Rgb::new(0.2, 1.0, 0.2),
+            Rgb::new(0.2, 0.2, 1.0),
+            Rgb::splat(1.0),
+        ],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// A grid bent to a paraboloid, open above, with smooth normals (one of them zero: flat).
+fn bowl() -> Mesh {
+    const SIDE: u32 = 9;
+    let mut mesh = Mesh::default();
+    for i in 0..SIDE * SIDE {
+        let (u, v) = ((i % SIDE) as f32 / (SIDE - 1) as f32, (i / SIDE) as f32 / (SIDE - 1) as f32);
+        let (x, z) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        mesh.positions.push(Vec3::new(x, 0.5 * (x * x + z * z), z));
+        mesh.normals.push(if i == 0 { Vec3::ZERO } else { Vec3::new(-x, 1.0, -z).normalize() });
+        mesh.uvs.push(Vec2::new(u, v));
+    }
+    for row in 0..SIDE - 1 {
+        for column in 0..SIDE - 1 {
+            let a = row * SIDE + column;
+            mesh.triangles.extend([[a, a + SIDE, a + 1], [a + 1, a + SIDE, a + SIDE + 1]]);
+        }
+    }
+    mesh
+}
+
+/// A subdivided icosahedron, each vertex at `radius(direction)`; flat.
+pub fn icosphere(subdivisions: u32, radius: impl Fn(Vec3) -> f32) -> Mesh {
+    let golden = (1.0 + 5f32.sqrt()) * 0.5;
+    let mut positions = Vec::new();
+    for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
+        positions.extend([Vec3::new(a, b, 0.0), Vec3::new(0.0, a, b), Vec3::new(b, 0.0, a)]);
+    }
+    // Its faces are the triples of vertices at the shortest distance, 2, from each other.
+    let mut triangles = Vec::new();
+    let near = |a: usize, b: usize| (positions[a] - positions[b]).length() < 2.1;
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in b + 1..12 {
+                if near(a, b) && near(b, c) && near(c, a) {
+                    let normal = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
+                    let outwards = normal.dot(positions[a]) > 0.0;
+                    triangles.push(if outwards { [a, b, c] } else { [a, c, b] }.map(|i| i as u32));
+                }
+            }
+        }
+    }
+    for _ in 0..subdivisions {
+        let mut middles = std::collections::HashMap::new();
+        let mut finer = Vec::with_capacity(4 * triangles.len());
+        for [a, b, c] in triangles {
+            let mut middle = |i: u32, j: u32| {
+                *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                    positions.push((positions[i as usize] + positions[j as usize]) * 0.5);
+                    positions.len() as u32 - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = finer;
+    }
+    for position in &mut positions {
+        let direction = position.normalize();
+        *position = direction * radius(direction);
+    }
+    Mesh { positions, triangles, ..Mesh::default() }
+}
