@@ -361,7 +361,7 @@ fn the_crates_of_the_specification_are_used() {
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
     let dependencies = manifest.split("[dependencies]").nth(1).and_then(|rest| rest.split("\n[").next());
     let dependencies = dependencies.expect("dependencies");
-    for name in ["glam", "hecs", "rayon", "ron", "serde", "image", "clap", "rand", "smallvec"] {
+    for name in ["hecs", "glam", "rayon", "image", "gltf", "tobj", "ron", "rand", "smallvec"] {
         let declared = dependencies.lines().any(|line| line.starts_with(&format!("{name} =")));
         assert!(declared, "{name} is not declared");
     }
