@@ -36,7 +36,8 @@ impl Layout {
         rule: &Rule,
         place: &dyn Display,
     ) -> Result<Self, LoadError> {
-        let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type) else {
+        let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type)
+        else {
             return Err(document.error(place, format!("accessor {number} is of an unknown type")));
         };
         let component = component.0;
@@ -44,7 +45,9 @@ impl Layout {
             let (types, components) = (rule.types, rule.components);
             return Err(document.error(
                 place,
-                format!("accessor {number} is {kind:?} of {component:?}: this must be {types:?} of {components:?}"),
+                format!(
+                    "accessor {number} is {kind:?} of {component:?}: this must be {types:?} of {components:?}"
+                ),
             ));
         }
         let count = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0);
@@ -151,7 +154,9 @@ fn override_some<T>(
     place: &dyn Display,
 ) -> Result<(), LoadError> {
     let Checked::Valid(component) = sparse.indices.component_type else {
-        return Err(document.error(place, format!("the sparse indices of accessor {number} are of no known type")));
+        return Err(
+            document.error(place, format!("the sparse indices of accessor {number} are of no known type"))
+        );
     };
     let count = usize::try_from(sparse.count.0).ok().filter(|count| *count <= layout.count);
     let count = count.ok_or_else(|| {
@@ -197,7 +202,8 @@ fn strided<'d>(
     let end = if count == 0 { 0 } else { u128::from(offset) + last * stride as u128 + size as u128 };
     if end > bytes.len() as u128 {
         let (view, length) = (view.value(), bytes.len());
-        let reason = format!("accessor {accessor} reaches byte {end} of buffer view {view}, which has {length}");
+        let reason =
+            format!("accessor {accessor} reaches byte {end} of buffer view {view}, which has {length}");
         return Err(document.error(place, reason));
     }
     let start = (offset as usize).min(bytes.len());

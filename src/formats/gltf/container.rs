@@ -4,6 +4,7 @@ use std::path::Path;
 
 use gltf::json::Root;
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::error::LoadError;
 
@@ -66,12 +67,14 @@ impl<'b> Container<'b> {
         let Some(Asset { version, min_version }) = head.asset else {
             return Err(invalid("this is no glTF: it has no \"asset\"".to_owned()));
         };
-        let version = min_version.unwrap_or(version);
-        if version.split('.').next() != Some("2") || version.get(..3).is_some_and(|v| v > "2.0") {
-            let version = version.escape_debug();
-            return Err(invalid(format!(
-                "/asset: glTF of version {version}: only 2.0 can be read, convert it first"
-            )));
+        // A later version of 2 may be read as 2.0, unless the file says that it may not.
+        let least = min_version.as_ref().map(in_words);
+        let too_new = least.filter(|least| least != "2.0");
+        let version =
+            too_new.or_else(|| Some(in_words(&version)).filter(|version| !version.starts_with("2.")));
+        if let Some(version) = version {
+            let reason = format!("/asset: glTF of version {version}: only 2.0 can be read, convert it first");
+            return Err(invalid(reason));
         }
         serde_json::from_slice(self.json).map_err(refuse)
     }
@@ -98,8 +101,16 @@ struct Head {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Asset {
-    version: String,
-    min_version: Option<String>,
+    version: Value,
+    min_version: Option<Value>,
+}
+
+/// A version, which files before 2.0 also have as a number.
+fn in_words(version: &Value) -> String {
+    match version.as_str() {
+        Some(text) => text.chars().take(16).flat_map(char::escape_debug).collect(),
+        None => version.as_f64().map_or_else(|| "unknown".to_owned(), |number| number.to_string()),
+    }
 }
 
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
@@ -112,6 +123,7 @@ fn chunk(bytes: &[u8], at: usize) -> Result<(&[u8], u32, usize), String> {
         return Err(format!("the chunk at byte {at} ends within its header"));
     };
     let data = bytes.get(at + 8..).and_then(|rest| rest.get(..length as usize));
-    let data = data.ok_or_else(|| format!("the chunk at byte {at} claims {length} bytes, more than there are"))?;
+    let data =
+        data.ok_or_else(|| format!("the chunk at byte {at} claims {length} bytes, more than there are"))?;
     Ok((data, kind, at + 8 + data.len()))
 }

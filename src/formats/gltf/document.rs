@@ -97,7 +97,10 @@ impl<'p> Document<'p> {
         let number = view.buffer.value();
         let (offset, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
         let buffer = self.buffers.get(number).ok_or_else(|| {
-            self.error(&place, format!("buffer view {} is of buffer {number}, which is not there", index.value()))
+            self.error(
+                &place,
+                format!("buffer view {} is of buffer {number}, which is not there", index.value()),
+            )
         })?;
         let bytes =
             buffer.as_ref().map_err(|reason| self.error(&place, format!("buffer {number}: {reason}")))?;
@@ -106,8 +109,10 @@ impl<'p> Document<'p> {
         view.ok_or_else(|| {
             let index = index.value();
             let end = u128::from(offset) + u128::from(length);
-            let reason =
-                format!("buffer view {index} reaches byte {end} of buffer {number}, which has {}", bytes.len());
+            let reason = format!(
+                "buffer view {index} reaches byte {end} of buffer {number}, which has {}",
+                bytes.len()
+            );
             self.error(&place, reason)
         })
     }

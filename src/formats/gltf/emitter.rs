@@ -45,7 +45,8 @@ impl Import<'_> {
                 Camera::Orthographic { height_m }
             }
             _ => {
-                let reason = "a camera needs its type, \"perspective\" or \"orthographic\", and what goes with it";
+                let reason =
+                    "a camera needs its type, \"perspective\" or \"orthographic\", and what goes with it";
                 return Err(document.error(at, reason));
             }
         };

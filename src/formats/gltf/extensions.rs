@@ -28,7 +28,8 @@ pub(super) fn check(document: &Document, warnings: &mut Vec<String>) -> Result<(
     }
     let unknown = list(extensions_used);
     if !unknown.is_empty() {
-        warnings.push(document.warning(format_args!("extensions that are not supported and ignored: {unknown}")));
+        warnings
+            .push(document.warning(format_args!("extensions that are not supported and ignored: {unknown}")));
     }
     Ok(())
 }

@@ -153,7 +153,8 @@ fn mean(image: &Image, curve: impl Fn(f32) -> f32) -> [f32; 3] {
     let mut sums = [0.0f64; 3];
     let count = match &image.texels {
         Texels::Rgba8(texels) => {
-            let table: Vec<f64> = (0..=u8::MAX).map(|byte| f64::from(curve(f32::from(byte) / 255.0))).collect();
+            let table: Vec<f64> =
+                (0..=u8::MAX).map(|byte| f64::from(curve(f32::from(byte) / 255.0))).collect();
             for texel in texels {
                 sums.iter_mut().zip(texel).for_each(|(sum, byte)| *sum += table[usize::from(*byte)]);
             }

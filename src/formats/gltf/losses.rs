@@ -21,11 +21,8 @@ pub(super) struct Losses {
 impl Losses {
     /// A line for each kind of loss.
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
-        let ignored = [
-            ("animations", self.animations),
-            ("skins", self.skins),
-            ("morph targets", self.morph_targets),
-        ];
+        let ignored =
+            [("animations", self.animations), ("skins", self.skins), ("morph targets", self.morph_targets)];
         let ignored: Vec<&str> =
             ignored.iter().filter(|(_, present)| *present).map(|(what, _)| *what).collect();
         let mut lines = Vec::new();
@@ -37,11 +34,19 @@ impl Losses {
             (self.flat_nodes, "nodes have a scale of 0 and are left out with their children"),
             (self.rotated_textures, "textures are rotated, which is not supported: they are not"),
             (self.other_sets, "materials use two sets of texture coordinates: all is looked up by the first"),
-            (self.transmission_textures, "textures of transmission are not supported: only the factor counts"),
+            (
+                self.transmission_textures,
+                "textures of transmission are not supported: only the factor counts",
+            ),
         ];
-        lines.extend(counted.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+        lines.extend(
+            counted.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")),
+        );
         if !self.see_through.is_empty() {
-            lines.push(format!("alphaMode is not supported, these materials are opaque: {}", first_of(&self.see_through)));
+            lines.push(format!(
+                "alphaMode is not supported, these materials are opaque: {}",
+                first_of(&self.see_through)
+            ));
         }
         lines.into_iter()
     }

@@ -172,12 +172,16 @@ impl Import<'_> {
             diffuse: self.input(lookup, color * diffuse),
             specular,
             shininess,
-            kr: self.input(lookup.filter(|_| image > 0.0), color * image),
+            kr: self.input(lookup, color * image),
             ..BlinnPhong::default()
         }
     }
 
-    fn emission(&mut self, source: &json::Material, at: &str) -> Result<(ColorInput, Option<u32>), LoadError> {
+    fn emission(
+        &mut self,
+        source: &json::Material,
+        at: &str,
+    ) -> Result<(ColorInput, Option<u32>), LoadError> {
         let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
         let read: Option<EmissiveStrength> =
             self.document.extension(extensions, "KHR_materials_emissive_strength", at)?;

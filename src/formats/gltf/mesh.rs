@@ -51,7 +51,11 @@ impl Import<'_> {
         let source = document.get(&document.root.meshes, index, place, "mesh")?;
         let mut merged = Merged::default();
         for (number, primitive) in source.primitives.iter().enumerate() {
-            self.primitive(primitive, &format!("/meshes/{}/primitives/{number}", index.value()), &mut merged)?;
+            self.primitive(
+                primitive,
+                &format!("/meshes/{}/primitives/{number}", index.value()),
+                &mut merged,
+            )?;
         }
         let mut mesh = merged.mesh;
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));

@@ -21,7 +21,8 @@ impl Import<'_> {
         let mut bounds = Aabb::EMPTY;
         // A stack of our own: files may be deeper than the machine's.
         let roots = roots(document, &parents)?;
-        let mut stack: Vec<_> = roots.into_iter().rev().map(|root| (root, None, DAffine3::IDENTITY)).collect();
+        let mut stack: Vec<_> =
+            roots.into_iter().rev().map(|root| (root, None, DAffine3::IDENTITY)).collect();
         while let Some((number, parent, above)) = stack.pop() {
             let Some(source) = all.get(number) else { continue };
             let at = format!("/nodes/{number}");
@@ -138,11 +139,7 @@ fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>, L
 }
 
 /// A node's own transform, and the same as a matrix.
-fn transform(
-    document: &Document,
-    node: &json::Node,
-    at: &str,
-) -> Result<(Transform, DAffine3), LoadError> {
+fn transform(document: &Document, node: &json::Node, at: &str) -> Result<(Transform, DAffine3), LoadError> {
     let too_large = |key: &str| document.error(format_args!("{at}/{key}"), "a number is too large");
     if let Some(columns) = node.matrix {
         let matrix = Mat4::from_cols_array(&columns);

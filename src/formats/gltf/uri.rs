@@ -22,7 +22,8 @@ pub(super) fn resolve(uri: &str, folder: &Path) -> Result<Resource, String> {
 fn data(rest: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = rest.split_once(',').ok_or("the data URI has no comma before its data")?;
     if kind.split(';').next_back().is_some_and(|last| last.eq_ignore_ascii_case("base64")) {
-        base64(data.as_bytes()).map_err(|at| format!("the data URI is no base64 at character {at} of its data"))
+        base64(data.as_bytes())
+            .map_err(|at| format!("the data URI is no base64 at character {at} of its data"))
     } else {
         Ok(percent_decode(data))
     }
