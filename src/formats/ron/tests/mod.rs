@@ -1,6 +1,7 @@
 //! Whole scenes: what they become, what is wrong with them, and there and back again.
 
 mod errors;
+mod models;
 mod reading;
 mod robust;
 mod writing;
