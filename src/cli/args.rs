@@ -33,7 +33,7 @@ pub enum Command {
 /// `rayfront info`.
 #[derive(Args, Debug)]
 pub struct Info {
-    /// A scene (.ron) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
     /// Print one JSON object instead
     #[arg(long)]
@@ -43,7 +43,7 @@ pub struct Info {
 /// `rayfront SCENE`.
 #[derive(Args, Debug)]
 pub struct Render {
-    /// A scene (.ron) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
     /// Where the image goes: .png, .exr or .hdr; may be given several times [default: the scene's name with .png, here]

@@ -1,11 +1,13 @@
 //! Files: what a person or another program wrote, read into a [`World`], and what we
 //! write ourselves. The only place that knows file formats. Layer 4.
 
+mod framing;
+pub mod gltf;
+mod names;
 pub mod obj;
 pub mod picture;
 pub mod ply;
 pub mod ron;
-mod single_mesh;
 pub mod triangulate;
 
 use std::path::Path;
@@ -13,15 +15,16 @@ use std::path::Path;
 use crate::error::{LoadError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, World};
 
-/// Reads a scene by its file name's extension: `.ron`, or a mesh (`.ply`, `.obj`) that is
-/// then framed and lit.
+/// Reads a scene by its file name's extension: `.ron`, or a model (`.gltf`, `.glb`) or mesh
+/// (`.ply`, `.obj`), which get the camera and light that they lack.
 pub fn load(path: &Path) -> Result<World, LoadError> {
     match extension(path).as_str() {
         "ron" => ron::load(path, &mut Files),
-        "ply" | "obj" => single_mesh::load(path),
+        "gltf" | "glb" => framing::load_model(path),
+        "ply" | "obj" => framing::load_mesh(path),
         other => {
-            let hint = did_you_mean(other, ["ron", "ply", "obj"]);
-            let reason = format!("scenes are .ron, .ply or .obj files, not \".{other}\"{hint}");
+            let hint = did_you_mean(other, ["ron", "gltf", "glb", "ply", "obj"]);
+            let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
             Err(LoadError::invalid(path, reason))
         }
     }
@@ -41,6 +44,14 @@ pub trait AssetFiles {
         assets: &mut Assets,
         warnings: &mut Vec<String>,
     ) -> Result<Mesh, LoadError>;
+
+    /// Reads a glTF file. Its meshes and materials go into `assets`.
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<gltf::Model, LoadError>;
 
     /// Reads and decodes a picture.
     fn image(&mut self, path: &Path) -> Result<Image, LoadError>;
@@ -76,6 +87,22 @@ impl AssetFiles for Files {
                     path,
                     format!("meshes are .ply or .obj files, not \".{other}\"{hint}"),
                 ))
+            }
+        }
+    }
+
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<gltf::Model, LoadError> {
+        match extension(path).as_str() {
+            "gltf" | "glb" => gltf::load(path, assets, warnings),
+            other => {
+                let hint = did_you_mean(other, ["gltf", "glb"]);
+                let reason = format!("models are .gltf or .glb files, not \".{other}\"{hint}");
+                Err(LoadError::invalid(path, reason))
             }
         }
     }

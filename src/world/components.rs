@@ -9,6 +9,15 @@ use super::assets::{MaterialId, MeshId, TextureId};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(pub String);
 
+/// The glTF file whose nodes stand under this entity (see [`Placed`]).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Model(pub std::path::PathBuf);
+
+/// Marks the entities that came with an ancestor's [`Model`]: a saved scene names the file and
+/// leaves them out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed;
+
 /// The entity that this one's [`Transform`] is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parent(pub hecs::Entity);

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cli;
+mod gltf;
 mod images;
 mod meshes;
 mod pictures;

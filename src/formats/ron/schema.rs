@@ -78,6 +78,7 @@ pub(super) struct Entity<'a> {
     pub parent: Option<Raw<'a>>,
     pub transform: Option<Raw<'a>>,
     pub shape: Option<Raw<'a>>,
+    pub gltf: Option<Raw<'a>>,
     pub material: Option<Raw<'a>>,
     pub light: Option<Raw<'a>>,
     pub camera: Option<Raw<'a>>,

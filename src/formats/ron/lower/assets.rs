@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
+use crate::formats::gltf::Model;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{ImageId, MeshId, Texture, TextureId, World};
 
@@ -15,6 +17,7 @@ pub(super) struct AssetCache<'s> {
     folder: PathBuf,
     /// By the path as it is written in the scene and by the file's one true path.
     meshes: HashMap<PathBuf, MeshId>,
+    models: HashMap<PathBuf, Rc<Model>>,
     images: HashMap<PathBuf, ImageId>,
     textures: HashMap<TextureKey, TextureId>,
 }
@@ -25,7 +28,14 @@ type TextureKey = (ImageId, [u8; 4], [u32; 7]);
 impl<'s> AssetCache<'s> {
     pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
         let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
-        Self { files, folder, meshes: HashMap::new(), images: HashMap::new(), textures: HashMap::new() }
+        Self {
+            files,
+            folder,
+            meshes: HashMap::new(),
+            models: HashMap::new(),
+            images: HashMap::new(),
+            textures: HashMap::new(),
+        }
     }
 
     /// The mesh of the file that `raw` names.
@@ -53,6 +63,24 @@ impl<'s> AssetCache<'s> {
         self.meshes.insert(file, id);
         self.meshes.insert(written, id);
         Ok(id)
+    }
+
+    /// The model of the glTF file that `raw` names, and the file.
+    pub(super) fn model<'a>(
+        &mut self,
+        source: &Source<'a>,
+        raw: Raw<'a>,
+        world: &mut World,
+    ) -> Result<(Rc<Model>, PathBuf), LoadError> {
+        let path = self.folder.join(path_of(source, raw, "the path of a glTF file")?);
+        let file = identity(&path);
+        if let Some(model) = self.models.get(&file) {
+            return Ok((model.clone(), path));
+        }
+        let read = self.files.model(&path, &mut world.assets, &mut world.warnings);
+        let model = Rc::new(read.map_err(|error| source.error(raw.0, error.to_string()))?);
+        self.models.insert(file, model.clone());
+        Ok((model, path))
     }
 
     /// The picture of the file that `raw` names.

@@ -6,7 +6,7 @@ use super::{Lowering, emitter, transform};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, shorten, suggest};
-use crate::world::{Name, Parent, Transform};
+use crate::world::{Model, Name, Parent, Transform};
 
 /// What is known of the entities before their parents are.
 #[derive(Default)]
@@ -16,6 +16,8 @@ struct Family<'a> {
     names: HashMap<String, (Raw<'a>, usize)>,
     /// Which entity asks for a parent, and where.
     parents: Vec<(usize, Raw<'a>)>,
+    /// Which entity places a glTF file.
+    models: Vec<(usize, Raw<'a>)>,
 }
 
 impl<'a> Lowering<'_, 'a> {
@@ -32,6 +34,13 @@ impl<'a> Lowering<'_, 'a> {
             // Both were spawned above.
             let _ = self.world.entities.insert_one(family.entities[*child], Parent(family.entities[parent]));
         }
+        // Last, so that the scene's own entities keep their names and come first.
+        for (index, raw) in &family.models {
+            let (source, file) = self.assets.model(self.source, *raw, &mut self.world)?;
+            let entity = family.entities[*index];
+            let _ = self.world.entities.insert_one(entity, Model(file));
+            source.place(&mut self.world, Some(entity));
+        }
         Ok(())
     }
 
@@ -42,9 +51,9 @@ impl<'a> Lowering<'_, 'a> {
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
-        let schema::Entity { name, parent, transform, shape, material, light, camera } = read;
-        if [name, parent, transform, shape, material, light, camera].iter().all(Option::is_none) {
-            let keys = "name, parent, transform, shape, material, light, camera";
+        let schema::Entity { name, parent, transform, shape, gltf, material, light, camera } = read;
+        if [name, parent, transform, shape, gltf, material, light, camera].iter().all(Option::is_none) {
+            let keys = "name, parent, transform, shape, gltf, material, light, camera";
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
         let index = family.entities.len();
@@ -73,6 +82,7 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = camera {
             builder.add(emitter::camera(source, raw)?);
         }
+        family.models.extend(gltf.map(|raw| (index, raw)));
         family.parents.extend(parent.map(|raw| (index, raw)));
         family.entities.push(self.world.entities.spawn(builder.build()));
         Ok(())

@@ -48,7 +48,7 @@ fn unknown_fields() {
     entity_fails(
         "name: \"ü\", ^shpe: Sphere",
         "unknown field \"shpe\" in an entity (did you mean \"shape\"?); \
-         fields: name, parent, transform, shape, material, light, camera",
+         fields: name, parent, transform, shape, gltf, material, light, camera",
     );
     fails(
         "(^setings: (), entities: [])",
@@ -156,7 +156,7 @@ fn missing_fields() {
     entity_fails("material: (kd: ^Texture(wrap: Clamp))", "Texture needs the field \"image\"");
     fails(
         "(entities: [^()])",
-        "an entity needs at least one key; keys: name, parent, transform, shape, material, light, camera",
+        "an entity needs at least one key; keys: name, parent, transform, shape, gltf, material, light, camera",
     );
 }
 

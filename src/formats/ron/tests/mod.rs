@@ -1,6 +1,7 @@
 //! Whole scenes: what they become, what is wrong with them, and there and back again.
 
 mod errors;
+mod models;
 mod reading;
 mod robust;
 mod writing;
@@ -8,7 +9,7 @@ mod writing;
 use std::path::{Path, PathBuf};
 
 use crate::error::LoadError;
-use crate::formats::AssetFiles;
+use crate::formats::{AssetFiles, gltf};
 use crate::math::{Rgb, Vec3};
 use crate::world::{Assets, Image, Mesh, Texels, World};
 
@@ -29,6 +30,18 @@ impl AssetFiles for Fake {
         Ok(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() })
     }
 
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<gltf::Model, LoadError> {
+        self.loaded.push(path.to_owned());
+        let missing = path.to_string_lossy().contains("missing");
+        let bytes = if missing { "{}" } else { MODEL };
+        gltf::parse(bytes.as_bytes(), path, assets, warnings)
+    }
+
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
         self.loaded.push(path.to_owned());
         if path.to_string_lossy().contains("missing") {
@@ -37,6 +50,18 @@ impl AssetFiles for Fake {
         Ok(Image { source: None, width: 1, height: 1, texels: Texels::Rgba8(vec![[0; 4]]) })
     }
 }
+
+/// Two nodes, one a light, and a triangle of a named material.
+const MODEL: &str = r#"{
+    "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
+    "nodes": [{"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 0}}, "children": [1]}, {"mesh": 0}],
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 10}]}},
+    "materials": [{"name": "paint"}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5121, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 9}],
+    "buffers": [{"byteLength": 9, "uri": "data:;base64,AAAAAQAAAAEA"}]
+}"#;
 
 fn read(text: &str) -> Result<World, LoadError> {
     super::parse(text, Path::new("scenes/test.ron"), &mut Fake::default())

@@ -45,6 +45,11 @@ impl<'a> AssetPaths<'a> {
         self.relative(source)
     }
 
+    /// A glTF file in quotes.
+    pub(super) fn model(&self, file: &Path) -> Written {
+        self.relative(file)
+    }
+
     /// The image's file in quotes.
     pub(super) fn image(&self, id: ImageId) -> Written {
         let number = id.0;

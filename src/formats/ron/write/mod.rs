@@ -1,6 +1,7 @@
 //! A world as a scene file that reads back as the same world: numbers with as many digits
 //! as their bits need, what is the default left out, one entity a line.
 //!
+//! What came with a glTF file is written as a reference to that file, whatever has become of it.
 //! What a file cannot say is refused: meshes and images without a file of their own, two
 //! entities of one name, infinity and NaN. Some names are made up, since a file refers by
 //! name: for parents, for unnamed materials that several entities share, and for
@@ -17,7 +18,7 @@ use std::path::Path;
 use self::assets::AssetPaths;
 use crate::error::SaveError;
 use crate::world::assets::NamedMaterial;
-use crate::world::{Camera, Light, MaterialId, Name, Parent, Shape, Transform, World};
+use crate::world::{Camera, Light, MaterialId, Model, Name, Parent, Placed, Shape, Transform, World};
 
 /// Longer entities take a line for each key.
 const LONGEST_LINE: usize = 110;
@@ -37,7 +38,9 @@ pub fn write(world: &World, scene_path: &Path) -> Result<String, SaveError> {
 type Written<T = String> = Result<T, String>;
 
 fn text(world: &World, scene_path: &Path) -> Written {
-    let order = world.in_order();
+    let mut order = world.in_order();
+    // What came with a glTF file will come with it again.
+    order.retain(|entity| world.entities.get::<&Placed>(*entity).is_err());
     let names = entity_names(world, &order)?;
     let paths = AssetPaths::new(&world.assets, scene_path);
     let materials = material_names(world, &order);
@@ -77,6 +80,9 @@ fn one_entity(
         keys.push(format!("name: {}", quote(name)?));
     }
     if let Ok(parent) = world.entities.get::<&Parent>(entity) {
+        if world.entities.get::<&Placed>(parent.0).is_ok() {
+            return Err(within("its parent is inside a glTF file, where a scene cannot refer to".to_owned()));
+        }
         let name = names.get(&parent.0).ok_or_else(|| within("its parent does not exist".to_owned()))?;
         keys.push(format!("parent: {}", quote(name)?));
     }
@@ -85,6 +91,9 @@ fn one_entity(
     }
     if let Ok(shape) = world.entities.get::<&Shape>(entity) {
         keys.push(format!("shape: {}", components::shape(&shape, paths).map_err(within)?));
+    }
+    if let Ok(model) = world.entities.get::<&Model>(entity) {
+        keys.push(format!("gltf: {}", paths.model(&model.0).map_err(within)?));
     }
     if let Ok(id) = world.entities.get::<&MaterialId>(entity) {
         let written = match materials.get(&id) {

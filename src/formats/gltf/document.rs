@@ -1,0 +1,156 @@
+//! A parsed file: its JSON, its buffers, and errors that name the place in it.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use gltf::json::buffer::View;
+use gltf::json::{Index, Root};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::container::Container;
+use super::uri::{self, Resource};
+use crate::error::LoadError;
+
+/// Bytes that may be made of each byte of the files. Exporters share vertices between a
+/// handful of meshes; files made to exhaust memory share them between thousands.
+const LARGEST_EXPANSION: u64 = 64;
+/// Bytes that may always be made.
+const ALWAYS_ALLOWED: u64 = 16 << 20;
+
+/// The file that is being read.
+pub(super) struct Document<'p> {
+    pub path: &'p Path,
+    pub root: Root,
+    /// Each buffer's bytes, or why there are none.
+    buffers: Vec<Result<Rc<[u8]>, String>>,
+    /// Bytes that may still be made of the file's.
+    budget: Cell<u64>,
+}
+
+impl<'p> Document<'p> {
+    /// Reads the JSON of `bytes` and the buffers that it names.
+    pub(super) fn open(bytes: &[u8], path: &'p Path) -> Result<Self, LoadError> {
+        let container = Container::open(bytes, path)?;
+        let root = container.parse(path)?;
+        let mut files = HashMap::new();
+        let mut buffers = Vec::with_capacity(root.buffers.len());
+        for (index, buffer) in root.buffers.iter().enumerate() {
+            let length = buffer.byte_length.0;
+            let found = match &buffer.uri {
+                Some(uri) => from_uri(uri, path, &mut files),
+                None if index == 0 => container
+                    .binary
+                    .map(Rc::from)
+                    .ok_or_else(|| "it has no uri, and there is no binary chunk".to_owned()),
+                None => Err("it has no uri".to_owned()),
+            };
+            buffers.push(found.and_then(|bytes: Rc<[u8]>| match u64::try_from(bytes.len()) {
+                Ok(actual) if actual >= length => Ok(bytes),
+                _ => Err(format!("it is to have {length} bytes, but there are {}", bytes.len())),
+            }));
+        }
+        let in_files: u64 = files.values().flatten().map(|bytes| bytes.len() as u64).sum();
+        let budget = ALWAYS_ALLOWED + LARGEST_EXPANSION * (bytes.len() as u64 + in_files);
+        Ok(Self { path, root, buffers, budget: Cell::new(budget) })
+    }
+
+    /// What is wrong at a place in the JSON, given as in `/meshes/0/primitives/1`.
+    pub(super) fn error(&self, place: impl Display, reason: impl Display) -> LoadError {
+        LoadError::invalid(self.path, format!("{place}: {reason}"))
+    }
+
+    /// A line for the person who opened the file.
+    pub(super) fn warning(&self, what: impl Display) -> String {
+        format!("{}: {what}", self.path.display())
+    }
+
+    /// The item of an array that something at `place` refers to.
+    pub(super) fn get<'d, T>(
+        &self,
+        items: &'d [T],
+        index: Index<T>,
+        place: impl Display,
+        what: &str,
+    ) -> Result<&'d T, LoadError> {
+        items.get(index.value()).ok_or_else(|| {
+            let (index, count) = (index.value(), items.len());
+            self.error(place, format!("there is no {what} {index}, the file has {count}"))
+        })
+    }
+
+    /// Counts `bytes` that are about to be made of the file's.
+    pub(super) fn charge(&self, bytes: u64, place: impl Display) -> Result<(), LoadError> {
+        let left = self.budget.get().checked_sub(bytes).ok_or_else(|| {
+            self.error(place, "what is read up to here is far larger than the file can honestly hold")
+        })?;
+        self.budget.set(left);
+        Ok(())
+    }
+
+    /// The bytes of a buffer view.
+    pub(super) fn view(&self, index: Index<View>, place: impl Display) -> Result<&[u8], LoadError> {
+        let view = self.get(&self.root.buffer_views, index, &place, "buffer view")?;
+        let number = view.buffer.value();
+        let (offset, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        let buffer = self.buffers.get(number).ok_or_else(|| {
+            self.error(
+                &place,
+                format!("buffer view {} is of buffer {number}, which is not there", index.value()),
+            )
+        })?;
+        let bytes =
+            buffer.as_ref().map_err(|reason| self.error(&place, format!("buffer {number}: {reason}")))?;
+        let range = usize::try_from(offset).ok().zip(usize::try_from(length).ok());
+        let view = range.and_then(|(offset, length)| bytes.get(offset..)?.get(..length));
+        view.ok_or_else(|| {
+            let index = index.value();
+            let end = u128::from(offset) + u128::from(length);
+            let reason = format!(
+                "buffer view {index} reaches byte {end} of buffer {number}, which has {}",
+                bytes.len()
+            );
+            self.error(&place, reason)
+        })
+    }
+
+    /// An extension's object among those of something at `place`.
+    pub(super) fn extension<T: DeserializeOwned>(
+        &self,
+        extensions: Option<&Map<String, Value>>,
+        name: &str,
+        place: impl Display,
+    ) -> Result<Option<T>, LoadError> {
+        let Some(value) = extensions.and_then(|extensions| extensions.get(name)) else { return Ok(None) };
+        T::deserialize(value).map(Some).map_err(|error| {
+            let reason = error.to_string().escape_debug().to_string().replace("\\\"", "\"");
+            self.error(format_args!("{place}/extensions/{name}"), reason)
+        })
+    }
+
+    /// The folder that references start from.
+    pub(super) fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// The bytes that a buffer's URI refers to; files are read once.
+fn from_uri(
+    uri: &str,
+    path: &Path,
+    files: &mut HashMap<PathBuf, Result<Rc<[u8]>, String>>,
+) -> Result<Rc<[u8]>, String> {
+    match uri::resolve(uri, path.parent().unwrap_or(Path::new("")))? {
+        Resource::Data(bytes) => Ok(bytes.into()),
+        Resource::File(file) => {
+            let read = |file: &PathBuf| match std::fs::read(file) {
+                Ok(bytes) => Ok(bytes.into()),
+                Err(error) => Err(format!("cannot read {}: {error}", file.display())),
+            };
+            files.entry(file).or_insert_with_key(read).clone()
+        }
+    }
+}

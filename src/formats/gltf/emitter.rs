@@ -1,0 +1,107 @@
+//! Cameras and lights of nodes.
+//!
+//! Lights are photometric: candela and lux. We have no spectra to weigh, so a lumen counts
+//! as a watt. A Lambertian surface of albedo ρ under E lux shows ρ E/π; our surfaces show
+//! kd E, without 1/π; so intensities and irradiances are divided by π, and what a surface
+//! gives off (in nits) stays as it is.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use gltf::json::camera::Type;
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
+
+use super::Import;
+use super::extensions::{self, LightOfNode};
+use crate::error::LoadError;
+use crate::math::Rgb;
+use crate::world::{Camera, Falloff, Light};
+
+impl Import<'_> {
+    /// The camera of the node at `place`, and its name.
+    pub(super) fn camera(
+        &self,
+        index: Index<json::Camera>,
+        place: &str,
+    ) -> Result<(Camera, Option<String>), LoadError> {
+        let document = self.document;
+        let camera = document.get(&document.root.cameras, index, place, "camera")?;
+        let at = format!("/cameras/{}", index.value());
+        let camera_of = match (camera.type_, &camera.perspective, &camera.orthographic) {
+            (Checked::Valid(Type::Perspective), Some(perspective), _) => {
+                let vertical_fov = perspective.yfov;
+                if !(vertical_fov > 0.0 && vertical_fov < PI) {
+                    let reason = format!("the angle {vertical_fov} is not between 0 and π");
+                    return Err(document.error(format!("{at}/perspective/yfov"), reason));
+                }
+                Camera::Pinhole { vertical_fov }
+            }
+            (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
+                // Negative ones occur: they would turn the picture over, which nobody means.
+                let height_m = orthographic.ymag.abs() * 2.0;
+                if height_m == 0.0 || !height_m.is_finite() {
+                    return Err(document.error(format!("{at}/orthographic/ymag"), "it must not be 0"));
+                }
+                Camera::Orthographic { height_m }
+            }
+            _ => {
+                let reason =
+                    "a camera needs its type, \"perspective\" or \"orthographic\", and what goes with it";
+                return Err(document.error(at, reason));
+            }
+        };
+        Ok((camera_of, camera.name.clone()))
+    }
+
+    /// The light of the node at `place`, if it has one, and its name.
+    pub(super) fn light(
+        &self,
+        node: &json::Node,
+        place: &str,
+    ) -> Result<Option<(Light, Option<String>)>, LoadError> {
+        let document = self.document;
+        let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
+        let read: Option<LightOfNode> = document.extension(extensions, "KHR_lights_punctual", place)?;
+        let Some(LightOfNode { light: index }) = read else { return Ok(None) };
+        let light = self.lights.get(index).ok_or_else(|| {
+            let count = self.lights.len();
+            document.error(place, format!("there is no light {index}, the file has {count}"))
+        })?;
+        let at = format!("/extensions/KHR_lights_punctual/lights/{index}");
+        Ok(Some((self.punctual(light, &at)?, light.name.clone())))
+    }
+
+    fn punctual(&self, light: &extensions::Light, at: &str) -> Result<Light, LoadError> {
+        let document = self.document;
+        let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * light.intensity.max(0.0);
+        // Φ/4π is the intensity of a point light, I/π that of ours: see above.
+        let power_w = flux * 4.0;
+        let irradiance = flux * (1.0 / PI);
+        if !power_w.is_finite() {
+            return Err(document.error(at, "the light is too bright for a number"));
+        }
+        let falloff = Falloff::InverseSquare;
+        match &light.kind[..] {
+            "point" => Ok(Light::Point { power_w, falloff }),
+            "directional" => Ok(Light::Directional { irradiance }),
+            "spot" => {
+                let spot = light.spot.as_ref();
+                let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;
+                let (inner_angle, outer_angle) = (spot.inner_cone_angle, spot.outer_cone_angle);
+                // π/2 rounded up in somebody else's arithmetic is meant as π/2.
+                if !(inner_angle >= 0.0 && inner_angle < outer_angle && outer_angle <= FRAC_PI_2 + 1e-5) {
+                    let reason = format!(
+                        "the cone from {inner_angle} to {outer_angle} is not 0 ≤ inner < outer ≤ π/2"
+                    );
+                    return Err(document.error(format!("{at}/spot"), reason));
+                }
+                Ok(Light::Spot { power_w, inner_angle, outer_angle: outer_angle.min(FRAC_PI_2), falloff })
+            }
+            other => {
+                let other: String = other.chars().take(40).flat_map(char::escape_debug).collect();
+                let reason = format!("unknown type \"{other}\"; types: directional, point, spot");
+                Err(document.error(format!("{at}/type"), reason))
+            }
+        }
+    }
+}

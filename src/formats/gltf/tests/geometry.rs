@@ -1,0 +1,144 @@
+//! Accessors and meshes.
+
+use super::*;
+use crate::math::{Rgb, Vec2, Vec3};
+
+#[test]
+fn a_triangle_is_a_triangle_in_json_and_in_glb() {
+    let read_json = read(&triangle());
+    let mesh = read_json.mesh();
+    assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert!(mesh.normals.is_empty() && mesh.uvs.is_empty() && mesh.colors.is_empty());
+    assert!(read_json.warnings.is_empty(), "{:?}", read_json.warnings);
+    let mut binary = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    binary.extend([0, 0, 1, 0, 2, 0]);
+    let bytes = glb(&with(&[("/buffers/0", json!({"byteLength": 42}))]), &binary);
+    assert_eq!(read_bytes(&bytes).unwrap().mesh(), mesh);
+}
+
+#[test]
+fn without_indices_vertices_come_in_order() {
+    let mut file = triangle();
+    file["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
+    assert_eq!(read(&file).mesh().triangles, [[0, 1, 2]]);
+}
+
+#[test]
+fn indices_have_one_two_or_four_bytes() {
+    for (component, bytes) in [
+        (5121, vec![2u8, 1, 0]),
+        (5123, vec![2, 0, 1, 0, 0, 0]),
+        (5125, vec![2, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]),
+    ] {
+        let mut file = triangle();
+        let accessor = add_accessor(&mut file, &bytes, component, "SCALAR", 3);
+        set(&mut file, "/meshes/0/primitives/0/indices", json!(accessor));
+        assert_eq!(read(&file).mesh().triangles, [[2, 1, 0]]);
+    }
+}
+
+#[test]
+fn integers_stand_for_fractions_where_they_are_normalised() {
+    let uvs = |component, bytes: &[u8], normalized: bool| {
+        let mut file = with_attribute("TEXCOORD_0", bytes, component, "VEC2");
+        set(&mut file, "/accessors/2/normalized", json!(normalized));
+        read(&file).mesh().uvs.clone()
+    };
+    assert_eq!(uvs(5121, &[0, 255, 51, 102, 0, 0], true), [Vec2::Y, Vec2::new(0.2, 0.4), Vec2::ZERO]);
+    assert_eq!(uvs(5120, &[0x80, 0x81, 127, 0, 0, 0], true)[..2], [Vec2::NEG_ONE, Vec2::X]);
+    assert_eq!(uvs(5122, &[1, 0, 0xff, 0xff, 0, 0, 0, 0, 0, 0, 0, 0], false)[0], Vec2::new(1.0, -1.0));
+    let wide: Vec<u8> = [65535u16, 0, 0, 0, 0, 0].iter().flat_map(|n| n.to_le_bytes()).collect();
+    assert_eq!(uvs(5123, &wide, true)[0], Vec2::X);
+}
+
+#[test]
+fn quantised_positions_and_normals_are_read() {
+    let mut file = triangle();
+    let positions = add_accessor(&mut file, &[0, 0, 0, 10, 0, 0, 0, 20, 0], 5120, "VEC3", 3);
+    set(&mut file, "/meshes/0/primitives/0/attributes/POSITION", json!(positions));
+    let normals = add_accessor(&mut file, &[0, 0, 127, 0, 0, 127, 0, 0, 127], 5120, "VEC3", 3);
+    set(&mut file, "/meshes/0/primitives/0/attributes/NORMAL", json!(normals));
+    set(&mut file, "/extensionsRequired", json!(["KHR_mesh_quantization"]));
+    let read = read(&file);
+    assert_eq!(read.mesh().positions[1..], [Vec3::X * 10.0, Vec3::Y * 20.0]);
+    assert_eq!(read.mesh().normals, [Vec3::Z; 3]);
+}
+
+#[test]
+fn colors_have_three_or_four_components() {
+    let bytes = floats(&[1.0, 0.5, 0.0, 0.25, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let file = with_attribute("COLOR_0", &bytes, 5126, "VEC4");
+    assert_eq!(read(&file).mesh().colors, [Rgb::new(1.0, 0.5, 0.0), Rgb::WHITE, Rgb::BLACK]);
+    let file = with_attribute("COLOR_0", &[255, 0, 0, 0, 255, 0, 0, 0, 255], 5121, "VEC3");
+    assert_eq!(read(&file).mesh().colors[1], Rgb::new(0.0, 1.0, 0.0));
+}
+
+#[test]
+fn interleaved_vertices_are_strided() {
+    let mut file = triangle();
+    // Position and normal of each vertex.
+    let vertex = |p: [f32; 3]| floats(&[p[0], p[1], p[2], 0.0, 0.0, 1.0]);
+    let bytes = [vertex([1.0, 0.0, 0.0]), vertex([0.0, 2.0, 0.0]), vertex([0.0, 0.0, 3.0])].concat();
+    let positions = add_accessor(&mut file, &bytes, 5126, "VEC3", 3);
+    set(&mut file, "/bufferViews/2/byteStride", json!(24));
+    let normals =
+        json!({"bufferView": 2, "byteOffset": 12, "componentType": 5126, "type": "VEC3", "count": 3});
+    set(&mut file, "/accessors/3", normals);
+    set(&mut file, "/meshes/0/primitives/0/attributes", json!({"POSITION": positions, "NORMAL": 3}));
+    let read = read(&file);
+    assert_eq!(read.mesh().positions, [Vec3::X, Vec3::Y * 2.0, Vec3::Z * 3.0]);
+    assert_eq!(read.mesh().normals, [Vec3::Z; 3]);
+}
+
+#[test]
+fn sparse_accessors_override_their_base_or_zeros() {
+    let sparse = |file: &mut Value, accessor: &str| {
+        add_accessor(file, &[2], 5121, "SCALAR", 1);
+        add_accessor(file, &floats(&[5.0, 6.0, 7.0]), 5126, "VEC3", 1);
+        let value = json!({
+            "count": 1, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3},
+        });
+        set(file, &format!("{accessor}/sparse"), value);
+    };
+    let mut file = triangle();
+    sparse(&mut file, "/accessors/0");
+    assert_eq!(read(&file).mesh().positions, [Vec3::ZERO, Vec3::X, Vec3::new(5.0, 6.0, 7.0)]);
+    file["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    assert_eq!(read(&file).mesh().positions, [Vec3::ZERO, Vec3::ZERO, Vec3::new(5.0, 6.0, 7.0)]);
+}
+
+#[test]
+fn primitives_of_a_mesh_are_merged_with_their_materials() {
+    let mut file =
+        with_attribute("NORMAL", &floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), 5126, "VEC3");
+    let (lines, strip) = (json!({"attributes": {"POSITION": 0}, "mode": 1}), 5);
+    set(&mut file, "/meshes/0/primitives/1", lines);
+    let other = json!({"attributes": {"POSITION": 0}, "mode": strip, "indices": 1, "material": 0});
+    set(&mut file, "/meshes/0/primitives/2", other.clone());
+    set(&mut file, "/meshes/0/primitives/3", other);
+    set(&mut file, "/materials", json!([{"name": "paint"}]));
+    let read = read(&file);
+    let mesh = read.mesh();
+    assert_eq!(mesh.positions.len(), 6, "the last two share their vertices");
+    assert_eq!(mesh.normals[..3], [Vec3::Z; 3]);
+    assert_eq!(mesh.normals[3..], [Vec3::ZERO; 3], "flat");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5], [3, 4, 5]]);
+    let names: Vec<_> = mesh
+        .triangle_materials
+        .iter()
+        .map(|id| read.assets.materials[id.0 as usize].name.as_deref())
+        .collect();
+    assert_eq!(names, [None, Some("paint"), Some("paint")]);
+    assert!(read.warnings[0].contains("1 primitives without triangles"), "{:?}", read.warnings);
+}
+
+#[test]
+fn the_base_color_says_which_texture_coordinates() {
+    let mut file = with_attribute("TEXCOORD_1", &floats(&[0.5; 6]), 5126, "VEC2");
+    materials::add_texture(&mut file);
+    let texture = json!({"index": 0, "texCoord": 1});
+    set(&mut file, "/materials", json!([{"pbrMetallicRoughness": {"baseColorTexture": texture}}]));
+    set(&mut file, "/meshes/0/primitives/0/material", json!(0));
+    assert_eq!(read(&file).mesh().uvs, [Vec2::splat(0.5); 3]);
+}

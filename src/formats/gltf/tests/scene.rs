@@ -1,0 +1,123 @@
+//! Nodes, cameras, lights, entities.
+
+use super::*;
+use crate::math::{Rgb, Vec3};
+use crate::world::{Camera, Falloff, Light, Name, Parent, Placed, Shape, Transform, World};
+
+fn place(read: Read) -> World {
+    let mut world = World { assets: read.assets, ..World::default() };
+    read.model.place(&mut world, None);
+    world
+}
+
+#[test]
+fn nodes_become_entities_that_share_meshes() {
+    let nodes = json!([
+        {"name": "root", "children": [2, 1], "translation": [1, 2, 3]},
+        {"mesh": 0, "matrix": [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 5, 1]},
+        {"mesh": 0, "name": "root", "rotation": [0, 0, 2, 0], "scale": [1, 1, -1]},
+    ]);
+    let read = read(&with(&[("/nodes", nodes)]));
+    assert_eq!(read.assets.meshes.len(), 1);
+    assert_eq!(read.model.bounds.max, Vec3::new(3.0, 4.0, 8.0));
+    let world = place(read);
+    let order = world.in_order();
+    assert_eq!(order.len(), 3);
+    let name = |at: usize| world.entities.get::<&Name>(order[at]).map(|name| name.0.clone()).ok();
+    assert_eq!([name(0), name(1), name(2)], [Some("root".into()), Some("root (2)".into()), None]);
+    for child in &order[1..] {
+        assert_eq!(*world.entities.get::<&Parent>(*child).unwrap(), Parent(order[0]));
+        assert!(world.entities.get::<&Placed>(*child).is_ok());
+        assert!(matches!(*world.entities.get::<&Shape>(*child).unwrap(), Shape::Mesh(id) if id.0 == 0));
+    }
+    let Transform::Trs { rotation, scale, .. } = *world.entities.get::<&Transform>(order[1]).unwrap() else {
+        panic!()
+    };
+    assert_eq!((rotation.to_array(), scale), ([0.0, 0.0, 1.0, 0.0], Vec3::new(1.0, 1.0, -1.0)));
+    let Transform::Matrix(matrix) = *world.entities.get::<&Transform>(order[2]).unwrap() else { panic!() };
+    assert_eq!(matrix.transform_point3(Vec3::ONE), Vec3::new(2.0, 2.0, 7.0));
+}
+
+#[test]
+fn the_default_scene_counts_or_the_first_or_all_roots() {
+    let nodes = json!([{"name": "a", "children": [1]}, {"name": "b"}, {"name": "c"}]);
+    let names = |changes: &[(&str, Value)]| {
+        let mut file = with(&[("/nodes", nodes.clone())]);
+        file.as_object_mut().unwrap().remove("scene");
+        changes.iter().for_each(|(pointer, value)| set(&mut file, pointer, value.clone()));
+        let nodes = read(&file).model.nodes;
+        nodes.into_iter().filter_map(|node| node.name).collect::<Vec<_>>().concat()
+    };
+    let scenes = json!([{"nodes": [2]}, {"nodes": [0]}]);
+    assert_eq!(names(&[("/scenes", scenes.clone()), ("/scene", json!(1))]), "ab");
+    assert_eq!(names(&[("/scenes", scenes)]), "c");
+    assert_eq!(names(&[("/scenes", json!([]))]), "abc");
+}
+
+#[test]
+fn a_scale_of_zero_hides_a_node_and_its_children() {
+    let nodes = json!([{"children": [1], "scale": [0, 0, 0]}, {"mesh": 0}]);
+    let read = read(&with(&[("/nodes", nodes)]));
+    assert!(read.model.nodes.is_empty() && read.model.bounds.is_empty());
+    assert!(read.warnings[0].contains("scale of 0"));
+}
+
+#[test]
+fn depth_does_not_recurse() {
+    let mut nodes: Vec<Value> = (1..20_000).map(|child| json!({"children": [child]})).collect();
+    nodes.push(json!({"mesh": 0}));
+    let read = read(&with(&[("/nodes", json!(nodes))]));
+    assert_eq!(read.model.nodes.len(), 20_000);
+    let world = place(read);
+    assert_eq!(world.entities.len(), 20_000);
+}
+
+#[test]
+fn cameras_look_as_they_say() {
+    let cameras = json!([
+        {"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}, "name": "eye"},
+        {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "znear": 0, "zfar": 9}},
+    ]);
+    let read = read(&with(&[
+        ("/cameras", cameras),
+        ("/nodes", json!([{"camera": 0, "children": [1]}, {"camera": 1}])),
+    ]));
+    let nodes = &read.model.nodes;
+    assert_eq!(nodes[0].camera, Some(Camera::Pinhole { vertical_fov: 0.5 }));
+    assert_eq!(nodes[0].name.as_deref(), Some("eye"));
+    assert_eq!(nodes[1].camera, Some(Camera::Orthographic { height_m: 4.0 }));
+}
+
+/// The only light of a file.
+fn light(light: Value) -> Light {
+    let node = json!({"extensions": {"KHR_lights_punctual": {"light": 0}}});
+    let file =
+        with(&[("/nodes/0", node), ("/extensions", json!({"KHR_lights_punctual": {"lights": [light]}}))]);
+    read(&file).model.nodes[0].light.clone().unwrap()
+}
+
+#[test]
+fn a_lambertian_surface_shows_albedo_times_lux_over_pi() {
+    // 8 cd at 2 m are 2 lx; our surface shows kd · Φ/4π / d².
+    let Light::Point { power_w, falloff } = light(json!({"type": "point", "intensity": 8})) else { panic!() };
+    let irradiance = power_w.r / (4.0 * std::f32::consts::PI) / 4.0;
+    assert!((irradiance - 2.0 / std::f32::consts::PI).abs() < 1e-6 && falloff == Falloff::InverseSquare);
+    let sun = light(json!({"type": "directional", "intensity": 3, "color": [1, 0.5, 0]}));
+    let Light::Directional { irradiance } = sun else { panic!() };
+    assert_eq!(irradiance, Rgb::new(3.0, 1.5, 0.0) * (1.0 / std::f32::consts::PI));
+    let spot = light(json!({"type": "spot", "spot": {"innerConeAngle": 0.1}}));
+    let Light::Spot { power_w, inner_angle, outer_angle, .. } = spot else { panic!() };
+    assert_eq!((power_w.r, inner_angle, outer_angle), (4.0, 0.1, std::f32::consts::FRAC_PI_4));
+}
+
+#[test]
+fn what_is_left_out_is_told() {
+    let read = read(&with(&[
+        ("/extensionsUsed", json!(["KHR_lights_punctual", "EXT_new\nthing"])),
+        ("/animations", json!([{"channels": [], "samplers": []}])),
+        ("/skins", json!([{"joints": [0]}])),
+        ("/nodes/0/skin", json!(0)),
+    ]));
+    assert!(read.warnings[0].ends_with("not supported and ignored: EXT_new\\nthing"), "{:?}", read.warnings);
+    assert!(read.warnings[1].ends_with("shown at rest: animations, skins"), "{:?}", read.warnings);
+}

@@ -1,0 +1,333 @@
+//! Every glTF file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
+
+use std::path::{Path, PathBuf};
+
+use rayfront::compile::compile;
+use rayfront::formats;
+use rayfront::render::{Options, Session};
+use rayfront::world::World;
+
+fn corpus() -> Option<PathBuf> {
+    let corpus = std::env::var_os("RAYFRONT_CORPUS").map(PathBuf::from);
+    if corpus.is_none() {
+        println!("skipped: RAYFRONT_CORPUS is not set");
+    }
+    corpus
+}
+
+fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.is_dir() {
+            files_below(&path, files);
+        } else if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
+        {
+            files.push(path);
+        }
+    }
+}
+
+/// What must hold of every world.
+fn check(world: &World) {
+    for mesh in &world.assets.meshes {
+        let vertices = mesh.positions.len();
+        assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < vertices));
+        assert!(mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()));
+        assert!(mesh.uvs.iter().all(|uv| uv.is_finite()));
+        for length in [mesh.normals.len(), mesh.uvs.len(), mesh.colors.len()] {
+            assert!(length == 0 || length == vertices);
+        }
+        assert_eq!(mesh.triangle_materials.len(), mesh.triangles.len());
+        assert!(mesh.triangle_materials.iter().all(|id| (id.0 as usize) < world.assets.materials.len()));
+    }
+    assert!(world.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", world.warnings);
+}
+
+fn expected_failure(name: &str) -> Option<&'static str> {
+    let (folder, file) = name.rsplit_once('/')?;
+    let (_, failures) = EXPECTED_FAILURES.iter().find(|(known, _)| *known == folder)?;
+    failures.iter().find(|(known, _)| *known == file).map(|(_, reason)| *reason)
+}
+
+#[test]
+fn the_corpus_loads_and_compiles_or_says_why_not() {
+    let Some(corpus) = corpus() else { return };
+    let mut files = Vec::new();
+    files_below(&corpus, &mut files);
+    files.sort();
+    assert!(!files.is_empty(), "{} holds no glTF files", corpus.display());
+    let (mut surprises, mut loaded) = (Vec::new(), 0);
+    for path in &files {
+        let name = path.strip_prefix(&corpus).unwrap_or(path).display().to_string();
+        let expected = expected_failure(&name);
+        match (formats::load(path), expected) {
+            (Ok(world), None) => {
+                loaded += 1;
+                check(&world);
+                if let Err(error) = compile(&world, None) {
+                    surprises.push(format!("{name} does not compile: {error}"));
+                }
+            }
+            (Ok(_), Some(reason)) => surprises.push(format!("{name} loads, but: {reason}")),
+            (Err(error), None) => surprises.push(error.to_string()),
+            (Err(error), Some(reason)) => {
+                let message = error.to_string();
+                let names_file = message.starts_with(&path.display().to_string());
+                if !names_file || message.contains('\n') || !message.contains(reason) {
+                    surprises.push(format!("{message:?} does not say {reason:?}"));
+                }
+            }
+        }
+    }
+    println!("{loaded} of {} files load and compile", files.len());
+    assert!(surprises.is_empty(), "{}", surprises.join("\n"));
+}
+
+#[test]
+fn some_of_the_corpus_render_to_something() {
+    let Some(corpus) = corpus() else { return };
+    let models = corpus.join("khronos-sample-assets/Models");
+    for name in [
+        "Box/glTF/Box.gltf",
+        "BoxVertexColors/glTF-Binary/BoxVertexColors.glb",
+        "Suzanne/glTF/Suzanne.gltf",
+        "LightsPunctualLamp/glTF/LightsPunctualLamp.gltf",
+        "TransmissionTest/glTF/TransmissionTest.gltf",
+        "SimpleSparseAccessor/glTF/SimpleSparseAccessor.gltf",
+    ] {
+        let mut world = formats::load(&models.join(name)).unwrap();
+        world.settings.size = [32, 32];
+        world.settings.samples = 4;
+        let scene = compile(&world, None).unwrap();
+        let mut session = Session::new(scene, &world.settings, Options::default());
+        session.advance(4);
+        let radiance = session.film().radiance();
+        assert!(radiance.iter().all(|pixel| pixel.is_finite()), "{name}");
+        let brightness = |pixel: usize| radiance[pixel].luminance();
+        let corner = brightness(0);
+        let differs = (0..radiance.len()).filter(|pixel| (brightness(*pixel) - corner).abs() > 0.05).count();
+        assert!(differs > 20, "{name}: only {differs} pixels show it");
+    }
+}
+
+/// Files that must be refused, by folder, and words that the message must have.
+const EXPECTED_FAILURES: &[(&str, &[(&str, &str)])] = &[
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box-materials-common",
+        &[("box-materials-common.gltf", "/asset: glTF of version 1.0: only 2.0 can be read")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box-textured-binary-separate",
+        &[("box-textured-binary-separate.glb", "GLB of version 1: only 2 can be read")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box-textured-binary",
+        &[("box-textured-binary.glb", "GLB of version 1: only 2 can be read")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box-textured-embedded",
+        &[("box-textured-embedded.gltf", "/asset: glTF of version 1: only 2.0")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box-textured-separate",
+        &[("box-textured-separate.gltf", "/asset: glTF of version 1: only 2.0")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/1.0/box",
+        &[("box.gltf", "/asset: glTF of version 1.0: only 2.0 can be read")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/2.0/box-shared-image-references-separate",
+        &[(
+            "box-shared-image-references-separate.gltf",
+            "/extensionsRequired: not supported: KHR_techniques_webgl",
+        )],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/2.0/box-shared-image-references",
+        &[("box-shared-image-references.gltf", "/extensionsRequired: not supported: KHR_techniques_webgl")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/2.0/box-techniques-embedded",
+        &[("box-techniques-embedded.gltf", "/extensionsRequired: not supported: KHR_techniques_webgl")],
+    ),
+    (
+        "apache-bsd/gltf-pipeline/specs/data/2.0/extensions/EXT_meshopt_compression/meshopt-no-fallback",
+        &[("meshopt-no-fallback.gltf", "/extensionsRequired: not supported: EXT_meshopt_compression")],
+    ),
+    ("apache-bsd/gltf-validator/test/base/data/accessor", &[("empty_object.gltf", "missing field `count`")]),
+    (
+        "apache-bsd/gltf-validator/test/base/data/animation",
+        &[("empty_objects.gltf", "missing field `channels`")],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/asset",
+        &[
+            ("1_0_version.gltf", "/asset: glTF of version 1.0: only 2.0 can be read"),
+            ("empty_array.gltf", "missing field `version`"),
+            ("min_version_valid.gltf", "/asset: glTF of version 2.1: only 2.0 can be read"),
+        ],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/buffer",
+        &[("invalid_object.gltf", "invalid type: string \"byteLength\", expected u64")],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/buffer_view",
+        &[("empty_object.gltf", "missing field `buffer`")],
+    ),
+    ("apache-bsd/gltf-validator/test/base/data/camera", &[("empty_objects.gltf", "missing field `type`")]),
+    (
+        "apache-bsd/gltf-validator/test/base/data/glb",
+        &[
+            ("chunk_too_big.glb", "the chunk at byte 12 ends within its header"),
+            ("empty_json_chunk.glb", "JSON chunk, line 1, column 0: EOF while parsing a value"),
+            ("empty_json_object.glb", "this is no glTF: it has no \"asset\""),
+            ("invalid_json_chunk.glb", "JSON chunk, line 1, column 2: key must be a string"),
+            ("length_mismatch.glb", "the header speaks of 49 bytes, the file has 48"),
+            ("only_bin_chunk.glb", "the first chunk must be JSON"),
+            ("truncated_chunk_header.glb", "the chunk at byte 12 ends within its header"),
+            ("two_bin_chunks.glb", "the first chunk must be JSON"),
+            ("two_empty_bin_chunks.glb", "the first chunk must be JSON"),
+            ("two_empty_json_chunks.glb", "JSON chunk, line 1, column 0: EOF while parsing a value"),
+            ("zero_length.glb", "the header speaks of 0 bytes, the file has 12"),
+        ],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/json",
+        &[("integer_written_as_float.gltf", "invalid type: floating point `1.0`, expected u64")],
+    ),
+    ("apache-bsd/gltf-validator/test/base/data/mesh", &[("empty_object.gltf", "missing field `primitives`")]),
+    (
+        "apache-bsd/gltf-validator/test/base/data/node",
+        &[
+            ("node_parent_override.gltf", "/nodes/1/children/0: node 2 already has the parent 0"),
+            ("unresolved_child_node.gltf", "/nodes/0/children/0: there is no node 1, the file has 1"),
+            ("unresolved_mesh.gltf", "/nodes/0/mesh: there is no mesh 0, the file has 0"),
+        ],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/root",
+        &[("invalid_array_elements.gltf", "invalid type: string \"sampler\", expected struct Sampler")],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/base/data/scene",
+        &[
+            ("custom_property.gltf", "missing field `nodes`"),
+            ("unresolved_child_node.gltf", "/nodes/0/children/0: there is no node 5, the file has 1"),
+        ],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/ext/KHR_animation_pointer/data/animation/channel/target",
+        &[("invalid_pointer_syntax.gltf", "missing field `node`")],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/ext/KHR_lights_punctual/data/light",
+        &[
+            ("empty_light_object.gltf", "/extensions/KHR_lights_punctual: missing field `type`"),
+            ("empty_object.gltf", "/extensions/KHR_lights_punctual: missing field `lights`"),
+        ],
+    ),
+    (
+        "apache-bsd/gltf-validator/test/ext/KHR_lights_punctual/data/node",
+        &[
+            ("unresolved_light_empty_root_array.gltf", "/nodes/0: there is no light 0, the file has 0"),
+            (
+                "unresolved_light_empty_root_ext.gltf",
+                "/extensions/KHR_lights_punctual: missing field `lights`",
+            ),
+        ],
+    ),
+    (
+        "gltf-asset-generator/Output/Positive/Compatibility",
+        &[("Compatibility_04.gltf", "/asset: glTF of version 2.1: only 2.0 can be read")],
+    ),
+    (
+        "khronos-sample-assets/Models/Box/glTF-Draco",
+        &[("Box.gltf", "/extensionsRequired: not supported: KHR_draco_mesh_compression")],
+    ),
+    (
+        "khronos-sample-assets/Models/ClearCoatCarPaint/glTF-Binary",
+        &[("ClearCoatCarPaint.glb", "/extensionsRequired: not supported: KHR_materials_clearcoat")],
+    ),
+    (
+        "khronos-sample-assets/Models/SpecularSilkPouf/glTF-Binary",
+        &[(
+            "SpecularSilkPouf.glb",
+            "/extensionsRequired: not supported: KHR_materials_specular, KHR_materials_sheen",
+        )],
+    ),
+    (
+        "magnum-plugins/GltfImporter/Test",
+        &[
+            ("animation-invalid.gltf", "missing field `samplers`"),
+            ("error.gltf", "invalid length 0, expected struct Asset with 2 elements"),
+            ("image-basis-embedded.glb", "/extensionsRequired: not supported: GOOGLE_texture_basis"),
+            ("image-basis-embedded.gltf", "/extensionsRequired: not supported: GOOGLE_texture_basis"),
+            (
+                "light-invalid.gltf",
+                "/extensions/KHR_lights_punctual: invalid type: string \"#ff3366\", expected an array of length 3",
+            ),
+            ("material-phong-fallback-ktx.gltf", "/extensionsRequired: not supported: KHR_texture_ktx"),
+            ("material-raw.gltf", "expected ident"),
+            ("mesh-invalid-empty-primitives.gltf", "missing field `attributes`"),
+            ("mesh-invalid-missing-primitives-property.gltf", "missing field `attributes`"),
+            ("mesh-invalid-primitive-attributes-property.gltf", "missing field `attributes`"),
+            ("mesh-invalid-primitive-targets-property.gltf", "missing field `attributes`"),
+            (
+                "mesh-invalid-texcoord-flip-attribute-accessor-invalid-component-type.gltf",
+                "missing field `count`",
+            ),
+            (
+                "mesh-invalid-texcoord-flip-attribute-accessor-invalid-normalized.gltf",
+                "missing field `count`",
+            ),
+            (
+                "mesh-invalid-texcoord-flip-attribute-accessor-missing-component-type.gltf",
+                "missing field `count`",
+            ),
+            (
+                "mesh-multiple-primitives.gltf",
+                "/meshes/1/primitives/1/attributes/POSITION: accessor 0 has a count of 0",
+            ),
+            ("mesh-sparse.gltf", "missing field `attributes`"),
+            (
+                "required-extensions.gltf",
+                "/extensionsRequired: not supported: KHR_materials_pbrSpecularGlossiness",
+            ),
+            ("scene-custom-fields.gltf", "expected `,` or `}`"),
+            ("scene-invalid-child-oob.gltf", "/nodes/4/children/0: there is no node 7, the file has 7"),
+            ("scene-invalid-children-property.gltf", "invalid type: map, expected a sequence"),
+            ("scene-invalid-cycle.gltf", "/nodes/0: a node cannot be its own ancestor"),
+            ("scene-invalid-extras-property.gltf", "invalid escape"),
+            ("scene-invalid-nested-extras-property.gltf", "invalid escape"),
+            ("scene-invalid-node-oob.gltf", "/scenes/0/nodes/0: there is no node 7, the file has 7"),
+            ("scene-invalid-nodes-property.gltf", "missing field `nodes`"),
+            ("scene-invalid.gltf", "invalid type: integer `-1`, expected index into child of root"),
+            (
+                "scene.gltf",
+                "/extensions/KHR_lights_punctual/lights/1/type: unknown type \"ambient\"; types: directional, point, spot",
+            ),
+            ("skin-invalid.gltf", "missing field `joints`"),
+            ("texture-invalid-ktx-extension.gltf", "/extensionsRequired: not supported: KHR_texture_ktx"),
+            (
+                "texture-invalid-ktx-layer-then-no-extension.gltf",
+                "/extensionsRequired: not supported: KHR_texture_ktx",
+            ),
+            (
+                "texture-invalid-ktx-no-layer-then-layer.gltf",
+                "/extensionsRequired: not supported: KHR_texture_ktx",
+            ),
+            ("texture-invalid-ktx-source-oob.gltf", "/extensionsRequired: not supported: KHR_texture_ktx"),
+            ("texture-invalid.gltf", "invalid type: integer `-1`, expected any of: [9728, 9729]"),
+            ("texture-ktx.gltf", "/extensionsRequired: not supported: KHR_texture_ktx"),
+            ("version-legacy.gltf", "/asset: glTF of version 1.0: only 2.0 can be read"),
+        ],
+    ),
+    (
+        "magnum-plugins/TinyGltfImporter/Test",
+        &[("light-invalid-missing-type.gltf", "/extensions/KHR_lights_punctual: missing field `type`")],
+    ),
+];
