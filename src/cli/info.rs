@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use serde_json::{Value, json};
 
 use super::{Failure, args};
+use crate::math::Vec3;
 use crate::scene::{CompiledScene, Light};
 use crate::world::World;
 
@@ -45,7 +46,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
         "spheres": scene.geometry.spheres.len(),
         "instances": scene.geometry.instances.len(),
         "meshes": meshes,
-        "bounds_m": [scene.bounds.min.to_array(), scene.bounds.max.to_array()],
+        "bounds_m": [rounded(scene.bounds.min), rounded(scene.bounds.max)],
         "bvh": {
             "nodes": scene.bvh.nodes.len(),
             "triangle_blocks": scene.bvh.triangles.len(),
@@ -63,15 +64,31 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
     })
 }
 
+/// To five significant digits: the padding of boxes and the rounding of matrices are not news.
+fn significant(value: f32) -> f64 {
+    let value = f64::from(value);
+    if value.abs() < 1e-9 { 0.0 } else { format!("{value:.4e}").parse().unwrap_or(value) }
+}
+
+fn rounded(v: Vec3) -> [f64; 3] {
+    v.to_array().map(significant)
+}
+
 fn describe_light(light: &Light) -> String {
+    let place = |v: Vec3| {
+        let [x, y, z] = rounded(v);
+        format!("({x}, {y}, {z})")
+    };
     match light {
-        Light::Point { position, .. } => format!("point at {position}"),
-        Light::Spot { position, axis, .. } => format!("spot at {position} towards {axis}"),
-        Light::Directional { to_light, .. } => format!("directional along {}", -*to_light),
+        Light::Point { position, .. } => format!("point at {}", place(*position)),
+        Light::Spot { position, axis, .. } => {
+            format!("spot at {} along {}", place(*position), place(*axis))
+        }
+        Light::Directional { to_light, .. } => format!("directional along {}", place(-*to_light)),
         Light::Area { corner, edge_u, edge_v, samples, pattern, .. } => {
-            let center = *corner + (*edge_u + *edge_v) * 0.5;
-            let (w, h) = (edge_u.length(), edge_v.length());
-            format!("area {w} x {h} m at {center}, {samples} samples, {pattern:?}")
+            let center = place(*corner + (*edge_u + *edge_v) * 0.5);
+            let (w, h) = (significant(edge_u.length()), significant(edge_v.length()));
+            format!("area of {w} x {h} m at {center}, {samples} samples, {pattern:?}")
         }
     }
 }

@@ -114,8 +114,8 @@ impl Session {
         self.advance_until(count, &AtomicBool::new(false), &|_| ());
     }
 
-    /// The same, but starts no further tile once `stop` is set: the film then holds
-    /// fewer samples in some pixels than in others.
+    /// The same, but starts no further tile once `stop` is set. The film then holds more
+    /// samples in some pixels than [`Session::samples_done`] says: the rendering is over.
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
         let end = self.next.saturating_add(count).min(self.samples.end);
         let samples = self.next..end;
@@ -136,7 +136,9 @@ impl Session {
                 lock(&statistics).add(&own);
                 progress(tile.area() as u64 * samples.len() as u64);
             });
-        self.next = end;
+        if !stop.load(Ordering::Relaxed) {
+            self.next = end;
+        }
     }
 
     /// What has been gathered so far.
@@ -154,7 +156,7 @@ impl Session {
         &self.frame.scene
     }
 
-    /// Samples of a pixel done, and how many there will be.
+    /// Samples that every pixel has, and how many there were to be.
     pub fn samples_done(&self) -> (u32, u32) {
         (self.next - self.samples.start, self.samples.len() as u32)
     }

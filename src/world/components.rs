@@ -70,7 +70,9 @@ pub enum Shape {
         uvs: Option<[Vec2; 3]>,
     },
     /// A planar convex quadrilateral. Its corners, in order around it, are the
-    /// texture's top left, top right, bottom right and bottom left.
+    /// texture's top left, top right, bottom right and bottom left. Its front, the
+    /// outside of glass, is the side from which they go around counter-clockwise, as for
+    /// triangles; the texture is seen the right way around from the other side.
     Plane {
         /// The corners.
         corners: [Vec3; 4],

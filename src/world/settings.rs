@@ -9,7 +9,7 @@ use super::components::Pattern;
 pub struct Settings {
     /// Width and height in pixels, each 1 to 65,536.
     pub size: [u32; 2],
-    /// Samples a pixel (spp), at least 1.
+    /// Samples a pixel (spp), 1 to 4,194,304.
     pub samples: u32,
     /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black.
     pub max_depth: u32,

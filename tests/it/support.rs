@@ -5,6 +5,7 @@ use std::path::Path;
 use rayfront::compile::compile;
 use rayfront::error::LoadError;
 use rayfront::film::Film;
+use rayfront::formats::gltf::Model;
 use rayfront::formats::{AssetFiles, ron};
 use rayfront::math::{Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
@@ -21,6 +22,10 @@ impl AssetFiles for MadeUp {
             Some("ball") => Ok(icosphere(3, |_| 1.0)),
             _ => Err(LoadError::invalid(path, "no such mesh has been made up")),
         }
+    }
+
+    fn model(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Model, LoadError> {
+        Err(LoadError::invalid(path, "no model has been made up"))
     }
 
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {

@@ -8,7 +8,7 @@ use crate::world::{Background, Pattern, PixelFilter, Settings, Tonemap, Transpor
 /// Image width and height in pixels.
 const LARGEST_SIZE: u64 = 65_536;
 /// Of a pixel and of an area light.
-pub(super) const MOST_SAMPLES: u64 = 1 << 24;
+pub(super) const MOST_SAMPLES: u64 = crate::sampling::pattern::MAX_STRATA as u64;
 const LARGEST_DEPTH: u64 = 65_535;
 
 pub(super) const PATTERNS: &[(&str, Pattern)] =

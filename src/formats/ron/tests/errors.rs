@@ -222,7 +222,7 @@ fn numbers_out_of_bounds() {
     );
     entity_fails("shape: Sphere(radius_m: ^0)", "a sphere's radius must be above 0, not 0");
     entity_fails("shape: Sphere(radius_m: ^-1.5)", "a sphere's radius must be above 0, not -1.5");
-    let samples = "samples must be a whole number from 1 to 16777216, not";
+    let samples = "samples must be a whole number from 1 to 4194304, not";
     for wrong in ["0", "16777217", "16.5", "-1", "99999999999999999999"] {
         settings_fail(&format!("samples: ^{wrong}"), &format!("{samples} {wrong}"));
     }

@@ -36,7 +36,7 @@ fn settings_are_read_and_default() {
     assert_eq!(settings("filter: Box").filter, PixelFilter::Box);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));
-    assert_eq!(settings("samples: 16777216, size: (65536, 1)").samples, 1 << 24);
+    assert_eq!(settings("samples: 4194304, size: (65536, 1)").samples, 1 << 22);
 }
 
 #[test]

@@ -252,7 +252,7 @@ fn light() -> impl Strategy<Value = Light> {
             Light::Spot { power_w, inner_angle: a.min(b), outer_angle: a.max(b), falloff }
         }),
         color().prop_map(|irradiance| Light::Directional { irradiance }),
-        (color(), [positive(), positive()], 1..=1_u32 << 24, pattern(), any::<bool>()).prop_map(
+        (color(), [positive(), positive()], 1..=1_u32 << 22, pattern(), any::<bool>()).prop_map(
             |(power_w, size, samples, pattern, visible)| Light::Area {
                 power_w,
                 size_m: Vec2::from(size),
@@ -314,7 +314,7 @@ fn settings() -> impl Strategy<Value = Settings> {
         Tonemap::Agx,
         Tonemap::PbrNeutral,
     ]);
-    let numbers = ([1..=65536_u32, 1..=65536_u32], 1..=1_u32 << 24, 0..=65535_u32, any::<u64>());
+    let numbers = ([1..=65536_u32, 1..=65536_u32], 1..=1_u32 << 22, 0..=65535_u32, any::<u64>());
     (numbers, positive(), filter, pattern(), background, color(), tonemap, float()).prop_map(
         |(numbers, min_throughput, filter, pixel_pattern, background, ambient, tonemap, exposure_ev)| {
             let (size, samples, max_depth, seed) = numbers;
