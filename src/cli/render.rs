@@ -16,7 +16,7 @@ use crate::film::{PixelSum, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::math::Rgb;
 use crate::render::{Options, Session};
-use crate::world::{Settings, World};
+use crate::world::Settings;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
@@ -51,7 +51,8 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
         scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     let settings = world.settings.clone();
-    release(world);
+    // Compiled: large meshes need not stay twice.
+    drop(world);
 
     let options = options(arguments, &settings)?;
     let mut session = Session::new(scene, &settings, options);
@@ -72,11 +73,6 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
         print!("{}", report.text());
     }
     Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
-}
-
-/// The world is not needed any more once it is compiled; large meshes are.
-fn release(world: World) {
-    drop(world);
 }
 
 fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> {
