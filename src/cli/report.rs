@@ -26,6 +26,11 @@ pub struct Phases {
     pub save: Duration,
 }
 
+/// Thousands and less in full, more in millions.
+fn count(n: u64) -> String {
+    if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
+}
+
 /// All that is known after a rendering.
 pub struct Report<'a> {
     /// Its file.
@@ -66,7 +71,6 @@ impl Report<'_> {
         let rays = &self.session.statistics().rays;
         let p = &self.phases;
         let mut out = String::new();
-        let millions = |n: u64| n as f64 / 1e6;
         let line = |out: &mut String, name: &str, value: String| {
             // Writing to a String cannot fail.
             let _ = writeln!(out, "{name:<10}{value}");
@@ -90,12 +94,12 @@ impl Report<'_> {
             &mut out,
             "rays",
             format!(
-                "{:.2} M: {:.2} camera, {:.2} reflect, {:.2} refract, {:.2} shadow; {:.2} M a second",
-                millions(rays.total()),
-                millions(rays.camera),
-                millions(rays.reflect),
-                millions(rays.refract),
-                millions(rays.shadow),
+                "{}: {} camera, {} reflect, {} refract, {} shadow; {:.2} M a second",
+                count(rays.total()),
+                count(rays.camera),
+                count(rays.reflect),
+                count(rays.refract),
+                count(rays.shadow),
                 self.mrays_per_second()
             ),
         );
@@ -113,9 +117,9 @@ impl Report<'_> {
                 self.options.level.name()
             ),
         );
-        let noise = self.session.film().noise();
-        let noise = noise.map_or("unknown".into(), |n| format!("{n:.4}"));
-        line(&mut out, "noise", format!("{noise} (RMS of a pixel's component, estimated)"));
+        if let Some(noise) = self.session.film().noise() {
+            line(&mut out, "noise", format!("{noise:.4} (RMS of a pixel's component, estimated)"));
+        }
         line(&mut out, "film", format!("{:032x}", self.session.film().hash()));
         out
     }
