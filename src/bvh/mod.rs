@@ -3,7 +3,7 @@
 //!
 //! Built in three steps, a file each: [`build`] makes a binary tree with the surface
 //! area heuristic, [`collapse`] folds it into wide nodes at least expected cost,
-//! [`layout`] is what comes out; [`assemble`] puts the steps together. [`traverse`] answers queries. Layer 3.
+//! [`layout`] is what comes out; [`assemble`] puts the steps together. [`traverse`] answers queries.
 //!
 //! **Which hit is the answer** does not depend on the order in which nodes are
 //! visited, the lane width or the schedule. Every box is padded ([`layout::pad`]) and

@@ -1,5 +1,5 @@
 //! World to scene: one system a file, each a function from components to columns.
-//! The order of everything is that of the entities in the world. Layer 4.
+//! The order of everything is that of the entities in the world.
 
 mod camera;
 mod geometry;

@@ -1,4 +1,4 @@
-//! Samples to pixels with exact sums, and pixels to what a screen shows. Layer 2.
+//! Samples to pixels with exact sums, and pixels to what a screen shows.
 
 pub mod tonemap;
 

@@ -1,5 +1,5 @@
 //! Files: what a person or another program wrote, read into a [`World`], and what we
-//! write ourselves. The only place that knows file formats. Layer 4.
+//! write ourselves. The only place that knows file formats.
 
 mod framing;
 pub mod gltf;

@@ -1,6 +1,6 @@
 //! Light transport: what happens to light at one vertex ([`whitted`]), written once over
 //! lanes, and two schedules that move rays through it: [`recursive`], depth first and
-//! pixel by pixel, and [`wavefront`], breadth first and queue by queue. Layer 5.
+//! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
 pub mod path;
 pub mod recursive;

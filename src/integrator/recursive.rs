@@ -2,6 +2,7 @@
 //! with the single-ray kernels. A fork waits on a stack of our own instead of the
 //! thread's, so that no depth overflows it.
 
+use std::num::Wrapping;
 use std::ops::Range;
 
 use smallvec::SmallVec;
@@ -15,8 +16,6 @@ use crate::film::Film;
 use crate::math::{Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
-
-use std::num::Wrapping;
 
 /// A worker's buffers.
 pub struct Recursion {
@@ -87,21 +86,17 @@ impl Tile<'_> {
             let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
             path.radiance = radiance;
             self.lights::<L>(&mut path, &vertex);
-            let follow = |direction, throughput, forked| {
-                whitted::follow(&path, &vertex, direction, throughput, forked)
-            };
-            let refracted = |forked| follow(scatter.refract, scatter.refract_throughput, forked);
             self.statistics.rays.reflect += scatter.reflects as u64;
             self.statistics.rays.refract += scatter.refracts as u64;
-            let next = match (scatter.reflects, scatter.refracts) {
-                (false, false) => return to_rgb(path.radiance),
-                (false, true) => refracted(false),
-                (true, refracts) => {
-                    if refracts {
-                        self.recursion.forks.push(refracted(true));
-                    }
-                    follow(scatter.reflect, scatter.reflect_throughput, false)
-                }
+            if scatter.forks() {
+                self.recursion.forks.push(scatter.refracted(&path, &vertex));
+            }
+            let next = if scatter.reflects {
+                scatter.reflected(&path, &vertex)
+            } else if scatter.refracts {
+                scatter.refracted(&path, &vertex)
+            } else {
+                return to_rgb(path.radiance);
             };
             path = Path { radiance: path.radiance, ..next };
         }

@@ -15,7 +15,7 @@ use crate::sampling::{Dimension, Key};
 use crate::shading::blinn_phong::BlinnPhong;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, Shaded, Surface, camera, environment, fresnel, sample_light};
-use crate::simd::{Float, Int};
+use crate::simd::{Float, Int, Mask};
 
 /// The camera's path for a sample of a pixel.
 #[inline(always)]
@@ -160,9 +160,31 @@ fn scatter<F: Float>(
     }
 }
 
-/// The path that goes on along one of a scatter's directions, without its radiance.
+impl<F: Float> Scatter<F> {
+    /// Lanes whose refraction is a path of its own and begins without radiance; in all others
+    /// the path itself goes on.
+    #[inline(always)]
+    pub fn forks(&self) -> F::Mask {
+        self.reflects & self.refracts
+    }
+
+    /// The path along the mirror image, without its radiance.
+    #[inline(always)]
+    pub fn reflected(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
+        let nobody = F::Mask::from_bits(0);
+        follow(path, vertex, self.reflect, self.reflect_throughput, nobody)
+    }
+
+    /// The path along what is seen through, without its radiance.
+    #[inline(always)]
+    pub fn refracted(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
+        follow(path, vertex, self.refract, self.refract_throughput, self.forks())
+    }
+}
+
+/// The path from a vertex along a direction; one that is forked off draws other random numbers.
 #[inline(always)]
-pub fn follow<F: Float>(
+fn follow<F: Float>(
     path: &Path<F>,
     vertex: &Vertex<F>,
     direction: Vector<F>,

@@ -80,11 +80,6 @@ impl<F: Float> Vector<F> {
     pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
         Self::new(F::select(mask, yes.x, no.x), F::select(mask, yes.y, no.y), F::select(mask, yes.z, no.z))
     }
-    /// The vector of one lane.
-    #[inline(always)]
-    pub fn lane(self, lane: usize) -> Vec3 {
-        Vec3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
-    }
 }
 
 impl<F: Float> Add for Vector<F> {
@@ -161,11 +156,6 @@ impl<F: Float> Color<F> {
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
         Self::new(F::select(mask, yes.r, no.r), F::select(mask, yes.g, no.g), F::select(mask, yes.b, no.b))
-    }
-    /// The colour of one lane.
-    #[inline(always)]
-    pub fn lane(self, lane: usize) -> Rgb {
-        Rgb::new(self.r.lane(lane), self.g.lane(lane), self.b.lane(lane))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Rendering a frame: tiles to workers, samples in passes, tiles into the film. Layer 6.
+//! Rendering a frame: tiles to workers, samples in passes, tiles into the film.
 //!
 //! ```
 //! use rayfront::render::{Options, Session};

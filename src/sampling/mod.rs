@@ -1,5 +1,5 @@
 //! Numbers: every random number is a pure function of (seed, pixel, sample, branch,
-//! dimension), so that any schedule draws the same ones. Layer 1.
+//! dimension), so that any schedule draws the same ones.
 
 pub mod dimension;
 pub mod filter;

@@ -1,5 +1,5 @@
 //! The compiled scene: immutable arrays, indexed by integer ids, that the integrators
-//! read. Nothing in here knows about entities. Layer 3; filled by [`crate::compile`].
+//! read. Nothing in here knows about entities. Filled by [`crate::compile`].
 
 pub mod camera;
 pub mod geometry;

@@ -1,5 +1,5 @@
 //! Physics at one vertex: pure functions over lanes, from compiled columns to numbers.
-//! Layer 4. Nothing in here traces a ray or knows of queues.
+//! Nothing in here traces a ray or knows of queues.
 
 pub mod blinn_phong;
 pub mod camera;

@@ -202,12 +202,6 @@ impl Float for F32x8 {
         // SAFETY: as for the operators.
         unsafe { Self(_mm256_blendv_ps(no.0, yes.0, mask.0)) }
     }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f32 {
-        let mut out = [0.0; 8];
-        self.store(&mut out);
-        out[lane]
-    }
 }
 
 impl Int for I32x8 {
@@ -291,12 +285,6 @@ impl Int for I32x8 {
     fn reinterpret(self) -> F32x8 {
         // SAFETY: as for the operators.
         unsafe { F32x8(_mm256_castsi256_ps(self.0)) }
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> u32 {
-        let mut out = [0; 8];
-        self.store(&mut out);
-        out[lane]
     }
 }
 

@@ -207,12 +207,6 @@ impl Float for F32x16 {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_mask_blend_ps(mask.0, no.0, yes.0)) }
     }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f32 {
-        let mut out = [0.0; 16];
-        self.store(&mut out);
-        out[lane]
-    }
 }
 
 impl Int for I32x16 {
@@ -284,12 +278,6 @@ impl Int for I32x16 {
     fn reinterpret(self) -> F32x16 {
         // SAFETY: as for the operators.
         unsafe { F32x16(_mm512_castsi512_ps(self.0)) }
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> u32 {
-        let mut out = [0; 16];
-        self.store(&mut out);
-        out[lane]
     }
 }
 

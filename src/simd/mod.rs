@@ -106,8 +106,6 @@ pub trait Float:
     }
     /// `yes` where `mask` is set, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The value of one lane.
-    fn lane(self, lane: usize) -> f32;
 
     /// Zero in every lane.
     #[inline(always)]
@@ -167,8 +165,6 @@ pub trait Int:
     fn to_float(self) -> Self::Float;
     /// The float with this encoding.
     fn reinterpret(self) -> Self::Float;
-    /// The value of one lane.
-    fn lane(self, lane: usize) -> u32;
 }
 
 /// The lane types of an instruction set.

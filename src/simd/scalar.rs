@@ -94,10 +94,6 @@ impl Float for f32 {
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
     }
-    #[inline(always)]
-    fn lane(self, _: usize) -> f32 {
-        self
-    }
 }
 
 impl Int for Wrapping<u32> {
@@ -151,9 +147,5 @@ impl Int for Wrapping<u32> {
     #[inline(always)]
     fn reinterpret(self) -> f32 {
         f32::from_bits(self.0)
-    }
-    #[inline(always)]
-    fn lane(self, _: usize) -> u32 {
-        self.0
     }
 }

@@ -16,17 +16,16 @@ use std::ops::Range;
 use std::time::Instant;
 
 use super::path::{pack_pixel, unpack_pixel};
-use super::{Frame, Stage, Statistics};
+use super::{Frame, Stage, Statistics, whitted};
 use crate::bvh::{self, Stack};
 use crate::film::{Film, Region};
-use crate::math::Rgb;
+use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
 use queue::{Columns, HitQueue, PADDING, PathQueue, ShadowQueue, VertexQueue};
 use stages::{Generate, Light, Retire, Shade};
 
 /// A worker's queues, made once.
 pub struct Wave {
-    capacity: usize,
     /// Paths of the wave.
     paths: PathQueue,
     hits: HitQueue,
@@ -51,7 +50,6 @@ impl Wave {
         let capacity = capacity.max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
-            capacity,
             paths: PathQueue(Columns::new(capacity)),
             hits: HitQueue(Columns::new(capacity)),
             vertices: VertexQueue(Columns::new(capacity)),
@@ -67,13 +65,6 @@ impl Wave {
             t_max: vec![f32::INFINITY; capacity + PADDING],
             stack: Stack::new(&frame.scene.bvh),
         }
-    }
-
-    /// Bytes of all queues.
-    pub fn bytes(&self) -> usize {
-        let paths = [&self.paths, &self.reflect, &self.refract, &self.pending];
-        let queues = paths.iter().map(|q| q.0.bytes()).sum::<usize>();
-        queues + self.hits.0.bytes() + self.vertices.0.bytes() + self.shadow.0.bytes() + 6 * 4 * self.capacity
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -158,10 +149,10 @@ impl Wave {
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {
             if self.occluded[i] == 0 {
-                let target = targets[i] as usize;
-                to_r[target] += r[i];
-                to_g[target] += g[i];
-                to_b[target] += b[i];
+                let to = targets[i] as usize;
+                let so_far = Color::new(to_r[to], to_g[to], to_b[to]);
+                let sum = whitted::connect(so_far, Color::new(r[i], g[i], b[i]));
+                (to_r[to], to_g[to], to_b[to]) = (sum.r, sum.g, sum.b);
             }
         }
         clock.statistics.rays.shadow += count as u64;

@@ -98,11 +98,6 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         from.length = start;
         self.length += count;
     }
-
-    /// Bytes of all columns.
-    pub fn bytes(&self) -> usize {
-        (N + M) * (self.capacity + PADDING) * 4
-    }
 }
 
 /// Paths: origin, direction, throughput, radiance; pixel, sample, branch, depth, source.

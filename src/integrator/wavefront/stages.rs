@@ -134,17 +134,12 @@ impl Kernel for Shade<'_> {
             put(radiance.b, b, at);
             let source = numbered::<<L::Queue as Float>::Int>(at);
             let none = <L::Queue as Float>::Int::splat(NONE);
-            let forked = scatter.refracts & scatter.reflects;
             if scatter.reflects.any() {
-                let nobody = <L::Queue as Float>::Mask::from_bits(0);
-                let next =
-                    whitted::follow(&path, &vertex, scatter.reflect, scatter.reflect_throughput, nobody);
-                self.reflect.append(scatter.reflects, &next, source);
+                self.reflect.append(scatter.reflects, &scatter.reflected(&path, &vertex), source);
             }
             if scatter.refracts.any() {
-                let next =
-                    whitted::follow(&path, &vertex, scatter.refract, scatter.refract_throughput, forked);
-                self.refract.append(scatter.refracts, &next, Int::select(forked, none, source));
+                let source = Int::select(scatter.forks(), none, source);
+                self.refract.append(scatter.refracts, &scatter.refracted(&path, &vertex), source);
             }
             let goes_on = scatter.reflects | scatter.refracts;
             let flags: <L::Queue as Float>::Int = Int::select(goes_on, Int::splat(1), Int::splat(0));
