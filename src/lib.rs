@@ -13,3 +13,8 @@ pub mod scene;
 pub mod shading;
 pub mod simd;
 pub mod world;
+
+/// Compiles and runs the example of the README with the other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,33 +1,11 @@
 //! Every glTF file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
 
-use std::path::{Path, PathBuf};
-
 use rayfront::compile::compile;
 use rayfront::formats;
 use rayfront::render::{Options, Session};
 use rayfront::world::World;
 
-fn corpus() -> Option<PathBuf> {
-    let corpus = std::env::var_os("RAYFRONT_CORPUS").map(PathBuf::from);
-    if corpus.is_none() {
-        println!("skipped: RAYFRONT_CORPUS is not set");
-    }
-    corpus
-}
-
-fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for path in entries.flatten().map(|entry| entry.path()) {
-        if path.is_dir() {
-            files_below(&path, files);
-        } else if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
-        {
-            files.push(path);
-        }
-    }
-}
+use crate::corpus::{self, Refusals};
 
 /// What must hold of every world.
 fn check(world: &World) {
@@ -45,40 +23,20 @@ fn check(world: &World) {
     assert!(world.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", world.warnings);
 }
 
-fn expected_failure(name: &str) -> Option<&'static str> {
-    let (folder, file) = name.rsplit_once('/')?;
-    let (_, failures) = EXPECTED_FAILURES.iter().find(|(known, _)| *known == folder)?;
-    failures.iter().find(|(known, _)| *known == file).map(|(_, reason)| *reason)
-}
-
 #[test]
 fn the_corpus_loads_and_compiles_or_says_why_not() {
-    let Some(corpus) = corpus() else { return };
-    let mut files = Vec::new();
-    files_below(&corpus, &mut files);
-    files.sort();
-    assert!(!files.is_empty(), "{} holds no glTF files", corpus.display());
+    let Some(corpus) = corpus::folder() else { return };
+    let files = corpus::files(&corpus, &["gltf", "glb"]);
     let (mut surprises, mut loaded) = (Vec::new(), 0);
     for path in &files {
-        let name = path.strip_prefix(&corpus).unwrap_or(path).display().to_string();
-        let expected = expected_failure(&name);
-        match (formats::load(path), expected) {
-            (Ok(world), None) => {
-                loaded += 1;
-                check(&world);
-                if let Err(error) = compile(&world, None) {
-                    surprises.push(format!("{name} does not compile: {error}"));
-                }
-            }
-            (Ok(_), Some(reason)) => surprises.push(format!("{name} loads, but: {reason}")),
-            (Err(error), None) => surprises.push(error.to_string()),
-            (Err(error), Some(reason)) => {
-                let message = error.to_string();
-                let names_file = message.starts_with(&path.display().to_string());
-                if !names_file || message.contains('\n') || !message.contains(reason) {
-                    surprises.push(format!("{message:?} does not say {reason:?}"));
-                }
-            }
+        let outcome = formats::load(path);
+        let error = outcome.as_ref().err().map(|error| error as &dyn std::error::Error);
+        surprises.extend(corpus::surprise(EXPECTED_FAILURES, &corpus, path, error));
+        let Ok(world) = outcome else { continue };
+        loaded += 1;
+        check(&world);
+        if let Err(error) = compile(&world, None) {
+            surprises.push(format!("{} does not compile: {error}", path.display()));
         }
     }
     println!("{loaded} of {} files load and compile", files.len());
@@ -87,7 +45,7 @@ fn the_corpus_loads_and_compiles_or_says_why_not() {
 
 #[test]
 fn some_of_the_corpus_render_to_something() {
-    let Some(corpus) = corpus() else { return };
+    let Some(corpus) = corpus::folder() else { return };
     let models = corpus.join("khronos-sample-assets/Models");
     for name in [
         "Box/glTF/Box.gltf",
@@ -113,7 +71,7 @@ fn some_of_the_corpus_render_to_something() {
 }
 
 /// Files that must be refused, by folder, and words that the message must have.
-const EXPECTED_FAILURES: &[(&str, &[(&str, &str)])] = &[
+const EXPECTED_FAILURES: &Refusals = &[
     (
         "apache-bsd/gltf-pipeline/specs/data/1.0/box-materials-common",
         &[("box-materials-common.gltf", "/asset: glTF of version 1.0: only 2.0 can be read")],

@@ -1,24 +1,12 @@
 //! Every mesh file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayfront::error::LoadError;
 use rayfront::formats::{obj, ply};
 use rayfront::world::{Assets, ImageId, Mesh};
 
-fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for path in entries.flatten().map(|entry| entry.path()) {
-        if path.is_dir() {
-            files_below(&path, files);
-        } else if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply") || e.eq_ignore_ascii_case("obj"))
-        {
-            files.push(path);
-        }
-    }
-}
+use crate::corpus::{self, Refusals};
 
 /// What must hold of every mesh.
 fn check(mesh: &Mesh, assets: &Assets) {
@@ -47,27 +35,13 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Assets), LoadE
     obj::load(path, &mut assets, warnings, &mut images).map(|mesh| (mesh, assets))
 }
 
-fn expected_failure(name: &str) -> Option<&'static str> {
-    let (folder, file) = name.rsplit_once('/')?;
-    let (_, failures) = EXPECTED_FAILURES.iter().find(|(known, _)| *known == folder)?;
-    failures.iter().find(|(known, _)| *known == file).map(|(_, reason)| *reason)
-}
-
 #[test]
 fn the_corpus_loads_or_says_why_not() {
-    let Some(corpus) = std::env::var_os("RAYFRONT_CORPUS") else {
-        println!("skipped: RAYFRONT_CORPUS is not set");
-        return;
-    };
-    let corpus = PathBuf::from(corpus);
-    let mut files = Vec::new();
-    files_below(&corpus, &mut files);
-    files.sort();
-    assert!(!files.is_empty(), "{} holds no meshes", corpus.display());
+    let Some(corpus) = corpus::folder() else { return };
+    let files = corpus::files(&corpus, &["ply", "obj"]);
     let mut surprises = Vec::new();
     for path in &files {
         let name = path.strip_prefix(&corpus).unwrap_or(path).display().to_string();
-        let expected = expected_failure(&name);
         let mut warnings = Vec::new();
         let outcome = load(path, &mut warnings);
         match &outcome {
@@ -81,24 +55,14 @@ fn the_corpus_loads_or_says_why_not() {
             println!("    warning: {warning}");
             assert!(!warning.contains('\n'), "{warning:?}");
         }
-        match (outcome, expected) {
-            (Ok(_), None) => {}
-            (Ok(_), Some(reason)) => surprises.push(format!("{name} loads, but: {reason}")),
-            (Err(error), None) => surprises.push(error.to_string()),
-            (Err(error), Some(reason)) => {
-                let message = error.to_string();
-                let names_file = message.starts_with(&path.display().to_string());
-                if !names_file || message.contains('\n') || !message.contains(reason) {
-                    surprises.push(format!("{message:?} does not say {reason:?}"));
-                }
-            }
-        }
+        let error = outcome.as_ref().err().map(|error| error as &dyn std::error::Error);
+        surprises.extend(corpus::surprise(EXPECTED_FAILURES, &corpus, path, error));
     }
     assert!(surprises.is_empty(), "{}", surprises.join("\n"));
 }
 
 /// Files that must be refused, by folder, and words that the message must have.
-const EXPECTED_FAILURES: &[(&str, &[(&str, &str)])] = &[
+const EXPECTED_FAILURES: &Refusals = &[
     (
         "apache-bsd/obj2gltf/specs/data/box-incomplete-attributes",
         &[("box-incomplete-normals.obj", "normal index 6 is out of range")],

@@ -1,10 +1,12 @@
 //! Every picture of the corpus at `RAYFRONT_CORPUS` is read, or refused in one line.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayfront::formats::picture;
 use rayfront::math::Rgb;
 use rayfront::world::Texels;
+
+use crate::corpus;
 
 const EXTENSIONS: [&str; 8] = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr", "exr"];
 
@@ -33,14 +35,8 @@ const REFUSED: [&str; 16] = [
 
 #[test]
 fn every_picture_of_the_corpus() {
-    let Some(corpus) = std::env::var_os("RAYFRONT_CORPUS") else {
-        println!("skipped: RAYFRONT_CORPUS is not set to a folder of test pictures");
-        return;
-    };
-    let mut pictures = Vec::new();
-    collect(Path::new(&corpus), &mut pictures);
-    pictures.sort();
-    assert!(!pictures.is_empty(), "no pictures below {}", corpus.display());
+    let Some(corpus) = corpus::folder() else { return };
+    let pictures = corpus::files(&corpus, &EXTENSIONS);
     let mut surprises = Vec::new();
     for path in &pictures {
         let expected = !REFUSED.iter().any(|refused| path.ends_with(refused));
@@ -66,29 +62,14 @@ fn every_picture_of_the_corpus() {
 /// The render of a white sphere in a white room: 0.5 in every pixel.
 #[test]
 fn a_furnace_of_the_corpus_is_even() {
-    let Some(corpus) = std::env::var_os("RAYFRONT_CORPUS") else {
-        println!("skipped: RAYFRONT_CORPUS is not set to a folder of test pictures");
-        return;
-    };
-    let path = Path::new(&corpus).join("apache-bsd/osl-testsuite/render-furnace-diffuse/ref/out.exr");
+    let Some(corpus) = corpus::folder() else { return };
+    let path = corpus.join("apache-bsd/osl-testsuite/render-furnace-diffuse/ref/out.exr");
     let (width, height, pixels) = picture::load_linear(&path).expect("the furnace");
     assert_eq!((width, height), (160, 120));
     // The sphere's rim is a little noisy.
     let is_even = |pixel: &Rgb| pixel.to_array().iter().all(|value| (value - 0.5).abs() < 0.01);
     assert!(pixels.iter().all(is_even));
     assert!(pixels.iter().filter(|pixel| **pixel == Rgb::splat(0.5)).count() > pixels.len() * 9 / 10);
-}
-
-fn collect(folder: &Path, pictures: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a readable corpus") {
-        let path = entry.expect("a readable corpus").path();
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        if path.is_dir() {
-            collect(&path, pictures);
-        } else if EXTENSIONS.contains(&extension.as_str()) {
-            pictures.push(path);
-        }
-    }
 }
 
 fn check(path: &Path) -> Result<String, String> {

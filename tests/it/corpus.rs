@@ -1,0 +1,63 @@
+//! The folder of foreign files that `RAYFRONT_CORPUS` names, for the tests that go through it.
+
+use std::path::{Path, PathBuf};
+
+/// The folder; without one says that the test is skipped.
+pub fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("RAYFRONT_CORPUS").map(PathBuf::from);
+    if folder.is_none() {
+        println!("skipped: RAYFRONT_CORPUS is not set");
+    }
+    folder
+}
+
+/// All files below a folder with one of these extensions, in order. There must be some.
+pub fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    collect(folder, extensions, &mut files);
+    files.sort();
+    assert!(!files.is_empty(), "{} holds none of {extensions:?}", folder.display());
+    files
+}
+
+fn collect(folder: &Path, extensions: &[&str], files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a readable corpus") {
+        let path = entry.expect("a readable corpus").path();
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        if path.is_dir() {
+            collect(&path, extensions, files);
+        } else if extensions.contains(&extension.as_str()) {
+            files.push(path);
+        }
+    }
+}
+
+/// Files that must be refused, by folder, and words that the message must have.
+pub type Refusals = [(&'static str, &'static [(&'static str, &'static str)])];
+
+/// What is surprising about how a file of the corpus was read: an error that was not
+/// expected or does not name the file and the reason in one line, or none that was.
+pub fn surprise(
+    refusals: &Refusals,
+    corpus: &Path,
+    path: &Path,
+    error: Option<&dyn std::error::Error>,
+) -> Option<String> {
+    let name = path.strip_prefix(corpus).unwrap_or(path).display().to_string();
+    match (error.map(ToString::to_string), expected(refusals, &name)) {
+        (None, None) => None,
+        (None, Some(reason)) => Some(format!("{name} loads, but: {reason}")),
+        (Some(message), None) => Some(message),
+        (Some(message), Some(reason)) => {
+            let names_file = message.starts_with(&path.display().to_string());
+            let right = names_file && !message.contains('\n') && message.contains(reason);
+            (!right).then(|| format!("{message:?} does not say {reason:?}"))
+        }
+    }
+}
+
+fn expected(refusals: &Refusals, name: &str) -> Option<&'static str> {
+    let (folder, file) = name.rsplit_once('/')?;
+    let (_, files) = refusals.iter().find(|(known, _)| *known == folder)?;
+    files.iter().find(|(known, _)| *known == file).map(|(_, reason)| *reason)
+}
