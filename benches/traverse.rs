@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use common::{HitColumns, RayClasses, RayColumns, Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::bvh::{self, Stack};
+use rayfront::bvh::{self, Coherence, Stack};
 use rayfront::math::{Quat, Vec3};
 use rayfront::scene::CompiledScene;
 use rayfront::simd::Level;
@@ -58,7 +58,9 @@ fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledSce
     group.throughput(Throughput::Elements(rays.len() as u64));
     for level in Level::available() {
         group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), &mut stack, hits.view()));
+            b.iter(|| {
+                bvh::closest(level, &scene.bvh, black_box(rays), Coherence::Unknown, &mut stack, hits.view())
+            });
         });
     }
     group.finish();
@@ -71,7 +73,9 @@ fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, 
     group.throughput(Throughput::Elements(rays.len() as u64));
     for level in Level::available() {
         group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-            b.iter(|| bvh::any(level, &scene.bvh, black_box(rays), &mut stack, &mut occluded));
+            b.iter(|| {
+                bvh::any(level, &scene.bvh, black_box(rays), Coherence::Unknown, &mut stack, &mut occluded)
+            });
         });
     }
     group.finish();

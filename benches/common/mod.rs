@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use criterion::Criterion;
 use rand::RngExt;
-use rayfront::bvh::{self, HitsMut, Rays, SPHERE, Stack};
+use rayfront::bvh::{self, Coherence, HitsMut, Rays, SPHERE, Stack};
 use rayfront::compile::compile;
 use rayfront::film::{Film, Region};
 use rayfront::integrator::{Frame, Schedule, Statistics, Worker};
@@ -300,7 +300,14 @@ impl RayClasses {
         };
         let rays = classes.primary.view();
         let mut hits = HitColumns::new(rays.len());
-        bvh::closest(Level::detect(), &scene.bvh, rays, &mut Stack::new(&scene.bvh), hits.view());
+        bvh::closest(
+            Level::detect(),
+            &scene.bvh,
+            rays,
+            Coherence::Unknown,
+            &mut Stack::new(&scene.bvh),
+            hits.view(),
+        );
         let mut random = Stream::new(7);
         for i in 0..rays.len() {
             if hits.primitive[i] == NONE {

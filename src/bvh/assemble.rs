@@ -70,8 +70,11 @@ impl Bvh {
         if references.is_empty() {
             return None;
         }
+        let start = std::time::Instant::now();
         let tree = build(&mut references);
-        Some(collapse(&tree, &references, self, &mut |bvh, leaf| bvh.add_leaf(geometry, leaf)))
+        let root = collapse(&tree, &references, self, &mut |bvh, leaf| bvh.add_leaf(geometry, leaf));
+        self.statistics.time += start.elapsed();
+        Some(root)
     }
 
     fn add_leaf(&mut self, geometry: &Geometry, leaf: &[Reference]) -> Child {

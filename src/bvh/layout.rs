@@ -1,6 +1,7 @@
 //! The flattened tree as it lies in memory.
 
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
+use crate::world::BuildQuality;
 
 /// Children of a node.
 pub const WIDTH: usize = 16;
@@ -166,6 +167,19 @@ pub struct Bvh {
     pub root: Option<Root>,
     /// The most entries that a traversal's stack can hold.
     pub stack_size: usize,
+    /// How much work goes into the trees that are added from now on.
+    pub quality: BuildQuality,
+    /// What building took so far.
+    pub statistics: BuildStatistics,
+}
+
+/// What building took, all trees together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BuildStatistics {
+    /// By the clock.
+    pub time: std::time::Duration,
+    /// Bytes that the builder held besides the finished arrays, at their most.
+    pub peak_bytes: usize,
 }
 
 /// A tree with its box.
@@ -186,6 +200,8 @@ impl Default for Bvh {
             instances: Vec::new(),
             root: None,
             stack_size: WIDTH,
+            quality: BuildQuality::Default,
+            statistics: BuildStatistics::default(),
         }
     }
 }

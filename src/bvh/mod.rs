@@ -18,6 +18,7 @@ pub mod build;
 pub mod check;
 pub mod collapse;
 pub mod layout;
+pub mod query;
 pub mod sphere;
 pub mod traverse;
 pub mod triangle;
@@ -25,9 +26,10 @@ pub mod triangle;
 #[cfg(test)]
 mod tests;
 
+pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
-pub use layout::{Bvh, Instance, Root, SPHERE};
-pub use traverse::{Stack, any, closest};
+pub use layout::{BuildStatistics, Bvh, Instance, Root, SPHERE};
+pub use query::{Coherence, Stack, any, closest};
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]

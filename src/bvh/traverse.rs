@@ -4,7 +4,7 @@ use super::layout::{Bvh, Child, Kind, Node, PADDING, WIDTH};
 use super::triangle::{BlockHits, Shear};
 use super::{HitsMut, Rays, sphere, triangle};
 use crate::math::{Hit, NONE, Ray, Vector};
-use crate::simd::{Float, Kernel, Lanes, Level, Mask, dispatch};
+use crate::simd::{Float, Kernel, Lanes, Mask};
 
 /// Nodes still to visit, kept by the caller between queries so that none allocates.
 #[derive(Default)]
@@ -30,21 +30,12 @@ struct Entry {
 /// On the stack: the world again, after an instance.
 const LEAVE_INSTANCE: u32 = u32::MAX;
 
-/// The nearest hit of each ray.
-pub fn closest(level: Level, bvh: &Bvh, rays: Rays, stack: &mut Stack, hits: HitsMut) {
-    dispatch(level, Closest { bvh, rays, stack, hits });
-}
-
-/// For each ray 1 if something lies between its ends, else 0.
-pub fn any(level: Level, bvh: &Bvh, rays: Rays, stack: &mut Stack, occluded: &mut [u32]) {
-    dispatch(level, Any { bvh, rays, stack, occluded });
-}
-
-struct Closest<'a> {
-    bvh: &'a Bvh,
-    rays: Rays<'a>,
-    stack: &'a mut Stack,
-    hits: HitsMut<'a>,
+/// Nearest hits, one ray after another.
+pub(super) struct Closest<'a> {
+    pub bvh: &'a Bvh,
+    pub rays: Rays<'a>,
+    pub stack: &'a mut Stack,
+    pub hits: HitsMut<'a>,
 }
 
 impl Kernel for Closest<'_> {
@@ -62,11 +53,12 @@ impl Kernel for Closest<'_> {
     }
 }
 
-struct Any<'a> {
-    bvh: &'a Bvh,
-    rays: Rays<'a>,
-    stack: &'a mut Stack,
-    occluded: &'a mut [u32],
+/// Any hits, one ray after another.
+pub(super) struct Any<'a> {
+    pub bvh: &'a Bvh,
+    pub rays: Rays<'a>,
+    pub stack: &'a mut Stack,
+    pub occluded: &'a mut [u32],
 }
 
 impl Kernel for Any<'_> {

@@ -197,7 +197,8 @@ impl Builder {
         placed: Vec<(Subtree, DAffine3, MaterialId)>,
     ) -> Result<(Geometry, Bvh), CompileError> {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
-        let mut bvh = Bvh::default();
+        let quality = world.settings.build_quality;
+        let mut bvh = Bvh { quality, ..Bvh::default() };
         let mut subtrees = std::collections::HashMap::new();
         let mut boxes = Vec::new();
         for (subtree, matrix, material) in placed {

@@ -32,6 +32,8 @@ pub struct Settings {
     pub tonemap: Tonemap,
     /// Stops: radiance is multiplied by 2^exposure before the tone curve.
     pub exposure_ev: f32,
+    /// How much work goes into the acceleration structure.
+    pub build_quality: BuildQuality,
 }
 
 impl Default for Settings {
@@ -49,6 +51,7 @@ impl Default for Settings {
             ambient: Rgb::BLACK,
             tonemap: Tonemap::default(),
             exposure_ev: 0.0,
+            build_quality: BuildQuality::Default,
         }
     }
 }
@@ -60,6 +63,19 @@ pub enum Transport {
     /// distributed shadow and lens rays (Cook, Porter and Carpenter 1984).
     #[default]
     Whitted,
+}
+
+/// How much work goes into the acceleration structure: what it costs to build against what
+/// it saves while tracing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BuildQuality {
+    /// As soon as possible; traces slower.
+    Fast,
+    /// Good for nearly everything.
+    #[default]
+    Default,
+    /// As good as it gets: large triangles may be split between leaves, within a budget.
+    High,
 }
 
 /// The weight of a sample by its distance from the pixel's centre, sampled by

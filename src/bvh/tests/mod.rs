@@ -92,8 +92,8 @@ fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     let mut stack = Stack::new(bvh);
     let hits =
         HitsMut { t: &mut t, u: &mut u, v: &mut v, primitive: &mut primitive, instance: &mut instance };
-    closest(level, bvh, view, &mut stack, hits);
-    super::any(level, bvh, view, &mut stack, &mut occluded);
+    closest(level, bvh, view, Coherence::Unknown, &mut stack, hits);
+    super::any(level, bvh, view, Coherence::Unknown, &mut stack, &mut occluded);
     let hits = (0..n)
         .map(|i| Hit { t: t[i], u: u[i], v: v[i], primitive: primitive[i], instance: instance[i] })
         .collect();

@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use super::path::{pack_pixel, unpack_pixel};
 use super::{Frame, Stage, Statistics, whitted};
-use crate::bvh::{self, Stack};
+use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
@@ -85,7 +85,8 @@ impl Wave {
             }
             let count = self.paths.0.len();
             let rays = self.paths.rays(&self.t_min, &self.t_max);
-            bvh::closest(level, &frame.scene.bvh, rays, &mut self.stack, self.hits.columns(count));
+            let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
+            bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
             dispatch(level, Retire { frame, paths: &mut self.paths, hits: &mut self.hits, film });
             clock.stage(Stage::Retire);
@@ -144,7 +145,8 @@ impl Wave {
     fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         let count = self.shadow.0.len();
         let rays = self.shadow.rays(&self.t_min);
-        bvh::any(level, &frame.scene.bvh, rays, &mut self.stack, &mut self.occluded[..count]);
+        let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
+        bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         let ([r, g, b], targets) = self.shadow.contributions();
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {

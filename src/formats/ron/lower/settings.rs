@@ -3,7 +3,7 @@
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
-use crate::world::{Background, Pattern, PixelFilter, Settings, Tonemap, Transport};
+use crate::world::{Background, BuildQuality, Pattern, PixelFilter, Settings, Tonemap, Transport};
 
 /// Image width and height in pixels.
 const LARGEST_SIZE: u64 = 65_536;
@@ -24,6 +24,9 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
     ("Agx", Tonemap::Agx),
     ("PbrNeutral", Tonemap::PbrNeutral),
 ];
+
+const BUILD_QUALITIES: &[(&str, BuildQuality)] =
+    &[("Fast", BuildQuality::Fast), ("Default", BuildQuality::Default), ("High", BuildQuality::High)];
 
 pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings, LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
@@ -67,6 +70,9 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     }
     if let Some(raw) = read.exposure_ev {
         settings.exposure_ev = source.number(raw)?;
+    }
+    if let Some(raw) = read.build_quality {
+        settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;
     }
     Ok(settings)
 }

@@ -92,7 +92,7 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
         size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, transport: Whitted, seed: 7,
         filter: Gaussian(radius: 2), pixel_pattern: Regular,
         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces,
-        exposure_ev: -1.5,
+        exposure_ev: -1.5, build_quality: High,
     ),
     materials: {
         "glass": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),

@@ -27,6 +27,7 @@ fn settings_are_read_and_default() {
             ambient: grey(0.01),
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
+            build_quality: BuildQuality::High,
         }
     );
     assert_eq!(read("(entities: [])").unwrap().settings, Settings::default());

@@ -69,7 +69,8 @@ fn the_text_is_one_to_read() {
     for line in [
         "    settings: (size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
-         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5),",
+         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
+         build_quality: High),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -315,8 +316,10 @@ fn settings() -> impl Strategy<Value = Settings> {
         Tonemap::PbrNeutral,
     ]);
     let numbers = ([1..=65536_u32, 1..=65536_u32], 1..=1_u32 << 22, 0..=65535_u32, any::<u64>());
-    (numbers, positive(), filter, pattern(), background, color(), tonemap, float()).prop_map(
-        |(numbers, min_throughput, filter, pixel_pattern, background, ambient, tonemap, exposure_ev)| {
+    let quality = prop::sample::select(vec![BuildQuality::Fast, BuildQuality::Default, BuildQuality::High]);
+    (numbers, positive(), filter, pattern(), background, color(), (tonemap, quality), float()).prop_map(
+        |(numbers, min_throughput, filter, pixel_pattern, background, ambient, choices, exposure_ev)| {
+            let (tonemap, build_quality) = choices;
             let (size, samples, max_depth, seed) = numbers;
             let transport = Transport::Whitted;
             Settings {
@@ -332,6 +335,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 ambient,
                 tonemap,
                 exposure_ev,
+                build_quality,
             }
         },
     )

@@ -18,6 +18,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         ambient,
         tonemap,
         exposure_ev,
+        build_quality,
     } = settings;
     let default = Settings::default();
     let mut keys = Keys::default();
@@ -43,6 +44,8 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(*tonemap == default.tonemap, "tonemap", || Ok(format!("{tonemap:?}")))?;
     let is_default = same(&[*exposure_ev], &[default.exposure_ev]);
     keys.push_unless(is_default, "exposure_ev", || number(*exposure_ev))?;
+    let is_default = *build_quality == default.build_quality;
+    keys.push_unless(is_default, "build_quality", || Ok(format!("{build_quality:?}")))?;
     Ok(keys.finish(""))
 }
 
