@@ -95,12 +95,7 @@ impl Bvh {
             Kind::Triangles => {
                 let mut block = TriangleBlock::EMPTY;
                 for (lane, reference) in leaf.iter().enumerate() {
-                    for (corner, position) in geometry.corners(reference.id).into_iter().enumerate() {
-                        for (axis, value) in position.into_iter().enumerate() {
-                            block.vertex[corner][axis][lane] = value;
-                        }
-                    }
-                    block.primitive[lane] = reference.id;
+                    block.set(lane, geometry.corners(reference.id), reference.id);
                 }
                 self.triangles.push(block);
                 Child::new(Kind::Triangles, self.triangles.len() - 1)

@@ -66,8 +66,7 @@ impl Bvh {
             Kind::Instance => vec![(index as u32, Aabb::EMPTY)],
             Kind::Triangles => {
                 let block = &self.triangles[index];
-                let corner = |lane: usize, c: usize| Vec3::from_array(block.vertex[c].map(|axis| axis[lane]));
-                let around = |lane: usize| Aabb::around((0..3).map(|c| corner(lane, c)));
+                let around = |lane: usize| Aabb::around(block.corners(lane).map(Vec3::from_array));
                 (0..BLOCK)
                     .filter(|&l| used(&block.primitive[l]))
                     .map(|l| (block.primitive[l], around(l)))

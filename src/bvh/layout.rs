@@ -63,13 +63,13 @@ impl Child {
 /// 16 boxes and what is in them. 448 bytes: planes of one kind lie together, a cache line each.
 ///
 /// ```text
-/// min.x ×16 │ min.y ×16 │ min.z ×16 │ max.x ×16 │ max.y ×16 │ max.z ×16 │ child ×16
+/// min.x ×16 │ max.x ×16 │ min.y ×16 │ max.y ×16 │ min.z ×16 │ max.z ×16 │ child ×16
 /// ```
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
-    /// Low corners, then high corners, by axis. Unused boxes are inside out and never hit.
-    pub planes: [[[f32; WIDTH]; 3]; 2],
+    /// By axis, the low planes, then the high ones. Unused boxes are inside out and never hit.
+    pub planes: [[[f32; WIDTH]; 2]; 3],
     /// What each box holds.
     pub child: [u32; WIDTH],
 }
@@ -77,20 +77,20 @@ pub struct Node {
 impl Node {
     /// All 16 boxes unused.
     pub const EMPTY: Node =
-        Node { planes: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], child: [0; WIDTH] };
+        Node { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], child: [0; WIDTH] };
 
     /// Fills one of the boxes.
     pub fn set(&mut self, slot: usize, bounds: &Aabb, child: Child) {
         for axis in 0..3 {
-            self.planes[0][axis][slot] = bounds.min[axis];
-            self.planes[1][axis][slot] = bounds.max[axis];
+            self.planes[axis][0][slot] = bounds.min[axis];
+            self.planes[axis][1][slot] = bounds.max[axis];
         }
         self.child[slot] = child.0;
     }
 
     /// One of the boxes.
     pub fn bounds(&self, slot: usize) -> Aabb {
-        let corner = |side: usize| Vec3::from_array(self.planes[side].map(|axis| axis[slot]));
+        let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][slot]));
         Aabb { min: corner(0), max: corner(1) }
     }
 }
@@ -99,7 +99,7 @@ impl Node {
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    /// Corner, then axis, then triangle.
+    /// Axis, then corner, then triangle.
     pub vertex: [[[f32; BLOCK]; 3]; 3],
     /// Primitive ids, [`NONE`] where unused.
     pub primitive: [u32; BLOCK],
@@ -109,6 +109,21 @@ impl TriangleBlock {
     /// No triangle.
     pub const EMPTY: TriangleBlock =
         TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], primitive: [NONE; BLOCK] };
+
+    /// Puts a triangle in one of the places.
+    pub fn set(&mut self, place: usize, corners: [[f32; 3]; 3], primitive: u32) {
+        for (corner, position) in corners.into_iter().enumerate() {
+            for (axis, value) in position.into_iter().enumerate() {
+                self.vertex[axis][corner][place] = value;
+            }
+        }
+        self.primitive[place] = primitive;
+    }
+
+    /// The corners of one of the triangles.
+    pub fn corners(&self, place: usize) -> [[f32; 3]; 3] {
+        [0, 1, 2].map(|corner| self.vertex.map(|axis| axis[corner][place]))
+    }
 }
 
 /// Up to 8 spheres, 192 bytes. Unused ones have no radius (NaN) and are never hit.

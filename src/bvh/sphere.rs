@@ -3,7 +3,7 @@
 use super::layout::SphereBlock;
 use super::triangle::BlockHits;
 use crate::math::{Ray, Vector};
-use crate::simd::Float;
+use crate::simd::{Float, Mask};
 
 /// Tests the spheres from `lane` on, for a direction of any length. The discriminant is
 /// taken about the point of the ray nearest to the centre, which stays exact for small
@@ -35,5 +35,6 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> 
     let t = T::select(first.gt(T::splat(ray.t_min)), first, second);
     // NaN radii (unused lanes) and NaN distances compare false.
     let mask = discriminant.ge(T::zero()) & t.eq(t);
-    BlockHits { mask, t, u: T::zero(), v: T::zero() }
+    let doubtful = T::Mask::from_bits(0);
+    BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero() }
 }

@@ -6,14 +6,21 @@ use crate::simd::{Float, Mask};
 
 /// A ray prepared for the watertight test of Woop, Benthin and Wald (2013): axes renamed
 /// so that the direction is longest along z, and the shear that makes it (0, 0, 1).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Shear {
-    axes: [usize; 3],
-    origin: [f32; 3],
-    shear: [f32; 3],
+    /// What is now x, y and z.
+    pub axes: [usize; 3],
+    /// The ray's, with renamed axes.
+    pub origin: [f32; 3],
+    /// Of x and y, and the factor of z.
+    pub shear: [f32; 3],
 }
 
 impl Shear {
+    /// What is renamed x, y and z where the direction is longest along x, along y, along z; the
+    /// last is there to fill four places.
+    pub const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+
     /// For a ray of any length but zero.
     #[inline(always)]
     pub fn new(ray: &Ray<f32>) -> Self {
@@ -27,7 +34,7 @@ impl Shear {
         } else {
             2
         };
-        let (kx, ky) = [(1, 2), (2, 0), (0, 1)][kz];
+        let [kx, ky, _] = Self::AXES[kz];
         let reciprocal = 1.0 / direction[kz];
         Self {
             axes: [kx, ky, kz],
@@ -37,10 +44,25 @@ impl Shear {
     }
 }
 
+/// Where the ray itself is to be had. It is seldom asked for, so a kernel need not keep it at hand.
+pub trait Exact {
+    /// In the block's space.
+    fn ray(&self) -> Ray<f32>;
+}
+
+impl Exact for Ray<f32> {
+    #[inline(always)]
+    fn ray(&self) -> Ray<f32> {
+        *self
+    }
+}
+
 /// Where a ray meets the planes of a block's triangles, and in which lanes inside them.
 pub struct BlockHits<T: Float> {
     /// Lanes with a hit at any t.
     pub mask: T::Mask,
+    /// Lanes in which rounding may have moved t across the ray's origin.
+    pub doubtful: T::Mask,
     /// Along the ray.
     pub t: T,
     /// Weight of the second corner.
@@ -59,36 +81,114 @@ pub struct BlockHits<T: Float> {
 pub fn intersect<T: Float>(
     block: &TriangleBlock,
     lane: usize,
-    ray: &Ray<f32>,
+    ray: &impl Exact,
     shear: &Shear,
 ) -> BlockHits<T> {
-    let (ax, ay, az) = corner::<T>(block, 0, lane, shear);
-    let (bx, by, bz) = corner::<T>(block, 1, lane, shear);
-    let (cx, cy, cz) = corner::<T>(block, 2, lane, shear);
-    let u = cx * by - cy * bx;
-    let v = ax * cy - ay * cx;
-    let w = bx * ay - by * ax;
-    let low = u.min(v).min(w);
-    let high = u.max(v).max(w);
-    let determinant = u + v + w;
-    let zero = T::zero();
-    let mask = (low.ge(zero) | high.le(zero)) & !determinant.eq(zero);
-    // A block's unused lanes are degenerate: their determinant is zero.
-    if !mask.any() {
-        return BlockHits { mask, t: zero, u: zero, v: zero };
+    let corners = corners::<T>(block, lane, shear);
+    let edges = Edges::new(&corners);
+    let mut hits = edges.meet(&corners, T::splat(shear.shear[2]));
+    if hits.doubtful.any() {
+        let mut lanes = [0.0; BLOCK];
+        hits.t.store(&mut lanes);
+        for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray.ray()));
+        hits.t = T::load(&lanes);
     }
-    let reciprocal = T::one() / determinant;
-    let scale = T::splat(shear.shear[2]) * reciprocal;
-    let mut t = (u * az + v * bz + w * cz) * scale;
-    let x = ax.abs().max(bx.abs()).max(cx.abs());
-    let y = ay.abs().max(by.abs()).max(cy.abs());
-    let z = az.abs().max(bz.abs()).max(cz.abs());
-    let edge = low.abs().max(high.abs());
-    let doubtful = mask & t.abs().le(error_bound(x, y, z, edge, scale.abs()));
-    if doubtful.any() {
-        t = with_exact(t, doubtful, block, lane, ray);
+    hits
+}
+
+/// Tests one triangle against a ray in each lane; all rays have the same axis renamed z.
+/// `corners` are those of the triangle with renamed axes, `origin` and `shear` what
+/// [`Shear`] holds for one ray, `exact` the rays themselves by lane.
+#[inline(always)]
+pub fn intersect_rays<T: Float>(
+    corners: &[[f32; 3]; 3],
+    origin: &[T; 3],
+    shear: &[T; 3],
+    exact: impl Fn(usize) -> f32,
+) -> BlockHits<T> {
+    let mut seen = [[T::zero(); 3]; 3];
+    for (seen, corner) in seen.iter_mut().zip(corners) {
+        let x = T::splat(corner[0]) - origin[0];
+        let y = T::splat(corner[1]) - origin[1];
+        let z = T::splat(corner[2]) - origin[2];
+        *seen = [x - shear[0] * z, y - shear[1] * z, z];
     }
-    BlockHits { mask, t, u: v * reciprocal, v: w * reciprocal }
+    let edges = Edges::new(&seen);
+    let mut hits = edges.meet(&seen, shear[2]);
+    if hits.doubtful.any() {
+        let mut lanes = [0.0; 16];
+        hits.t.store(&mut lanes);
+        for_each_bit(hits.doubtful.bits(), |i| lanes[i & 15] = exact(i));
+        hits.t = T::load(&lanes);
+    }
+    hits
+}
+
+/// Whether the ray's line passes through one of a block's triangles: what [`intersect`] decides
+/// before it looks at distances, by the same operations.
+#[inline(always)]
+pub fn may_hit<T: Float>(block: &TriangleBlock, shear: &Shear) -> bool {
+    let mut found = false;
+    for lane in (0..BLOCK).step_by(T::WIDTH) {
+        let corners = corners::<T>(block, lane, shear);
+        found |= Edges::new(&corners).inside().any();
+    }
+    found
+}
+
+/// The edge functions of sheared corners: twice the signed areas that the ray's line makes
+/// with each edge.
+struct Edges<T> {
+    u: T,
+    v: T,
+    w: T,
+    low: T,
+    high: T,
+}
+
+impl<T: Float> Edges<T> {
+    #[inline(always)]
+    fn new([[ax, ay, _], [bx, by, _], [cx, cy, _]]: &[[T; 3]; 3]) -> Self {
+        let u = *cx * *by - *cy * *bx;
+        let v = *ax * *cy - *ay * *cx;
+        let w = *bx * *ay - *by * *ax;
+        Self { u, v, w, low: u.min(v).min(w), high: u.max(v).max(w) }
+    }
+
+    /// One sign and not all zero, so the determinant is not zero: nothing cancels. A block's
+    /// unused lanes are degenerate, with nothing but zeros.
+    #[inline(always)]
+    fn inside(&self) -> T::Mask {
+        let zero = T::zero();
+        (self.low.ge(zero) & self.high.gt(zero)) | (self.high.le(zero) & self.low.lt(zero))
+    }
+
+    /// Where the line meets the plane.
+    #[inline(always)]
+    fn meet(&self, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: &[[T; 3]; 3], scale: T) -> BlockHits<T> {
+        let mask = self.inside();
+        if !mask.any() {
+            return BlockHits { mask, doubtful: mask, t: T::zero(), u: T::zero(), v: T::zero() };
+        }
+        let reciprocal = T::one() / (self.u + self.v + self.w);
+        let scale = scale * reciprocal;
+        let t = (self.u * *az + self.v * *bz + self.w * *cz) * scale;
+        let x = ax.abs().max(bx.abs()).max(cx.abs());
+        let y = ay.abs().max(by.abs()).max(cy.abs());
+        let z = az.abs().max(bz.abs()).max(cz.abs());
+        let edge = self.low.abs().max(self.high.abs());
+        let doubtful = mask & t.abs().le(error_bound(x, y, z, edge, scale.abs()));
+        BlockHits { mask, doubtful, t, u: self.v * reciprocal, v: self.w * reciprocal }
+    }
+}
+
+/// Calls `act` with the place of each set bit.
+#[inline(always)]
+fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
+    while bits != 0 {
+        act(bits.trailing_zeros() as usize);
+        bits &= bits - 1;
+    }
 }
 
 /// How far off t can be, from the largest coordinates and edge functions (PBRT 4th ed.,
@@ -101,42 +201,28 @@ fn error_bound<T: Float>(x: T, y: T, z: T, edge: T, scale: T) -> T {
     (edge * z * T::splat(8.0 * EPSILON) + delta_edge * z) * T::splat(3.0) * scale
 }
 
-/// t of the lanes of `mask` by the plane's equation in double precision.
+/// t by the plane's equation in double precision.
 #[cold]
 #[inline(never)]
-fn exact_t(vertices: [[f32; 3]; 3], ray: &Ray<f32>) -> f32 {
+pub fn exact_t(vertices: [[f32; 3]; 3], ray: &Ray<f32>) -> f32 {
     let [a, b, c] = vertices.map(|v| DVec3::from_array(v.map(f64::from)));
     let vector = |v: crate::math::Vector<f32>| DVec3::new(v.x as f64, v.y as f64, v.z as f64);
     let normal = (b - a).cross(c - a);
     (normal.dot(a - vector(ray.origin)) / normal.dot(vector(ray.direction))) as f32
 }
 
+/// The corners of each triangle. (No closure: it would be compiled without the instruction set.)
 #[inline(always)]
-fn with_exact<T: Float>(t: T, mask: T::Mask, block: &TriangleBlock, lane: usize, ray: &Ray<f32>) -> T {
-    let mut lanes = [0.0; BLOCK];
-    t.store(&mut lanes);
-    let mut bits = mask.bits();
-    while bits != 0 {
-        let i = bits.trailing_zeros() as usize;
-        bits &= bits - 1;
-        let v = &block.vertex;
-        let at = lane + i;
-        let vertices = [
-            [v[0][0][at], v[0][1][at], v[0][2][at]],
-            [v[1][0][at], v[1][1][at], v[1][2][at]],
-            [v[2][0][at], v[2][1][at], v[2][2][at]],
-        ];
-        lanes[i] = exact_t(vertices, ray);
-    }
-    T::load(&lanes)
+fn corners<T: Float>(block: &TriangleBlock, lane: usize, ray: &Shear) -> [[T; 3]; 3] {
+    [corner(block, 0, lane, ray), corner(block, 1, lane, ray), corner(block, 2, lane, ray)]
 }
 
 /// A corner of each triangle, seen from the ray's origin and sheared.
 #[inline(always)]
-fn corner<T: Float>(block: &TriangleBlock, index: usize, lane: usize, ray: &Shear) -> (T, T, T) {
-    let vertex = &block.vertex[index];
-    let x = T::load(&vertex[ray.axes[0]][lane..]) - T::splat(ray.origin[0]);
-    let y = T::load(&vertex[ray.axes[1]][lane..]) - T::splat(ray.origin[1]);
-    let z = T::load(&vertex[ray.axes[2]][lane..]) - T::splat(ray.origin[2]);
-    (x - T::splat(ray.shear[0]) * z, y - T::splat(ray.shear[1]) * z, z)
+fn corner<T: Float>(block: &TriangleBlock, index: usize, lane: usize, ray: &Shear) -> [T; 3] {
+    let [x, y, z] = ray.axes;
+    let x = T::load(&block.vertex[x][index][lane..]) - T::splat(ray.origin[0]);
+    let y = T::load(&block.vertex[y][index][lane..]) - T::splat(ray.origin[1]);
+    let z = T::load(&block.vertex[z][index][lane..]) - T::splat(ray.origin[2]);
+    [x - T::splat(ray.shear[0]) * z, y - T::splat(ray.shear[1]) * z, z]
 }

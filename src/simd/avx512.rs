@@ -4,6 +4,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::avx2::F32x8;
+use super::sixteen::{self, Sixteen};
 use super::{Float, Int, Kernel, Lanes, Mask};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
@@ -141,7 +142,7 @@ impl Float for F32x16 {
     #[inline(always)]
     fn compress(self, mask: M32x16, out: &mut [f32]) {
         // SAFETY: as for the operators.
-        unsafe { Self(_mm512_maskz_compress_ps(mask.0, self.0)).store(out) }
+        unsafe { Float::store(Self(_mm512_maskz_compress_ps(mask.0, self.0)), out) }
     }
     #[inline(always)]
     fn gather(table: &[f32], index: I32x16, mask: M32x16) -> Self {
@@ -206,6 +207,93 @@ impl Float for F32x16 {
     fn select(mask: M32x16, yes: Self, no: Self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_mask_blend_ps(mask.0, no.0, yes.0)) }
+    }
+}
+
+impl Sixteen for F32x16 {
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Float::splat(value)
+    }
+    #[inline(always)]
+    fn load(values: &[f32; 16]) -> Self {
+        Float::load(values)
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [f32; 16]) {
+        Float::store(self, out);
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Float::min(self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Float::max(self, other)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        Float::le(self, other).bits()
+    }
+    #[inline(always)]
+    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        let (low, high) = keys(self, words);
+        let (low_bits, high_bits) = (bits as __mmask8, (bits >> 8) as __mmask8);
+        // SAFETY: there is room for 16 keys, and no more than 8 + 8 are written; as for the operators.
+        unsafe {
+            let none = _mm512_set1_epi64(-1);
+            let a = _mm512_mask_mov_epi64(none, low_bits, low);
+            let b = _mm512_mask_mov_epi64(none, high_bits, high);
+            // The least of all, in every lane.
+            let m = _mm512_min_epu64(a, b);
+            let m = _mm512_min_epu64(m, _mm512_shuffle_epi32::<0x4e>(m));
+            let m = _mm512_min_epu64(m, _mm512_permutex_epi64::<0x4e>(m));
+            let m = _mm512_min_epu64(m, _mm512_shuffle_i64x2::<0x4e>(m, m));
+            let a_rest = _mm512_mask_cmpneq_epu64_mask(low_bits, a, m);
+            let b_rest = _mm512_mask_cmpneq_epu64_mask(high_bits, b, m);
+            let place = out.as_mut_ptr();
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(a_rest, a));
+            let place = place.add(a_rest.count_ones() as usize);
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(b_rest, b));
+            _mm_cvtsi128_si64(_mm512_castsi512_si128(m)) as u64
+        }
+    }
+    #[inline(always)]
+    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        let rest = bits & bits.wrapping_sub(1);
+        let (low, high) = keys(self, words);
+        // SAFETY: there is room for 16 keys, and no more than 8 + 8 are written; as for the operators.
+        unsafe {
+            let place = out.as_mut_ptr();
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(rest as __mmask8, low));
+            let place = place.add((rest & 0xff).count_ones() as usize);
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64((rest >> 8) as __mmask8, high));
+        }
+        let first = (bits.trailing_zeros() & 15) as usize;
+        std::hint::select_unpredictable(bits != 0, u64::from(words[first]), sixteen::NO_KEY)
+    }
+    #[inline(always)]
+    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
+        let most = sixteen::key(limit, u32::MAX);
+        // SAFETY: 8 keys are there; as for the operators.
+        let within = unsafe {
+            let keys = _mm512_loadu_si512(keys.as_ptr().cast());
+            _mm512_cmple_epu64_mask(keys, _mm512_set1_epi64(most as i64))
+        };
+        (31 - (u32::from(within) | 1).leading_zeros()) as usize
+    }
+}
+
+/// The keys of the lower and of the upper lanes.
+#[inline(always)]
+fn keys(distances: F32x16, words: &[u32; 16]) -> (__m512i, __m512i) {
+    // SAFETY: 16 words are there; as for the operators.
+    unsafe {
+        let words = _mm512_loadu_si512(words.as_ptr().cast());
+        let distances = _mm512_castps_si512(distances.0);
+        let low = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
+        let high = _mm512_set_epi32(31, 15, 30, 14, 29, 13, 28, 12, 27, 11, 26, 10, 25, 9, 24, 8);
+        (_mm512_permutex2var_epi32(words, low, distances), _mm512_permutex2var_epi32(words, high, distances))
     }
 }
 

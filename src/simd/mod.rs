@@ -17,8 +17,11 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod scalar;
+pub mod sixteen;
 
+pub use sixteen::Sixteen;
 use std::fmt;
+
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// A truth value for each lane.
@@ -171,8 +174,8 @@ pub trait Int:
 pub trait Lanes: 'static {
     /// For shading and whatever else works on queues: as wide as the machine.
     type Queue: Float;
-    /// For the 16 children of a BVH node: 1, 8 or 16 at a time.
-    type Node: Float;
+    /// For the 16 children of a BVH node.
+    type Node: Sixteen;
     /// For the 8 primitives of a block: 1 or 8 at a time.
     type Block: Float;
 }
@@ -242,6 +245,22 @@ impl Level {
 impl fmt::Debug for Level {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// Begins to fetch `lines` cache lines from an address on. Any address will do: nothing is read.
+#[inline(always)]
+pub fn prefetch(address: usize, lines: usize) {
+    for line in 0..lines {
+        let address = address + 64 * line;
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            // SAFETY: a hint, which faults at no address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::without_provenance(address)) };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = address;
     }
 }
 

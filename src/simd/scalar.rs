@@ -9,7 +9,7 @@ pub(super) struct Portable;
 
 impl Lanes for Portable {
     type Queue = f32;
-    type Node = f32;
+    type Node = super::sixteen::Plain;
     type Block = f32;
 }
 

@@ -1,0 +1,159 @@
+//! Rays prepared many at a time: what [`super::ray::Local`] computes for one, in lanes.
+
+use super::Rays;
+use super::layout::{Bvh, PADDING, Root};
+use super::ray::Slabs;
+use super::triangle::Shear;
+use crate::simd::sixteen::key;
+use crate::simd::{Float, Int, Mask};
+
+/// Rays of a batch.
+pub(super) const BATCH: usize = 16;
+
+type Column = [f32; BATCH];
+
+/// A batch of rays, by columns.
+#[derive(Default)]
+pub(super) struct Prepared {
+    /// The rays that enter the tree's box and have not been taken, by bits.
+    pub waiting: u32,
+    /// The queue's number of the first one.
+    pub first: u32,
+    /// The tree's root with the distance where the ray enters it.
+    pub current: [u64; BATCH],
+    pub t_min: Column,
+    pub t_max: Column,
+    origin: [Column; 3],
+    near_scale: [Column; 3],
+    far_scale: [Column; 3],
+    near_side: [[u32; BATCH]; 3],
+    longest: [u32; BATCH],
+    sheared_origin: [Column; 3],
+    shear: [Column; 3],
+    direction: [Column; 3],
+}
+
+impl Prepared {
+    /// Whether all have been taken.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.waiting == 0
+    }
+
+    /// Takes the next one.
+    #[inline(always)]
+    pub fn take(&mut self) -> usize {
+        let place = self.waiting.trailing_zeros() as usize % BATCH;
+        self.waiting &= self.waiting.wrapping_sub(1);
+        place
+    }
+
+    /// For boxes.
+    #[inline(always)]
+    pub fn slabs(&self, i: usize) -> Slabs {
+        let of = |c: &[Column; 3]| [c[0][i], c[1][i], c[2][i]];
+        let [x, y, z] = &self.near_side;
+        Slabs {
+            origin: of(&self.origin),
+            near_scale: of(&self.near_scale),
+            far_scale: of(&self.far_scale),
+            near_side: [x[i], y[i], z[i]],
+            floor: self.t_min[i],
+        }
+    }
+
+    /// For triangles.
+    #[inline(always)]
+    pub fn shear(&self, i: usize) -> Shear {
+        let of = |c: &[Column; 3]| [c[0][i], c[1][i], c[2][i]];
+        Shear {
+            axes: Shear::AXES[self.longest[i] as usize % 4],
+            origin: of(&self.sheared_origin),
+            shear: of(&self.shear),
+        }
+    }
+
+    /// Prepares `count` rays from `first` on.
+    #[inline(always)]
+    pub fn fill<F: Float>(&mut self, bvh: &Bvh, rays: &Rays, first: usize, count: usize) {
+        self.first = first as u32;
+        self.waiting = 0;
+        let Some(root) = bvh.root else { return };
+        for axis in 0..3 {
+            copy(&mut self.origin[axis], rays.origin[axis], first, count);
+            copy(&mut self.direction[axis], rays.direction[axis], first, count);
+        }
+        copy(&mut self.t_min, rays.t_min, first, count);
+        copy(&mut self.t_max, rays.t_max, first, count);
+        let mut near = [0.0; BATCH];
+        for at in (0..BATCH).step_by(F::WIDTH) {
+            self.waiting |= self.lanes::<F>(&root, at, &mut near).bits() << at;
+        }
+        self.waiting &= ((1u64 << count) - 1) as u32;
+        for (current, near) in self.current.iter_mut().zip(near) {
+            *current = key(near, root.child.0);
+        }
+    }
+
+    /// Prepares the lanes from `at` on; says which of them enter the tree.
+    #[inline(always)]
+    fn lanes<F: Float>(&mut self, root: &Root, at: usize, entry: &mut Column) -> F::Mask {
+        let t_min = F::load(&self.t_min[at..]).max(F::zero());
+        t_min.store(&mut self.t_min[at..]);
+        let mut near = t_min;
+        let mut far = F::splat(f32::INFINITY);
+        let mut zeros = F::zero();
+        let (mut origin, mut direction, mut reciprocal) = ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
+        for axis in 0..3 {
+            let o = F::load(&self.origin[axis][at..]);
+            let d = F::load(&self.direction[axis][at..]);
+            let r = F::one() / d;
+            let (near_scale, far_scale) = (r * F::splat(PADDING - 1.0), r * F::splat(-1.0 - PADDING));
+            near_scale.store(&mut self.near_scale[axis][at..]);
+            far_scale.store(&mut self.far_scale[axis][at..]);
+            let side = r.to_bits().shr::<31>();
+            side.store(&mut self.near_side[axis][at..]);
+            let backwards = side.eq(F::Int::splat(1));
+            let (low, high) = (F::splat(root.bounds.min[axis]), F::splat(root.bounds.max[axis]));
+            near = ((o - F::select(backwards, high, low)) * near_scale).max(near);
+            far = ((o - F::select(backwards, low, high)) * far_scale).min(far);
+            // NaN where something is not finite.
+            zeros = zeros + (o - o) + (d - d);
+            (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
+        }
+        near.store(&mut entry[at..]);
+        let [dx, dy, dz] = direction;
+        let (x, y, z) = (dx.abs(), dy.abs(), dz.abs());
+        let first = x.gt(y);
+        let is_x = first & x.gt(z);
+        let is_y = !first & y.gt(z);
+        let longest = F::Int::select(is_x, F::Int::splat(0), F::Int::splat(2));
+        F::Int::select(is_y, F::Int::splat(1), longest).store(&mut self.longest[at..]);
+        let [o, d, r] = [origin, direction, reciprocal].map(|v| rename(v, is_x, is_y));
+        for axis in 0..3 {
+            o[axis].store(&mut self.sheared_origin[axis][at..]);
+        }
+        (d[0] * r[2]).store(&mut self.shear[0][at..]);
+        (d[1] * r[2]).store(&mut self.shear[1][at..]);
+        r[2].store(&mut self.shear[2][at..]);
+        near.le(far) & near.le(F::load(&self.t_max[at..])) & zeros.eq(F::zero())
+    }
+}
+
+/// (y, z, x) where x is longest, (z, x, y) where y is, else (x, y, z).
+#[inline(always)]
+fn rename<F: Float>([x, y, z]: [F; 3], is_x: F::Mask, is_y: F::Mask) -> [F; 3] {
+    [
+        F::select(is_x, y, F::select(is_y, z, x)),
+        F::select(is_x, z, F::select(is_y, x, y)),
+        F::select(is_x, x, F::select(is_y, y, z)),
+    ]
+}
+
+#[inline(always)]
+fn copy(column: &mut Column, from: &[f32], first: usize, count: usize) {
+    match from[first..].first_chunk::<BATCH>() {
+        Some(whole) => *column = *whole,
+        None => column[..count].copy_from_slice(&from[first..first + count]),
+    }
+}

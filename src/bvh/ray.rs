@@ -1,0 +1,125 @@
+//! A ray with what is computed from it once: for boxes, for triangles, for an instance's space.
+
+use super::Rays;
+use super::layout::{Instance, Node, PADDING, WIDTH};
+use super::triangle::Shear;
+use crate::math::{Aabb, Ray, Vector};
+use crate::simd::{Float, Sixteen};
+
+impl Rays<'_> {
+    /// One of them. A `t_min` below 0 counts as 0.
+    #[inline(always)]
+    pub(super) fn get(&self, i: usize) -> Ray<f32> {
+        let [ox, oy, oz] = self.origin;
+        let [dx, dy, dz] = self.direction;
+        Ray {
+            origin: Vector { x: ox[i], y: oy[i], z: oz[i] },
+            direction: Vector { x: dx[i], y: dy[i], z: dz[i] },
+            t_min: Float::max(self.t_min[i], 0.0),
+            t_max: self.t_max[i],
+        }
+    }
+}
+
+/// To a ray that is nowhere every box is open, the unused ones of a node too, and it would
+/// go round in circles.
+#[inline(always)]
+pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
+    let (o, d) = (ray.origin, ray.direction);
+    // A difference with itself is 0, or NaN where it should not be.
+    let sum = (o.x - o.x) + (o.y - o.y) + (o.z - o.z) + (d.x - d.x) + (d.y - d.y) + (d.z - d.z);
+    sum == 0.0
+}
+
+/// A ray with what is computed from it once for each space.
+#[derive(Clone, Copy)]
+pub(super) struct Local {
+    pub ray: Ray<f32>,
+    pub slabs: Slabs,
+    pub shear: Shear,
+}
+
+impl Local {
+    #[inline(always)]
+    pub fn new(ray: Ray<f32>) -> Self {
+        Self { ray, slabs: Slabs::new(&ray), shear: Shear::new(&ray) }
+    }
+}
+
+/// The ray in an instance's space; its direction keeps whatever length it gets.
+#[inline(always)]
+pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
+    let (o, d) = (ray.origin, ray.direction);
+    let [x, y, z] = &instance.to_local;
+    let direction = |r: &[f32; 4]| r[0] * d.x + r[1] * d.y + r[2] * d.z;
+    let point = |r: &[f32; 4]| r[0] * o.x + r[1] * o.y + r[2] * o.z + r[3];
+    Ray {
+        origin: Vector { x: point(x), y: point(y), z: point(z) },
+        direction: Vector { x: direction(x), y: direction(y), z: direction(z) },
+        ..*ray
+    }
+}
+
+/// A ray prepared for boxes: reciprocal directions, rounded towards the origin for near
+/// planes and away from it for far ones, and with the opposite sign: the distance to a
+/// plane is taken as (origin − plane) · scale, so that the planes can stay in memory.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Slabs {
+    pub origin: [f32; 3],
+    pub near_scale: [f32; 3],
+    pub far_scale: [f32; 3],
+    /// Which of a node's planes the ray meets first.
+    pub near_side: [u32; 3],
+    /// It enters nothing before.
+    pub floor: f32,
+}
+
+impl Slabs {
+    #[inline(always)]
+    pub fn new(ray: &Ray<f32>) -> Self {
+        let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
+        let reciprocal = direction.map(|d| 1.0 / d);
+        Self {
+            origin: [ray.origin.x, ray.origin.y, ray.origin.z],
+            near_scale: reciprocal.map(|r| r * (PADDING - 1.0)),
+            far_scale: reciprocal.map(|r| r * (-1.0 - PADDING)),
+            near_side: reciprocal.map(|r| r.to_bits() >> 31),
+            floor: ray.t_min,
+        }
+    }
+
+    /// Where the ray enters a box, if it does.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "the axis indexes five arrays")]
+    pub fn enter(&self, bounds: &Aabb) -> Option<f32> {
+        let corners = [bounds.min, bounds.max];
+        let (mut near, mut far) = (self.floor, f32::INFINITY);
+        for axis in 0..3 {
+            let side = self.near_side[axis] as usize & 1;
+            // As for the children below: a NaN (0 · ∞, a ray in the plane) leaves the interval as it is.
+            near = Float::max((self.origin[axis] - corners[side][axis]) * self.near_scale[axis], near);
+            far = Float::min((self.origin[axis] - corners[1 - side][axis]) * self.far_scale[axis], far);
+        }
+        (near <= far).then_some(near)
+    }
+
+    /// Where the ray enters a node's children, and the bits of those that it enters no farther
+    /// than `limit`.
+    ///
+    /// A child's box lies in its parent's and rounding is monotonous, so a ray never enters it
+    /// before its parent: the entry is a function of the ray and the child's box alone.
+    #[inline(always)]
+    pub fn enter_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, u32) {
+        let (mut near, mut far) = (S::splat(self.floor), S::splat(limit));
+        for axis in 0..3 {
+            let side = self.near_side[axis] as usize & 1;
+            let planes = &node.planes[axis];
+            let origin = S::splat(self.origin[axis]);
+            near = ((origin - S::load(&planes[side])) * S::splat(self.near_scale[axis])).max(near);
+            far = ((origin - S::load(&planes[side ^ 1])) * S::splat(self.far_scale[axis])).min(far);
+        }
+        (near, near.le(far))
+    }
+}
+
+const _: () = assert!(WIDTH == 16, "a node's children fill a `Sixteen`");

@@ -1,0 +1,168 @@
+//! The sixteen children of a node of the acceleration structure: entry distances, and
+//! the keys (distance, child) by which they wait on a ray's stack.
+
+use std::ops::{Mul, Sub};
+
+/// No key: what [`Sixteen::take_nearest`] returns where there is none.
+pub const NO_KEY: u64 = u64::MAX;
+
+/// A distance, at least 0, and a word in one integer whose order is that of the distances.
+#[inline(always)]
+pub fn key(distance: f32, word: u32) -> u64 {
+    u64::from(distance.to_bits()) << 32 | u64::from(word)
+}
+
+/// The distance of a [`key`].
+#[inline(always)]
+pub fn key_distance(key: u64) -> f32 {
+    f32::from_bits((key >> 32) as u32)
+}
+
+/// Sixteen floats, however many lanes the machine has. The operations are those of
+/// [`super::Float`]; distances are at least 0.
+pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
+    /// The same value sixteen times.
+    fn splat(value: f32) -> Self;
+    /// From memory.
+    fn load(values: &[f32; 16]) -> Self;
+    /// To memory.
+    fn store(self, out: &mut [f32; 16]);
+    /// `if self < other { self } else { other }`: a NaN gives `other`.
+    fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`: a NaN gives `other`.
+    fn max(self, other: Self) -> Self;
+    /// Bit i: `self[i] <= other[i]`.
+    fn le(self, other: Self) -> u32;
+    /// The least of the keys (`self[i]`, `words[i]`) for which bit i is set, [`NO_KEY`] if
+    /// there is none. The others go to the front of `out`; behind them it is undetermined.
+    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
+    /// The same, but takes the first one in the order of the lanes, and returns it with a distance of 0.
+    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
+    /// The place of the last key whose distance is at most `limit`; 0 if there is none.
+    fn last_within(keys: &[u64; 8], limit: f32) -> usize;
+}
+
+/// Plain floats: the oracle, and what processors without wide registers get.
+#[derive(Clone, Copy)]
+pub(super) struct Plain([f32; 16]);
+
+impl Sub for Plain {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a -= b;
+        }
+        self
+    }
+}
+
+impl Mul for Plain {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a *= b;
+        }
+        self
+    }
+}
+
+impl Sixteen for Plain {
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self([value; 16])
+    }
+    #[inline(always)]
+    fn load(values: &[f32; 16]) -> Self {
+        Self(*values)
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [f32; 16]) {
+        *out = self.0;
+    }
+    #[inline(always)]
+    fn min(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a < b { *a } else { b };
+        }
+        self
+    }
+    #[inline(always)]
+    fn max(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a > b { *a } else { b };
+        }
+        self
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        let mut bits = 0;
+        for (i, (a, b)) in self.0.iter().zip(other.0).enumerate() {
+            bits |= u32::from(*a <= b) << i;
+        }
+        bits
+    }
+    #[inline(always)]
+    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        take_nearest(&self.0, words, bits, out)
+    }
+    #[inline(always)]
+    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        take_first(&self.0, words, bits, out)
+    }
+    #[inline(always)]
+    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
+        last_within(keys, limit)
+    }
+}
+
+/// See [`Sixteen::take_nearest`].
+#[inline(always)]
+pub(super) fn take_nearest(
+    distances: &[f32; 16],
+    words: &[u32; 16],
+    mut bits: u32,
+    out: &mut [u64; 16],
+) -> u64 {
+    let (mut nearest, mut count) = (NO_KEY, 0);
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & 15;
+        bits &= bits - 1;
+        let found = key(distances[lane], words[lane]);
+        // The first one has nothing to leave behind.
+        out[count & 15] = found.max(nearest);
+        count += usize::from(nearest != NO_KEY);
+        nearest = found.min(nearest);
+    }
+    nearest
+}
+
+/// See [`Sixteen::take_first`].
+#[inline(always)]
+pub(super) fn take_first(
+    distances: &[f32; 16],
+    words: &[u32; 16],
+    mut bits: u32,
+    out: &mut [u64; 16],
+) -> u64 {
+    if bits == 0 {
+        return NO_KEY;
+    }
+    let first = bits.trailing_zeros() as usize & 15;
+    bits &= bits - 1;
+    let mut count = 0;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & 15;
+        bits &= bits - 1;
+        out[count & 15] = key(distances[lane], words[lane]);
+        count += 1;
+    }
+    u64::from(words[first])
+}
+
+/// See [`Sixteen::last_within`].
+#[inline(always)]
+pub(super) fn last_within(keys: &[u64; 8], limit: f32) -> usize {
+    (0..8).rev().find(|i| key_distance(keys[*i]) <= limit).unwrap_or(0)
+}
