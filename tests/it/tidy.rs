@@ -41,7 +41,7 @@ const CRATES: [(&str, &[&str]); 20] = [
     ("rand", &["sampling"]),
     ("xxhash_rust", &["film"]),
     ("strsim", &["error"]),
-    ("thiserror", &["error", "formats"]),
+    ("thiserror", &["error", "formats", "query"]),
     ("libm", &["math", "sampling", "film", "compile", "formats"]),
 ];
 
