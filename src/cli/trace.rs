@@ -187,7 +187,8 @@ enum Answers {
 
 impl Answers {
     fn new(count: usize, any: bool) -> Answers {
-        if any { Answers::Blocked(vec![0; count]) } else { Answers::Hits(HitBatch::new(count)) }
+        // Not zeros: those the system would hand out page by page while the clock runs.
+        if any { Answers::Blocked(vec![u32::MAX; count]) } else { Answers::Hits(HitBatch::new(count)) }
     }
 
     /// The chunks that jobs write to.

@@ -159,3 +159,57 @@ fn bytes(hit: &HitRecord) -> [u8; HIT_BYTES] {
     }
     bytes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        path
+    }
+
+    #[test]
+    fn rays_are_read_as_they_lie_in_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // More than one block, and none a multiple of it.
+        let count = BLOCK + 3;
+        let numbers: Vec<f32> = (0..count * 8).map(|i| i as f32).collect();
+        let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+        let path = write(&folder, "rays.f32", &bytes);
+        let rays = load_rays(&path, count as u64).expect("rays");
+        assert_eq!(rays.len(), count);
+        let columns = rays.rays();
+        for i in [0, 1, BLOCK - 1, BLOCK, count - 1] {
+            let [x, y, z] = columns.origin.map(|column| column[i]);
+            let [dx, dy, dz] = columns.direction.map(|column| column[i]);
+            let ray = [x, y, z, dx, dy, dz, columns.t_min[i], columns.t_max[i]];
+            assert_eq!(ray, numbers[8 * i..][..8]);
+        }
+        let error = load_rays(&path, count as u64 - 1).expect_err("too many").to_string();
+        assert!(error.contains(&format!("{count} rays")) && error.contains("split the file"), "{error}");
+        let path = write(&folder, "cut.f32", &bytes[..bytes.len() - 1]);
+        let error = load_rays(&path, u64::MAX).expect_err("cut off").to_string();
+        let at = (count - 1) * RAY_BYTES;
+        assert!(
+            error.ends_with(&format!("ray {}, at byte {at}, is cut off: it has 31 of 32 bytes", count - 1))
+        );
+        assert!(load_rays(&write(&folder, "empty.f32", &[]), 0).expect("no rays").is_empty());
+    }
+
+    #[test]
+    fn hits_come_back_as_they_were_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("hits.bin");
+        let hit = |i: u32| HitRecord { t: i as f32 * 0.1, u: 0.25, v: f32::MIN_POSITIVE, primitive: i * 7 };
+        let hits: Vec<HitRecord> =
+            (0..BLOCK as u32 * 2 + 5).map(hit).chain([HitRecord::MISS, HitRecord::BLOCKED]).collect();
+        HitFile::create(&path).and_then(|file| file.write(hits.iter().copied())).expect("written");
+        assert_eq!(load_hits(&path, u64::MAX).expect("hits"), hits);
+        let bytes = std::fs::read(&path).expect("a file");
+        assert_eq!(bytes.len(), hits.len() * HIT_BYTES);
+        let miss = [0, 0, 0x80, 0x7f, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff];
+        assert_eq!(bytes[bytes.len() - 32..][..16], miss);
+    }
+}
