@@ -7,6 +7,7 @@ pub mod film;
 pub mod formats;
 pub mod integrator;
 pub mod math;
+pub mod query;
 pub mod render;
 pub mod sampling;
 pub mod scene;

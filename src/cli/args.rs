@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::bvh::Coherence;
 use crate::film::Region;
 use crate::integrator::Schedule;
 use crate::simd::Level;
-use crate::world::{Settings, Tonemap};
+use crate::world::{BuildQuality, Settings, Tonemap};
 
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]
@@ -28,6 +29,8 @@ pub struct Arguments {
 pub enum Command {
     /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
     Info(Info),
+    /// Trace rays from a file: hits to another file, speed, build time, memory
+    Trace(Trace),
 }
 
 /// `rayfront info`.
@@ -35,6 +38,43 @@ pub enum Command {
 pub struct Info {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rayfront trace`.
+#[derive(Args, Debug)]
+pub struct Trace {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// The rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
+    #[arg(long, value_name = "FILE")]
+    pub rays: PathBuf,
+    /// Where the hits go: 3 floats t u v and the primitive as a 32-bit integer each, infinity 0 0 and 2^32 - 1 for a miss
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Ask only whether there is any hit: 0 0 0 and primitive 0 for each ray that has one
+    #[arg(long)]
+    pub any: bool,
+    /// Trace as often; the best time counts
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub repeat: u32,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Instruction set [default: the widest there is]; the hits are the same
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
+    pub simd: Option<Level>,
+    /// Work put into the acceleration structure [default: the scene's]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityName>,
+    /// What is known of rays that follow each other; the hits are the same
+    #[arg(long, value_enum, default_value_t = CoherenceName::Unknown)]
+    pub coherence: CoherenceName,
+    /// Hits to compare with, in the format of --out
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
@@ -71,6 +111,9 @@ pub struct Render {
     /// Instruction set [default: the widest there is]; the image is the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub simd: Option<Level>,
+    /// Work put into the acceleration structure [default: the scene's]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityName>,
     /// Which random numbers
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -107,6 +150,7 @@ impl Render {
         settings.seed = self.seed.unwrap_or(settings.seed);
         settings.exposure_ev = self.exposure.unwrap_or(settings.exposure_ev);
         settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
+        settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
     }
 }
 
@@ -124,6 +168,48 @@ impl From<ScheduleName> for Schedule {
         match name {
             ScheduleName::Wavefront => Schedule::Wavefront,
             ScheduleName::Recursive => Schedule::Recursive,
+        }
+    }
+}
+
+/// Names of [`BuildQuality`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum QualityName {
+    /// Built as soon as possible
+    Fast,
+    /// Good for nearly everything
+    Default,
+    /// As good as it gets
+    High,
+}
+
+impl From<QualityName> for BuildQuality {
+    fn from(name: QualityName) -> Self {
+        match name {
+            QualityName::Fast => BuildQuality::Fast,
+            QualityName::Default => BuildQuality::Default,
+            QualityName::High => BuildQuality::High,
+        }
+    }
+}
+
+/// Names of [`Coherence`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum CoherenceName {
+    /// Nothing: looked at before tracing
+    Unknown,
+    /// They run side by side
+    Coherent,
+    /// They go anywhere
+    Scattered,
+}
+
+impl From<CoherenceName> for Coherence {
+    fn from(name: CoherenceName) -> Self {
+        match name {
+            CoherenceName::Unknown => Coherence::Unknown,
+            CoherenceName::Coherent => Coherence::Coherent,
+            CoherenceName::Scattered => Coherence::Scattered,
         }
     }
 }

@@ -7,6 +7,7 @@ mod args;
 mod info;
 mod render;
 mod report;
+mod trace;
 mod usage;
 
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match arguments.command {
         Some(args::Command::Info(info)) => info::run(&info),
+        Some(args::Command::Trace(trace)) => trace::run(&trace),
         None => render::run(&arguments.render),
     };
     match outcome {

@@ -7,6 +7,7 @@ mod names;
 pub mod obj;
 pub mod picture;
 pub mod ply;
+pub mod rays;
 pub mod ron;
 pub mod triangulate;
 

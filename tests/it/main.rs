@@ -10,3 +10,4 @@ mod pictures;
 mod scenes;
 mod support;
 mod tidy;
+mod trace;

@@ -11,7 +11,7 @@ const LAYERS: [&[&str]; 9] = [
     &["world"],
     &["sampling", "film"],
     &["bvh"],
-    &["scene"],
+    &["scene", "query"],
     &["compile", "shading", "formats"],
     &["integrator"],
     &["render"],
@@ -22,7 +22,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 19] = [
+const CRATES: [(&str, &[&str]); 20] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
@@ -37,10 +37,11 @@ const CRATES: [(&str, &[&str]); 19] = [
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
+    ("rustix", &["cli"]),
     ("rand", &["sampling"]),
     ("xxhash_rust", &["film"]),
     ("strsim", &["error"]),
-    ("thiserror", &["error", "formats"]),
+    ("thiserror", &["error", "formats", "query"]),
     ("libm", &["math", "sampling", "film", "compile", "formats"]),
 ];
 

@@ -1,0 +1,340 @@
+//! `rayfront trace SCENE --rays FILE`: rays in, hits out, and how fast that was.
+
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::args::Trace;
+use super::{Failure, usage};
+use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
+use crate::formats::rays::{HIT_BYTES, HitFile, HitRecord, RAY_BYTES, load_hits, load_rays};
+use crate::math::Hit;
+use crate::query::{HitBatch, RayBatch};
+use crate::scene::CompiledScene;
+use crate::simd::Level;
+use crate::world::{Camera, World};
+
+/// Rays that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
+    let rays = load_rays(&arguments.rays, most_rays())?;
+    let reference = reference(arguments, rays.len())?;
+    let scene = threads.install(|| load(arguments))?;
+    let out = arguments.out.as_deref().map(HitFile::create).transpose()?;
+
+    let query = Query {
+        bvh: &scene.compiled.bvh,
+        level: arguments.simd.unwrap_or(Level::detect()),
+        coherence: arguments.coherence.into(),
+        any: arguments.any,
+        threads: threads.current_num_threads(),
+    };
+    let mut answers = Answers::new(rays.len(), query.any);
+    let mut best = Time { wall: Duration::MAX, cpu: None };
+    for _ in 0..arguments.repeat {
+        best = best.or_less(query.trace(&rays, &mut answers));
+    }
+    if let Some(out) = out {
+        out.write(answers.records())?;
+    }
+    let mismatches = reference.map(|reference| mismatches(&answers, &reference, query.any));
+    let report = Report {
+        arguments,
+        scene: &scene,
+        query: &query,
+        rays: rays.len(),
+        hits: answers.hits(),
+        best,
+        mismatches,
+    };
+    if arguments.json {
+        println!("{}", report.json());
+    } else {
+        print!("{}", report.text());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// As many as there is memory for, with their answers and what they are compared with.
+fn most_rays() -> u64 {
+    let each = RAY_BYTES + size_of::<Hit>() + HIT_BYTES;
+    usage::available_memory().unwrap_or(u64::MAX) / each as u64
+}
+
+fn reference(arguments: &Trace, rays: usize) -> Result<Option<Vec<HitRecord>>, Failure> {
+    let Some(path) = &arguments.reference else { return Ok(None) };
+    let hits = load_hits(path, most_rays())?;
+    if hits.len() != rays {
+        return Err(Failure(format!(
+            "{}: has {} hits and {} has {rays} rays: they do not belong together",
+            path.display(),
+            hits.len(),
+            arguments.rays.display()
+        )));
+    }
+    Ok(Some(hits))
+}
+
+/// What rays are traced through.
+struct Scene {
+    compiled: CompiledScene,
+    load: Duration,
+    compile: Duration,
+}
+
+fn load(arguments: &Trace) -> Result<Scene, Failure> {
+    let start = Instant::now();
+    let mut world = crate::formats::load(&arguments.scene)?;
+    let quality = arguments.quality.map(Into::into);
+    world.settings.build_quality = quality.unwrap_or(world.settings.build_quality);
+    let load = start.elapsed();
+    let start = Instant::now();
+    give_camera(&mut world);
+    let compiled = crate::compile::compile(&world, None)
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    Ok(Scene { compiled, load, compile: start.elapsed() })
+}
+
+/// Rays come from a file, so a scene need not have a camera; compiling it needs one.
+fn give_camera(world: &mut World) {
+    if crate::compile::camera_names(world).is_empty() {
+        world.entities.spawn((Camera::Orthographic { height_m: 1.0 },));
+    }
+}
+
+/// What is asked of the scene, and how.
+struct Query<'a> {
+    bvh: &'a Bvh,
+    level: Level,
+    coherence: Coherence,
+    any: bool,
+    threads: usize,
+}
+
+/// How long all rays took.
+#[derive(Clone, Copy)]
+struct Time {
+    wall: Duration,
+    /// Of all threads together in seconds, where the system tells.
+    cpu: Option<f64>,
+}
+
+impl Time {
+    fn or_less(self, other: Time) -> Time {
+        let cpu = match (self.cpu, other.cpu) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        Time { wall: self.wall.min(other.wall), cpu }
+    }
+}
+
+/// Rays and where their answers go: the work that a thread takes at a time.
+type Job<'a> = (Rays<'a>, Places<'a>);
+
+enum Places<'a> {
+    Hits(HitsMut<'a>),
+    Blocked(&'a mut [u32]),
+}
+
+impl Query<'_> {
+    /// Traces all rays once. Threads take chunks in turn, so that none waits for another.
+    fn trace(&self, rays: &RayBatch, answers: &mut Answers) -> Time {
+        let jobs: Vec<Job> = rays.chunks(CHUNK).zip(answers.places()).collect();
+        let jobs = Mutex::new(jobs.into_iter());
+        let start = Instant::now();
+        let cpu = std::thread::scope(|scope| {
+            // Where the system gives no more threads, those that there are do all of it.
+            let spawn = |_| std::thread::Builder::new().spawn_scoped(scope, || self.work(&jobs)).ok();
+            let others: Vec<_> = (1..self.threads).map_while(spawn).collect();
+            let own = self.work(&jobs);
+            others.into_iter().fold(own, |sum, other| {
+                let other = other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                sum.zip(other).map(|(a, b)| a + b)
+            })
+        });
+        Time { wall: start.elapsed(), cpu }
+    }
+
+    /// Works until no job is left; returns the thread's CPU seconds.
+    fn work<'a>(&self, jobs: &Mutex<impl Iterator<Item = Job<'a>>>) -> Option<f64> {
+        let mut stack = Stack::new(self.bvh);
+        let start = usage::thread_cpu_seconds();
+        let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+        while let Some((rays, places)) = next() {
+            match places {
+                Places::Hits(hits) => {
+                    bvh::closest(self.level, self.bvh, rays, self.coherence, &mut stack, hits);
+                }
+                Places::Blocked(blocked) => {
+                    bvh::any(self.level, self.bvh, rays, self.coherence, &mut stack, blocked);
+                }
+            }
+        }
+        start.zip(usage::thread_cpu_seconds()).map(|(before, after)| after - before)
+    }
+}
+
+/// What came out.
+enum Answers {
+    Hits(HitBatch),
+    Blocked(Vec<u32>),
+}
+
+impl Answers {
+    fn new(count: usize, any: bool) -> Answers {
+        // Not zeros: those the system would hand out page by page while the clock runs.
+        if any { Answers::Blocked(vec![u32::MAX; count]) } else { Answers::Hits(HitBatch::new(count)) }
+    }
+
+    /// The chunks that jobs write to.
+    fn places(&mut self) -> Box<dyn Iterator<Item = Places<'_>> + '_> {
+        match self {
+            Answers::Hits(hits) => Box::new(hits.chunks_mut(CHUNK).map(Places::Hits)),
+            Answers::Blocked(blocked) => Box::new(blocked.chunks_mut(CHUNK).map(Places::Blocked)),
+        }
+    }
+
+    fn records(&self) -> Box<dyn Iterator<Item = HitRecord> + '_> {
+        match self {
+            Answers::Hits(hits) => Box::new(hits.iter().map(|hit| HitRecord {
+                t: hit.t,
+                u: hit.u,
+                v: hit.v,
+                primitive: hit.primitive,
+            })),
+            Answers::Blocked(blocked) => {
+                Box::new(blocked.iter().map(|b| if *b == 0 { HitRecord::MISS } else { HitRecord::BLOCKED }))
+            }
+        }
+    }
+
+    fn hits(&self) -> usize {
+        self.records().filter(|record| !record.is_miss()).count()
+    }
+}
+
+/// How many answers differ by more than rounding explains.
+fn mismatches(answers: &Answers, reference: &[HitRecord], any: bool) -> usize {
+    let differs = |(ours, theirs): (HitRecord, &HitRecord)| {
+        let far = |t: f32| (t - theirs.t).abs() > 1e-4 * theirs.t + 1e-6;
+        ours.is_miss() != theirs.is_miss() || (!any && !ours.is_miss() && far(ours.t))
+    };
+    answers.records().zip(reference).filter(|pair| differs(*pair)).count()
+}
+
+/// All that is known in the end.
+struct Report<'a> {
+    arguments: &'a Trace,
+    scene: &'a Scene,
+    query: &'a Query<'a>,
+    rays: usize,
+    hits: usize,
+    best: Time,
+    mismatches: Option<usize>,
+}
+
+impl Report<'_> {
+    fn name(&self) -> &'static str {
+        if self.query.any { "any" } else { "closest" }
+    }
+
+    /// Million rays in each of so many seconds.
+    fn speed(&self, seconds: f64) -> f64 {
+        self.rays as f64 / seconds.max(1e-9) / 1e6
+    }
+
+    fn bytes_per_triangle(&self) -> Option<f64> {
+        let triangles = self.scene.compiled.geometry.triangles.len();
+        (triangles > 0).then(|| self.scene.compiled.bvh.bytes() as f64 / triangles as f64)
+    }
+
+    /// One object for programs.
+    fn json(&self) -> Value {
+        let Scene { compiled, load, compile } = self.scene;
+        let memory = compiled.memory();
+        let mut object = json!({
+            "scene": self.arguments.scene,
+            "rays_file": self.arguments.rays,
+            "query": self.name(),
+            "rays": self.rays,
+            "hits": self.hits,
+            "coherence": name_of(self.arguments.coherence),
+            "simd": self.query.level.name(),
+            "threads": self.query.threads,
+            "repeat": self.arguments.repeat,
+            "mrays_per_cpu_s": self.best.cpu.map(|seconds| self.speed(seconds)),
+            "mrays_per_s": self.speed(self.best.wall.as_secs_f64()),
+            "cpu_s": self.best.cpu,
+            "wall_s": self.best.wall.as_secs_f64(),
+            "load_s": load.as_secs_f64(),
+            "compile_s": compile.as_secs_f64(),
+            "build_s": compiled.bvh.statistics.time.as_secs_f64(),
+            "build_peak_bytes": compiled.bvh.statistics.peak_bytes,
+            "bvh_bytes": memory.bvh,
+            "bytes_per_triangle": self.bytes_per_triangle(),
+            "geometry_bytes": memory.geometry,
+            "triangles": compiled.geometry.triangles.len(),
+            "spheres": compiled.geometry.spheres.len(),
+            "instances": compiled.geometry.instances.len(),
+            "quality": format!("{:?}", compiled.bvh.quality).to_lowercase(),
+            "peak_rss_bytes": usage::peak_memory(),
+        });
+        if let Some(mismatches) = self.mismatches {
+            object["mismatches"] = mismatches.into();
+        }
+        object
+    }
+
+    /// A few lines for people.
+    fn text(&self) -> String {
+        let Scene { compiled, load, compile } = self.scene;
+        let (memory, geometry) = (compiled.memory(), &compiled.geometry);
+        let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
+        let seconds = |d: Duration| format!("{:.3} s", d.as_secs_f64());
+        let per_cpu = self.best.cpu.map_or("unknown".into(), |s| format!("{:.2} M", self.speed(s)));
+        let each = self.bytes_per_triangle().map_or(String::new(), |b| format!(" ({b:.1} bytes a triangle)"));
+        let mut lines = vec![
+            format!(
+                "scene      {} triangles, {} spheres, {} instances; {} load, {} compile",
+                geometry.triangles.len(),
+                geometry.spheres.len(),
+                geometry.instances.len(),
+                seconds(*load),
+                seconds(*compile)
+            ),
+            format!(
+                "build      {}, quality {:?}, {} besides the result",
+                seconds(compiled.bvh.statistics.time),
+                compiled.bvh.quality,
+                megabytes(compiled.bvh.statistics.peak_bytes)
+            ),
+            format!(
+                "memory     bvh {}{each}, geometry {}",
+                megabytes(memory.bvh),
+                megabytes(memory.geometry)
+            ),
+            format!("rays       {}, {} hits, query {}", self.rays, self.hits, self.name()),
+            format!(
+                "speed      {per_cpu} rays a CPU second, {:.2} M a second; best of {}, threads: {}, {}",
+                self.speed(self.best.wall.as_secs_f64()),
+                self.arguments.repeat,
+                self.query.threads,
+                self.query.level.name()
+            ),
+        ];
+        if let Some(mismatches) = self.mismatches {
+            lines.push(format!("reference  {mismatches} mismatches"));
+        }
+        lines.join("\n") + "\n"
+    }
+}
+
+/// What the command line calls it.
+fn name_of(value: impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}

@@ -1,0 +1,215 @@
+//! Raw files of rays and hits, as ray tracers exchange them to compare answers and speed.
+//!
+//! Little-endian, without a header. A ray is eight 32-bit floats: origin x y z, direction
+//! x y z, t_min, t_max. A hit is three 32-bit floats t u v and the primitive as a 32-bit
+//! integer; a miss is infinity, 0, 0 and 2³² − 1.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{LoadError, SaveError};
+use crate::math::{NONE, Vec3};
+use crate::query::RayBatch;
+
+/// Bytes of a ray in a file.
+pub const RAY_BYTES: usize = 32;
+/// Bytes of a hit in a file.
+pub const HIT_BYTES: usize = 16;
+
+/// Records that are read or written at once.
+const BLOCK: usize = 1 << 14;
+
+/// A hit as it lies in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitRecord {
+    /// Along the ray; infinity for a miss.
+    pub t: f32,
+    /// Weight of a triangle's second corner.
+    pub u: f32,
+    /// Weight of its third corner.
+    pub v: f32,
+    /// Its number; [`NONE`] for a miss.
+    pub primitive: u32,
+}
+
+impl HitRecord {
+    /// Nothing was hit.
+    pub const MISS: HitRecord = HitRecord { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: NONE };
+    /// Something was hit, wherever.
+    pub const BLOCKED: HitRecord = HitRecord { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
+
+    /// Whether nothing was hit.
+    pub fn is_miss(&self) -> bool {
+        self.primitive == NONE
+    }
+}
+
+/// Reads a file of rays. One with more than `most` rays is refused before they are in memory.
+pub fn load_rays(path: &Path, most: u64) -> Result<RayBatch, LoadError> {
+    let mut rays = RayBatch::default();
+    let reserve = |rays: &mut RayBatch, count| *rays = RayBatch::with_capacity(count);
+    read_records(path, "ray", most, &mut rays, reserve, |rays, record: [u8; RAY_BYTES]| {
+        let number = |i: usize| float(&record, i);
+        let vector = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
+        rays.push(vector(0), vector(3), number(6), number(7));
+    })?;
+    Ok(rays)
+}
+
+/// Reads a file of hits. One with more than `most` hits is refused before they are in memory.
+pub fn load_hits(path: &Path, most: u64) -> Result<Vec<HitRecord>, LoadError> {
+    let mut hits = Vec::new();
+    let reserve = |hits: &mut Vec<HitRecord>, count| hits.reserve_exact(count);
+    read_records(path, "hit", most, &mut hits, reserve, |hits, record: [u8; HIT_BYTES]| {
+        let [.., a, b, c, d] = record;
+        let primitive = u32::from_le_bytes([a, b, c, d]);
+        hits.push(HitRecord { t: float(&record, 0), u: float(&record, 1), v: float(&record, 2), primitive });
+    })?;
+    Ok(hits)
+}
+
+fn float(record: &[u8], index: usize) -> f32 {
+    let at = 4 * index;
+    f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+}
+
+/// Hands the records of `SIZE` bytes of a file one by one to `add`.
+fn read_records<T, const SIZE: usize>(
+    path: &Path,
+    what: &str,
+    most: u64,
+    out: &mut T,
+    reserve: impl Fn(&mut T, usize),
+    add: impl Fn(&mut T, [u8; SIZE]),
+) -> Result<(), LoadError> {
+    let mut file = File::open(path).map_err(LoadError::io(path))?;
+    // A pipe has no length: it is read as long as it goes on.
+    let length = file.metadata().map_err(LoadError::io(path))?.len();
+    let too_many = |count: u64| {
+        let reason = format!("has {count} {what}s or more, and there is memory for {most}: split the file");
+        LoadError::invalid(path, reason)
+    };
+    if length / SIZE as u64 > most {
+        return Err(too_many(length / SIZE as u64));
+    }
+    reserve(out, (length / SIZE as u64) as usize);
+    let mut block = vec![0; BLOCK * SIZE];
+    let mut count = 0u64;
+    loop {
+        let filled = fill(&mut file, &mut block).map_err(LoadError::io(path))?;
+        let (records, rest) = block[..filled].as_chunks::<SIZE>();
+        count += records.len() as u64;
+        if count > most {
+            return Err(too_many(count));
+        }
+        records.iter().for_each(|record| add(out, *record));
+        if !rest.is_empty() {
+            let (at, left) = (count * SIZE as u64, rest.len());
+            return Err(LoadError::invalid(
+                path,
+                format!("{what} {count}, at byte {at}, is cut off: it has {left} of {SIZE} bytes"),
+            ));
+        }
+        if filled < block.len() {
+            return Ok(());
+        }
+    }
+}
+
+/// Reads until the buffer is full or the file ends.
+fn fill(file: &mut File, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match file.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(count) => filled += count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
+}
+
+/// A file of hits that is being written.
+pub struct HitFile {
+    path: PathBuf,
+    out: BufWriter<File>,
+}
+
+impl HitFile {
+    /// Makes the file, empty, or empties the one that is there.
+    pub fn create(path: &Path) -> Result<HitFile, SaveError> {
+        let file = File::create(path).map_err(|error| SaveError::new(path, error))?;
+        Ok(HitFile { path: path.to_owned(), out: BufWriter::with_capacity(BLOCK * HIT_BYTES, file) })
+    }
+
+    /// Writes all hits and ends the file.
+    pub fn write(mut self, hits: impl Iterator<Item = HitRecord>) -> Result<(), SaveError> {
+        let written = hits.into_iter().try_for_each(|hit| self.out.write_all(&bytes(&hit)));
+        written.and_then(|()| self.out.flush()).map_err(|error| SaveError::new(&self.path, error))
+    }
+}
+
+fn bytes(hit: &HitRecord) -> [u8; HIT_BYTES] {
+    let words = [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive];
+    let mut bytes = [0; HIT_BYTES];
+    for (to, word) in bytes.chunks_exact_mut(4).zip(words) {
+        to.copy_from_slice(&word.to_le_bytes());
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        path
+    }
+
+    #[test]
+    fn rays_are_read_as_they_lie_in_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // More than one block, and none a multiple of it.
+        let count = BLOCK + 3;
+        let numbers: Vec<f32> = (0..count * 8).map(|i| i as f32).collect();
+        let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+        let path = write(&folder, "rays.f32", &bytes);
+        let rays = load_rays(&path, count as u64).expect("rays");
+        assert_eq!(rays.len(), count);
+        let columns = rays.rays();
+        for i in [0, 1, BLOCK - 1, BLOCK, count - 1] {
+            let [x, y, z] = columns.origin.map(|column| column[i]);
+            let [dx, dy, dz] = columns.direction.map(|column| column[i]);
+            let ray = [x, y, z, dx, dy, dz, columns.t_min[i], columns.t_max[i]];
+            assert_eq!(ray, numbers[8 * i..][..8]);
+        }
+        let error = load_rays(&path, count as u64 - 1).expect_err("too many").to_string();
+        assert!(error.contains(&format!("{count} rays")) && error.contains("split the file"), "{error}");
+        let path = write(&folder, "cut.f32", &bytes[..bytes.len() - 1]);
+        let error = load_rays(&path, u64::MAX).expect_err("cut off").to_string();
+        let at = (count - 1) * RAY_BYTES;
+        assert!(
+            error.ends_with(&format!("ray {}, at byte {at}, is cut off: it has 31 of 32 bytes", count - 1))
+        );
+        assert!(load_rays(&write(&folder, "empty.f32", &[]), 0).expect("no rays").is_empty());
+    }
+
+    #[test]
+    fn hits_come_back_as_they_were_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("hits.bin");
+        let hit = |i: u32| HitRecord { t: i as f32 * 0.1, u: 0.25, v: f32::MIN_POSITIVE, primitive: i * 7 };
+        let hits: Vec<HitRecord> =
+            (0..BLOCK as u32 * 2 + 5).map(hit).chain([HitRecord::MISS, HitRecord::BLOCKED]).collect();
+        HitFile::create(&path).and_then(|file| file.write(hits.iter().copied())).expect("written");
+        assert_eq!(load_hits(&path, u64::MAX).expect("hits"), hits);
+        let bytes = std::fs::read(&path).expect("a file");
+        assert_eq!(bytes.len(), hits.len() * HIT_BYTES);
+        let miss = [0, 0, 0x80, 0x7f, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff];
+        assert_eq!(bytes[bytes.len() - 32..][..16], miss);
+    }
+}

@@ -1,0 +1,174 @@
+//! Columns of rays and hits that own their memory.
+
+use crate::bvh::{HitsMut, Rays};
+use crate::math::{Hit, NONE, Vec3};
+
+/// Rays in columns, all of the same length.
+#[derive(Clone, Debug, Default)]
+pub struct RayBatch {
+    origin: [Vec<f32>; 3],
+    direction: [Vec<f32>; 3],
+    t_min: Vec<f32>,
+    t_max: Vec<f32>,
+}
+
+impl RayBatch {
+    /// No ray, and memory for `count` of them.
+    pub fn with_capacity(count: usize) -> Self {
+        let column = || Vec::with_capacity(count);
+        let columns = || [column(), column(), column()];
+        Self { origin: columns(), direction: columns(), t_min: column(), t_max: column() }
+    }
+
+    /// Adds the ray `origin + t · direction` with `t_min` < t ≤ `t_max`.
+    pub fn push(&mut self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) {
+        for axis in 0..3 {
+            self.origin[axis].push(origin[axis]);
+            self.direction[axis].push(direction[axis]);
+        }
+        self.t_min.push(t_min);
+        self.t_max.push(t_max);
+    }
+
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        self.t_max.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.t_max.is_empty()
+    }
+
+    /// Leaves no ray and keeps the memory.
+    pub fn clear(&mut self) {
+        self.origin.iter_mut().chain(&mut self.direction).for_each(Vec::clear);
+        self.t_min.clear();
+        self.t_max.clear();
+    }
+
+    /// All of them.
+    pub fn rays(&self) -> Rays<'_> {
+        self.between(0, self.len())
+    }
+
+    /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.
+    pub fn chunks(&self, size: usize) -> impl Iterator<Item = Rays<'_>> {
+        let (size, count) = (size.max(1), self.len());
+        (0..count).step_by(size).map(move |from| self.between(from, from.saturating_add(size).min(count)))
+    }
+
+    fn between(&self, from: usize, to: usize) -> Rays<'_> {
+        Rays {
+            origin: self.origin.each_ref().map(|column| &column[from..to]),
+            direction: self.direction.each_ref().map(|column| &column[from..to]),
+            t_min: &self.t_min[from..to],
+            t_max: &self.t_max[from..to],
+        }
+    }
+}
+
+/// Hits in columns, all of the same length.
+#[derive(Clone, Debug, Default)]
+pub struct HitBatch {
+    t: Vec<f32>,
+    u: Vec<f32>,
+    v: Vec<f32>,
+    primitive: Vec<u32>,
+    instance: Vec<u32>,
+}
+
+impl HitBatch {
+    /// As many misses.
+    pub fn new(count: usize) -> Self {
+        let mut batch = Self::default();
+        batch.resize(count);
+        batch
+    }
+
+    /// Makes room for `count` hits; what is new is a miss.
+    pub fn resize(&mut self, count: usize) {
+        self.t.resize(count, f32::INFINITY);
+        self.u.resize(count, 0.0);
+        self.v.resize(count, 0.0);
+        self.primitive.resize(count, NONE);
+        self.instance.resize(count, NONE);
+    }
+
+    /// How many there are, misses too.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// One of them, if there are as many.
+    pub fn get(&self, index: usize) -> Option<Hit> {
+        (index < self.len()).then(|| Hit {
+            t: self.t[index],
+            u: self.u[index],
+            v: self.v[index],
+            primitive: self.primitive[index],
+            instance: self.instance[index],
+        })
+    }
+
+    /// All of them in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Hit> + '_ {
+        (0..self.len()).map(|i| Hit {
+            t: self.t[i],
+            u: self.u[i],
+            v: self.v[i],
+            primitive: self.primitive[i],
+            instance: self.instance[i],
+        })
+    }
+
+    /// All of them, to be written to.
+    pub fn hits_mut(&mut self) -> HitsMut<'_> {
+        HitsMut {
+            t: &mut self.t,
+            u: &mut self.u,
+            v: &mut self.v,
+            primitive: &mut self.primitive,
+            instance: &mut self.instance,
+        }
+    }
+
+    /// All of them in order, `size` (at least 1) at a time, to be written to; the last part
+    /// may be shorter.
+    pub fn chunks_mut(&mut self, size: usize) -> impl Iterator<Item = HitsMut<'_>> {
+        let size = size.max(1);
+        let floats = self.t.chunks_mut(size).zip(self.u.chunks_mut(size)).zip(self.v.chunks_mut(size));
+        let ids = self.primitive.chunks_mut(size).zip(self.instance.chunks_mut(size));
+        floats.zip(ids).map(|(((t, u), v), (primitive, instance))| HitsMut { t, u, v, primitive, instance })
+    }
+
+    /// Distances; infinity for a miss.
+    pub fn t(&self) -> &[f32] {
+        &self.t
+    }
+
+    /// Weights of triangles' second corners.
+    pub fn u(&self) -> &[f32] {
+        &self.u
+    }
+
+    /// Weights of triangles' third corners.
+    pub fn v(&self) -> &[f32] {
+        &self.v
+    }
+
+    /// Primitive ids; [`NONE`] for a miss.
+    pub fn primitive(&self) -> &[u32] {
+        &self.primitive
+    }
+
+    /// Instance ids; [`NONE`] for what is not in an instance.
+    pub fn instance(&self) -> &[u32] {
+        &self.instance
+    }
+}

@@ -1,0 +1,101 @@
+//! What a scene cannot be built from, and what a query cannot be asked.
+
+use super::builder::{MAX_COORDINATE, MAX_PRIMITIVES};
+
+/// Why a scene cannot be built. Numbers are those that the builder gave or counts from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// A vertex is nowhere, or too far away to compute with.
+    #[error(
+        "shape {shape}: vertex {vertex} is at {position:?}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
+    )]
+    Vertex {
+        /// Number that the shape would have had.
+        shape: u32,
+        /// Its place in the positions.
+        vertex: usize,
+        /// Where it is.
+        position: [f32; 3],
+    },
+    /// A triangle has a corner that the mesh does not have.
+    #[error(
+        "shape {shape}: triangle {triangle} has the vertex {index}, and there are {vertices}, counted from 0"
+    )]
+    Index {
+        /// Number that the shape would have had.
+        shape: u32,
+        /// Its place in the triangles.
+        triangle: usize,
+        /// The vertex that it asks for.
+        index: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A sphere is nowhere, too far away or too large to compute with, or has no size.
+    #[error(
+        "shape {shape}: sphere {sphere} is at {center:?} with a radius of {radius}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}, and a radius is above 0 and no more than that"
+    )]
+    Sphere {
+        /// Number that the shape would have had.
+        shape: u32,
+        /// Its place in the spheres.
+        sphere: usize,
+        /// Where it is.
+        center: [f32; 3],
+        /// How large it is.
+        radius: f32,
+    },
+    /// What is to be placed was never added.
+    #[error("instance {instance} places shape {shape}, and there are {shapes}, counted from 0")]
+    UnknownShape {
+        /// Number that the instance would have had.
+        instance: u32,
+        /// The shape that it asks for.
+        shape: u32,
+        /// How many there are.
+        shapes: usize,
+    },
+    /// A transform is not made of numbers, squeezes space flat, or is so large or so small
+    /// that it or its inverse leaves the range of coordinates.
+    #[error(
+        "instance {instance}: its transform {reason}: it must have an inverse, and both hold numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
+    )]
+    Transform {
+        /// Number that the instance would have had.
+        instance: u32,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A transform moves its shape out of the range of coordinates.
+    #[error(
+        "instance {instance} of shape {shape} reaches beyond coordinates from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
+    )]
+    OutOfReach {
+        /// The instance.
+        instance: u32,
+        /// What it places.
+        shape: u32,
+    },
+    /// More than ids can count.
+    #[error("there are {count} {what}, and the most is {MAX_PRIMITIVES}")]
+    TooMany {
+        /// Vertices, triangles, spheres, shapes or instances.
+        what: &'static str,
+        /// How many there would have been.
+        count: usize,
+    },
+}
+
+/// The columns of a query are of different lengths, so that it is not clear how many rays
+/// there are. Nothing was traced and nothing written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{column} has {length} entries, and there are {rays} rays (entries of t_max)")]
+pub struct LengthMismatch {
+    /// Which of the columns.
+    pub column: &'static str,
+    /// Its length.
+    pub length: usize,
+    /// The length of `t_max`, which is the number of rays.
+    pub rays: usize,
+}
