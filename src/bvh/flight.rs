@@ -14,6 +14,7 @@ use std::hint::select_unpredictable;
 use super::layout::{Bvh, Child, Kind, Node, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Prepared};
+use super::query::Answers;
 use super::ray::{Local, Slabs, is_finite, to_local};
 use super::traverse::LEAVE_INSTANCE;
 use super::triangle::{Exact, Shear};
@@ -60,14 +61,6 @@ struct InFlight {
 }
 
 const _: () = assert!(size_of::<InFlight>() / 64 % 2 == 1);
-
-/// Where a query's answers go.
-pub(super) trait Answers {
-    /// Whether the first hit is as good as the nearest.
-    const ANY: bool;
-    /// The answer for a ray. A miss has no primitive.
-    fn put(&mut self, index: usize, hit: &Hit);
-}
 
 /// Numbers of rays, in one list for each kind of what is next, and one for those that go on
 /// with what is on their stack.

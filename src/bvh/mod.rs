@@ -20,6 +20,7 @@ pub mod collapse;
 mod flight;
 pub mod layout;
 mod leaf;
+mod packet;
 mod prepare;
 pub mod query;
 mod ray;
@@ -48,10 +49,21 @@ pub struct Rays<'a> {
     pub t_max: &'a [f32],
 }
 
-impl Rays<'_> {
+impl<'a> Rays<'a> {
     /// How many rays there are.
     pub fn len(&self) -> usize {
         self.t_max.len()
+    }
+
+    /// Some of them.
+    pub fn range(&self, range: std::ops::Range<usize>) -> Self {
+        let part = |column: &'a [f32]| &column[range.clone()];
+        Self {
+            origin: self.origin.map(part),
+            direction: self.direction.map(part),
+            t_min: part(self.t_min),
+            t_max: part(self.t_max),
+        }
     }
 
     /// Whether there is none.

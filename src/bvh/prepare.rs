@@ -3,7 +3,7 @@
 use super::Rays;
 use super::layout::{Bvh, PADDING, Root};
 use super::ray::Slabs;
-use super::triangle::Shear;
+use super::triangle::{self, Shear};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Mask};
 
@@ -129,7 +129,9 @@ impl Prepared {
         let is_y = !first & y.gt(z);
         let longest = F::Int::select(is_x, F::Int::splat(0), F::Int::splat(2));
         F::Int::select(is_y, F::Int::splat(1), longest).store(&mut self.longest[at..]);
-        let [o, d, r] = [origin, direction, reciprocal].map(|v| rename(v, is_x, is_y));
+        let o = triangle::rename(origin, is_x, is_y);
+        let d = triangle::rename(direction, is_x, is_y);
+        let r = triangle::rename(reciprocal, is_x, is_y);
         for axis in 0..3 {
             o[axis].store(&mut self.sheared_origin[axis][at..]);
         }
@@ -138,16 +140,6 @@ impl Prepared {
         r[2].store(&mut self.shear[2][at..]);
         near.le(far) & near.le(F::load(&self.t_max[at..])) & zeros.eq(F::zero())
     }
-}
-
-/// (y, z, x) where x is longest, (z, x, y) where y is, else (x, y, z).
-#[inline(always)]
-fn rename<F: Float>([x, y, z]: [F; 3], is_x: F::Mask, is_y: F::Mask) -> [F; 3] {
-    [
-        F::select(is_x, y, F::select(is_y, z, x)),
-        F::select(is_x, z, F::select(is_y, x, y)),
-        F::select(is_x, x, F::select(is_y, y, z)),
-    ]
 }
 
 #[inline(always)]

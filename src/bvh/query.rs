@@ -1,6 +1,7 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
-use super::flight::{Answers, Flight};
+use super::flight::Flight;
+use super::packet::{self, Packet};
 use super::traverse;
 use super::{Bvh, HitsMut, Rays};
 use crate::math::Hit;
@@ -23,12 +24,13 @@ pub enum Coherence {
 pub struct Stack {
     pub(super) single: traverse::Keys,
     flight: Flight,
+    packet: Box<Packet>,
 }
 
 impl Stack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        Self { single: traverse::Keys::new(bvh), flight: Flight::new() }
+        Self { single: traverse::Keys::new(bvh), flight: Flight::new(), packet: Box::new(Packet::new(bvh)) }
     }
 }
 
@@ -49,6 +51,14 @@ pub fn any(
     dispatch(level, Query { bvh, rays, coherence, stack, answers: Occluded(occluded) });
 }
 
+/// Where a query's answers go.
+pub(super) trait Answers {
+    /// Whether the first hit is as good as the nearest.
+    const ANY: bool;
+    /// The answer for a ray. A miss has no primitive.
+    fn put(&mut self, index: usize, hit: &Hit);
+}
+
 struct Query<'a, A> {
     bvh: &'a Bvh,
     rays: Rays<'a>,
@@ -61,11 +71,50 @@ impl<A: Answers> Kernel for Query<'_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        if self.coherence == Coherence::Coherent || !Flight::holds(self.bvh) {
-            traverse::each::<L, A>(self.bvh, self.rays, &mut self.stack.single, &mut self.answers);
-        } else {
-            self.stack.flight.trace::<L, A>(self.bvh, self.rays, &mut self.answers);
+        let count = self.rays.len();
+        let mut first = 0;
+        // The first ray that no kernel has been found for.
+        let mut behind = 0;
+        while self.coherence != Coherence::Scattered && first < count {
+            let size = (count - first).min(packet::RAYS);
+            let Stack { single, packet, .. } = &mut *self.stack;
+            if packet.trace::<L, A>(self.bvh, &self.rays, first, size, single, &mut self.answers) {
+                self.scattered::<L>(behind, first);
+                behind = first + size;
+            }
+            first += size;
         }
+        self.scattered::<L>(behind, count);
+    }
+}
+
+impl<A: Answers> Query<'_, A> {
+    #[inline(always)]
+    fn scattered<L: Lanes>(&mut self, first: usize, end: usize) {
+        if first == end {
+            return;
+        }
+        let rays = self.rays.range(first..end);
+        let mut answers = Shifted { answers: &mut self.answers, by: first };
+        if Flight::holds(self.bvh) {
+            self.stack.flight.trace::<L, _>(self.bvh, rays, &mut answers);
+        } else {
+            traverse::each::<L, _>(self.bvh, rays, &mut self.stack.single, &mut answers);
+        }
+    }
+}
+
+/// Answers for a part of a queue.
+struct Shifted<'a, A> {
+    answers: &'a mut A,
+    by: usize,
+}
+
+impl<A: Answers> Answers for Shifted<'_, A> {
+    const ANY: bool = A::ANY;
+    #[inline(always)]
+    fn put(&mut self, index: usize, hit: &Hit) {
+        self.answers.put(self.by + index, hit);
     }
 }
 

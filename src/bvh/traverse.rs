@@ -1,11 +1,10 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
 use super::Rays;
-use super::flight::Answers;
 use super::layout::{Bvh, Child, Kind, WIDTH};
 use super::leaf::{self, Visit};
-use super::query::Stack;
-use super::ray::{Local, is_finite, to_local};
+use super::query::{Answers, Stack};
+use super::ray::{Local, Slabs, is_finite, to_local};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::{NO_KEY, key, key_distance};
 use crate::simd::{Lanes, Sixteen};
@@ -31,23 +30,49 @@ pub(super) fn each<L: Lanes, A: Answers>(bvh: &Bvh, rays: Rays, keys: &mut Keys,
     for i in 0..rays.len() {
         let ray = rays.get(i);
         let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-        if A::ANY {
-            if walk::<L, true>(bvh, &ray, &mut keys.0, &mut best) {
-                // Which one it is, nobody asks.
-                best.primitive = 0;
-            }
-        } else {
-            walk::<L, false>(bvh, &ray, &mut keys.0, &mut best);
+        if let Some(start) = start(bvh, &ray) {
+            from::<L, A>(bvh, &ray, start, keys, &mut best);
         }
         answers.put(i, &best);
     }
+}
+
+/// The tree's root and where a ray enters it.
+#[inline(always)]
+pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>) -> Option<u64> {
+    let root = bvh.root.filter(|_| is_finite(ray))?;
+    let near = Slabs::new(ray).enter(&root.bounds).filter(|near| *near <= ray.t_max)?;
+    Some(key(near, root.child.0))
+}
+
+/// What a ray meets in a part of the tree, if it is better than `best`; whether the query is
+/// answered, since any hit will do.
+#[inline(always)]
+pub(super) fn from<L: Lanes, A: Answers>(
+    bvh: &Bvh,
+    ray: &Ray<f32>,
+    start: u64,
+    keys: &mut Keys,
+    best: &mut Hit,
+) -> bool {
+    if !A::ANY {
+        return walk::<L, false>(bvh, ray, start, &mut keys.0, best);
+    }
+    let found = walk::<L, true>(bvh, ray, start, &mut keys.0, best);
+    if found {
+        // Which one it is, nobody asks.
+        best.primitive = 0;
+    }
+    found
 }
 
 /// The nearest hit of one ray with t_min < t ≤ t_max.
 #[inline(always)]
 pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    walk::<L, false>(bvh, ray, &mut stack.single.0, &mut best);
+    if let Some(start) = start(bvh, ray) {
+        walk::<L, false>(bvh, ray, start, &mut stack.single.0, &mut best);
+    }
     if best.is_miss() { Hit::MISS } else { best }
 }
 
@@ -55,16 +80,22 @@ pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hi
 #[inline(always)]
 pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    walk::<L, true>(bvh, ray, &mut stack.single.0, &mut best)
+    match start(bvh, ray) {
+        Some(start) => walk::<L, true>(bvh, ray, start, &mut stack.single.0, &mut best),
+        None => false,
+    }
 }
 
 /// Visits the tree nearest child first; with `ANY` stops at the first hit and returns true.
 #[inline(always)]
-fn walk<L: Lanes, const ANY: bool>(bvh: &Bvh, world: &Ray<f32>, stack: &mut [u64], best: &mut Hit) -> bool {
-    let Some(root) = bvh.root.filter(|_| is_finite(world)) else { return false };
+fn walk<L: Lanes, const ANY: bool>(
+    bvh: &Bvh,
+    world: &Ray<f32>,
+    mut current: u64,
+    stack: &mut [u64],
+    best: &mut Hit,
+) -> bool {
     let mut local = Local::new(*world);
-    let Some(near) = local.slabs.enter(&root.bounds).filter(|near| *near <= best.t) else { return false };
-    let mut current = key(near, root.child.0);
     let mut instance = NONE;
     let mut top = 0;
     loop {

@@ -182,6 +182,16 @@ impl<T: Float> Edges<T> {
     }
 }
 
+/// (y, z, x) where x is longest, (z, x, y) where y is, else (x, y, z).
+#[inline(always)]
+pub fn rename<F: Float>([x, y, z]: [F; 3], is_x: F::Mask, is_y: F::Mask) -> [F; 3] {
+    [
+        F::select(is_x, y, F::select(is_y, z, x)),
+        F::select(is_x, z, F::select(is_y, x, y)),
+        F::select(is_x, x, F::select(is_y, y, z)),
+    ]
+}
+
 /// Calls `act` with the place of each set bit.
 #[inline(always)]
 fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
