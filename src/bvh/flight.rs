@@ -13,12 +13,12 @@ use std::hint::select_unpredictable;
 
 use super::layout::{Bvh, Child, Kind, Node, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::{self, Visit};
-use super::prepare::{BATCH, Prepared};
+use super::prepare::{BATCH, Fill, Prepared};
 use super::query::Answers;
 use super::ray::{Local, Slabs, is_finite, to_local};
 use super::traverse::LEAVE_INSTANCE;
 use super::triangle::{Exact, Shear};
-use super::{Rays, triangle};
+use super::{HitsMut, Rays, triangle};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::{key, key_distance};
 use crate::simd::{Lanes, Sixteen, prefetch};
@@ -233,7 +233,7 @@ impl InFlight {
         let block = &bvh.triangles[self.child().index()];
         let visit = self.visit();
         let source = Source { bvh, rays, index: self.index, instance: self.instance };
-        leaf::triangles::<L, false>(block, &source, &self.shear, visit, &mut self.best);
+        leaf::triangles::<L, HitsMut>(block, &source, &self.shear, visit, &mut self.best);
     }
 
     #[inline(always)]
@@ -271,7 +271,7 @@ impl InFlight {
     fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
         let source = Source { bvh, rays, index: self.index, instance: self.instance };
         let visit = self.visit();
-        leaf::spheres::<L, false>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
+        leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
     }
 
     /// The way into or out of an instance.
@@ -363,7 +363,8 @@ impl Queue<'_> {
     #[inline(always)]
     fn prepare<L: Lanes, A: Answers>(&mut self, answers: &mut A) {
         let count = (self.rays.len() - self.next).min(BATCH);
-        self.prepared.fill::<L::Queue>(self.bvh, &self.rays, self.next, count);
+        let (first, rays) = (self.next, &self.rays);
+        L::apart(Fill { prepared: self.prepared, bvh: self.bvh, rays, first, count });
         let mut missed = !self.prepared.waiting & (((1u64 << count) - 1) as u32);
         while missed != 0 {
             answers.put(self.next + missed.trailing_zeros() as usize, &Hit::MISS);

@@ -1,6 +1,7 @@
 //! The flattened tree as it lies in memory.
 
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
+use crate::simd::prefetch;
 use crate::world::BuildQuality;
 
 /// Children of a node.
@@ -222,6 +223,18 @@ impl Default for Bvh {
 }
 
 impl Bvh {
+    /// Asks for the memory of a node or block that will be visited soon.
+    #[inline(always)]
+    pub(super) fn fetch(&self, child: Child) {
+        match child.kind() {
+            Kind::Node => prefetch(self.nodes.as_ptr() as usize + child.index() * size_of::<Node>(), 7),
+            Kind::Triangles => {
+                prefetch(self.triangles.as_ptr() as usize + child.index() * size_of::<TriangleBlock>(), 5);
+            }
+            _ => {}
+        }
+    }
+
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])

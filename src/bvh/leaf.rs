@@ -1,6 +1,7 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
 use super::layout::{SphereBlock, TriangleBlock};
+use super::query::Answers;
 use super::triangle::{BlockHits, Exact, Shear};
 use super::{sphere, triangle};
 use crate::math::{Hit, Ray};
@@ -17,9 +18,9 @@ pub(super) struct Visit {
     pub instance: u32,
 }
 
-/// Tests a block of triangles; with `ANY` says whether there is a hit no farther than `best`.
+/// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.
 #[inline(always)]
-pub(super) fn triangles<L: Lanes, const ANY: bool>(
+pub(super) fn triangles<L: Lanes, A: Answers>(
     block: &TriangleBlock,
     ray: &impl Exact,
     shear: &Shear,
@@ -28,7 +29,7 @@ pub(super) fn triangles<L: Lanes, const ANY: bool>(
 ) -> bool {
     for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
         let hits = triangle::intersect::<L::Block>(block, lane, ray, shear);
-        if accept::<_, ANY>(&hits, &block.primitive[lane..], visit, best) {
+        if accept::<_, A>(&hits, &block.primitive[lane..], visit, best) {
             return true;
         }
     }
@@ -37,7 +38,7 @@ pub(super) fn triangles<L: Lanes, const ANY: bool>(
 
 /// The same for spheres.
 #[inline(always)]
-pub(super) fn spheres<L: Lanes, const ANY: bool>(
+pub(super) fn spheres<L: Lanes, A: Answers>(
     block: &SphereBlock,
     ray: &Ray<f32>,
     visit: Visit,
@@ -45,16 +46,16 @@ pub(super) fn spheres<L: Lanes, const ANY: bool>(
 ) -> bool {
     for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
         let hits = sphere::intersect::<L::Block>(block, lane, ray);
-        if accept::<_, ANY>(&hits, &block.primitive[lane..], visit, best) {
+        if accept::<_, A>(&hits, &block.primitive[lane..], visit, best) {
             return true;
         }
     }
     false
 }
 
-/// Takes the hits of a block that are better than `best`; with `ANY` says whether there is one.
+/// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
 #[inline(always)]
-fn accept<T: Float, const ANY: bool>(hits: &BlockHits<T>, ids: &[u32], visit: Visit, best: &mut Hit) -> bool {
+fn accept<T: Float, A: Answers>(hits: &BlockHits<T>, ids: &[u32], visit: Visit, best: &mut Hit) -> bool {
     // NaN distances fail the first comparison.
     let t = hits.t.max(T::splat(visit.near));
     let mask = hits.mask & hits.t.gt(T::splat(visit.t_min)) & t.le(T::splat(best.t));
@@ -62,7 +63,7 @@ fn accept<T: Float, const ANY: bool>(hits: &BlockHits<T>, ids: &[u32], visit: Vi
     if bits == 0 {
         return false;
     }
-    if ANY {
+    if A::ANY {
         return true;
     }
     let (mut ts, mut us, mut vs) = ([0.0; 8], [0.0; 8], [0.0; 8]);

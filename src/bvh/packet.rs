@@ -13,10 +13,12 @@
 //! Rays of a packet whose directions have other signs or another longest axis than those of
 //! the first one are left to a pass of their own.
 
+use std::marker::PhantomData;
+
 use super::Rays;
 use super::layout::{Bvh, Child, Kind, Node, PADDING, TriangleBlock, WIDTH};
 use super::query::Answers;
-use super::traverse::{self, Keys};
+use super::traverse::{self, Keys, Part};
 use super::triangle::{self, Shear};
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::simd::sixteen::key;
@@ -24,8 +26,10 @@ use crate::simd::{Float, Int, Lanes, Mask, Sixteen};
 
 /// Rays of a packet.
 pub(super) const RAYS: usize = 128;
-/// The most groups of lanes that a packet is made of: eight lanes each.
-const GROUPS: usize = RAYS / 8;
+/// A packet has groups of as many lanes as the processor has, but at least of so many.
+pub(super) const LEAST_WIDTH: usize = 8;
+/// The most groups of lanes that a packet is made of.
+const GROUPS: usize = RAYS / LEAST_WIDTH;
 /// Passes over a packet before the rest of it is left to the single-ray kernel.
 const PASSES: usize = 4;
 /// A beam whose slopes differ by more than this is not worth it.
@@ -89,6 +93,8 @@ struct Beam {
     ends: [f32; 2],
     /// Which of a box's planes along each axis are the near ones.
     sides: [usize; 3],
+    /// Where all of its rays start, if that is one point.
+    apex: Option<[f32; 3]>,
 }
 
 impl Packet {
@@ -138,7 +144,8 @@ impl Packet {
             let beam = self.beam::<L::Queue>(&active, &root);
             let beam = beam.filter(|_| active.lanes.iter().map(|l| l.count_ones()).sum::<u32>() >= FEWEST);
             match beam {
-                Some(beam) => self.walk::<L, A>(bvh, active, &beam, keys),
+                Some(beam) if beam.apex.is_some() => self.walk::<L, A, true>(bvh, active, &beam, keys),
+                Some(beam) => self.walk::<L, A, false>(bvh, active, &beam, keys),
                 // Nothing has been done yet, and the caller has a better way.
                 None if pass == 0 => return false,
                 None => self.one_by_one::<L, A>(bvh, active, width, keys),
@@ -193,7 +200,8 @@ impl Packet {
             (d[0] * r).store(&mut self.shear[0].0[at..]);
             (d[1] * r).store(&mut self.shear[1].0[at..]);
             r.store(&mut self.shear[2].0[at..]);
-            F::load(&self.t_min.0[at..]).max(F::zero()).store(&mut self.t_min.0[at..]);
+            // A NaN stays one, −0 becomes 0.
+            (F::zero().max(F::load(&self.t_min.0[at..])) + F::zero()).store(&mut self.t_min.0[at..]);
             F::zero().store(&mut self.u.0[at..]);
             F::zero().store(&mut self.v.0[at..]);
             F::Int::splat(NONE).store(&mut self.primitive.0[at..]);
@@ -252,6 +260,8 @@ impl Packet {
         let sign = if forwards { 1.0 } else { -1.0 };
         // Along the longest axis, counted in the direction of the rays.
         let (mut start, mut end) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
+        let apex = [0, 1, 2].map(|axis| self.origin[axis].0[(group * F::WIDTH + lane) % RAYS]);
+        let mut is_apex = true;
         let mut slopes = [[F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY)]; 2];
         let mut groups = active.groups;
         while groups != 0 {
@@ -260,6 +270,10 @@ impl Packet {
             let (at, mask) = (group * F::WIDTH, F::Mask::from_bits(active.lanes[group]));
             let z = F::load(&self.origin[depth].0[at..]) * F::splat(sign);
             let dz = F::load(&self.direction[depth].0[at..]) * F::splat(sign);
+            for (axis, apex) in apex.iter().enumerate() {
+                let same = F::load(&self.origin[axis].0[at..]).to_bits().eq(F::Int::splat(apex.to_bits()));
+                is_apex &= !(mask & !same).any();
+            }
             start = F::select(mask, z.min(start), start);
             end = F::select(mask, (z + dz * F::load(&self.t.0[at..])).max(end), end);
             for axis in 0..2 {
@@ -279,7 +293,14 @@ impl Packet {
         let end = largest(end).min(box_end).max(start);
         let at_ends = self.extent::<F>(active, &axes, sign, [start, end]);
         let reach = low.iter().chain(&high).fold(0.0f32, |most, c| most.max(c.abs()));
-        let mut beam = Beam { axes, slope: [[0.0; 2]; 2], bound: [[0.0; 2]; 2], ends: [start, end], sides };
+        let mut beam = Beam {
+            axes,
+            slope: [[0.0; 2]; 2],
+            bound: [[0.0; 2]; 2],
+            ends: [start, end],
+            sides,
+            apex: is_apex.then_some(apex),
+        };
         let mut slack = 0.0f32;
         for axis in 0..2 {
             for side in 0..2 {
@@ -340,10 +361,16 @@ impl Packet {
 
     /// Takes a pass through the tree.
     #[inline(always)]
-    fn walk<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, mut active: Active, beam: &Beam, keys: &mut Keys) {
+    fn walk<L: Lanes, A: Answers, const APEX: bool>(
+        &mut self,
+        bvh: &Bvh,
+        mut active: Active,
+        beam: &Beam,
+        keys: &mut Keys,
+    ) {
         let Some(root) = bvh.root else { return };
         let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
-        let mut groups = self.enter::<L::Queue>(&active, active.groups, &planes, &beam.sides);
+        let mut groups = self.enter::<L::Queue, APEX>(&active, active.groups, &planes, beam);
         let mut child = root.child;
         let mut top = 0;
         loop {
@@ -352,7 +379,7 @@ impl Packet {
                     Kind::Node => self.open::<L>(bvh, child.index(), groups, beam, &mut top),
                     Kind::Triangles => {
                         let block = &bvh.triangles[child.index()];
-                        let done = self.test::<L, A>(block, groups, &mut active, beam);
+                        let done = self.test::<L, A, APEX>(block, groups, &mut active, beam);
                         if done {
                             return;
                         }
@@ -373,20 +400,29 @@ impl Packet {
             let node = &bvh.nodes[entry.node as usize];
             let slot = entry.slot as usize % WIDTH;
             let planes = [0, 1].map(|side| node.planes.map(|axis| axis[side][slot]));
-            groups = self.enter::<L::Queue>(&active, entry.groups & active.groups, &planes, &beam.sides);
+            groups = self.enter::<L::Queue, APEX>(&active, entry.groups & active.groups, &planes, beam);
             child = Child(entry.child);
         }
     }
 
     /// Which groups have a ray that enters a box; `near` holds where.
     #[inline(always)]
-    fn enter<F: Float>(
+    fn enter<F: Float, const APEX: bool>(
         &mut self,
         active: &Active,
         mut groups: u32,
         planes: &[[f32; 3]; 2],
-        sides: &[usize; 3],
+        beam: &Beam,
     ) -> u32 {
+        // The planes as the rays meet them; seen from the apex if there is one.
+        let apex = if APEX { beam.apex.unwrap_or([0.0; 3]) } else { [0.0; 3] };
+        let (mut near_planes, mut far_planes) = ([F::zero(); 3], [F::zero(); 3]);
+        for axis in 0..3 {
+            let side = beam.sides[axis] & 1;
+            let (near, far) = (planes[side][axis], planes[1 - side][axis]);
+            near_planes[axis] = F::splat(if APEX { apex[axis] - near } else { near });
+            far_planes[axis] = F::splat(if APEX { apex[axis] - far } else { far });
+        }
         let mut entered = 0;
         while groups != 0 {
             let group = groups.trailing_zeros() as usize % GROUPS;
@@ -394,12 +430,15 @@ impl Packet {
             let at = group * F::WIDTH;
             let (mut near, mut far) = (F::load(&self.t_min.0[at..]), F::load(&self.t.0[at..]));
             for axis in 0..3 {
-                let side = sides[axis] & 1;
-                let origin = F::load(&self.origin[axis].0[at..]);
                 let near_scale = F::load(&self.near_scale[axis].0[at..]);
                 let far_scale = F::load(&self.far_scale[axis].0[at..]);
-                near = ((origin - F::splat(planes[side][axis])) * near_scale).max(near);
-                far = ((origin - F::splat(planes[1 - side][axis])) * far_scale).min(far);
+                let (mut near_plane, mut far_plane) = (near_planes[axis], far_planes[axis]);
+                if !APEX {
+                    let origin = F::load(&self.origin[axis].0[at..]);
+                    (near_plane, far_plane) = (origin - near_plane, origin - far_plane);
+                }
+                near = (near_plane * near_scale).max(near);
+                far = (far_plane * far_scale).min(far);
             }
             // A lane that does not enter gets no distance, with which no comparison is true.
             let inside = near.le(far);
@@ -433,6 +472,7 @@ impl Packet {
         for found in &order[..count] {
             let slot = *found as u32;
             let child = node.child[slot as usize % WIDTH];
+            bvh.fetch(Child(child));
             self.stack[*top] = Entry { child, node: index as u32, slot, groups };
             *top += 1;
         }
@@ -440,7 +480,7 @@ impl Packet {
 
     /// Tests a block against the rays that enter it; whether all rays of the pass are done.
     #[inline(always)]
-    fn test<L: Lanes, A: Answers>(
+    fn test<L: Lanes, A: Answers, const APEX: bool>(
         &mut self,
         block: &TriangleBlock,
         groups: u32,
@@ -452,12 +492,14 @@ impl Packet {
             let place = met.trailing_zeros() as usize % 8;
             met &= met - 1;
             let vertices = block.corners(place);
-            let corners = vertices.map(|c| beam.axes.map(|axis| c[axis % 3]));
+            let apex = if APEX { beam.apex.unwrap_or([0.0; 3]) } else { [0.0; 3] };
+            let corners = vertices
+                .map(|c| beam.axes.map(|axis| if APEX { c[axis % 3] - apex[axis % 3] } else { c[axis % 3] }));
             let mut todo = groups & active.groups;
             while todo != 0 {
                 let group = todo.trailing_zeros() as usize % GROUPS;
                 todo &= todo - 1;
-                self.test_one::<L::Queue, A>(
+                self.test_one::<L::Queue, A, APEX>(
                     &vertices,
                     &corners,
                     block.primitive[place],
@@ -475,7 +517,7 @@ impl Packet {
 
     /// One triangle against one group of rays.
     #[inline(always)]
-    fn test_one<F: Float, A: Answers>(
+    fn test_one<F: Float, A: Answers, const APEX: bool>(
         &mut self,
         vertices: &[[f32; 3]; 3],
         corners: &[[f32; 3]; 3],
@@ -485,18 +527,21 @@ impl Packet {
         beam: &Beam,
     ) {
         let at = group * F::WIDTH;
-        let [x, y, z] = beam.axes;
-        let origin = [
-            F::load(&self.origin[x].0[at..]),
-            F::load(&self.origin[y].0[at..]),
-            F::load(&self.origin[z].0[at..]),
-        ];
         let shear = [
             F::load(&self.shear[0].0[at..]),
             F::load(&self.shear[1].0[at..]),
             F::load(&self.shear[2].0[at..]),
         ];
-        let hits = triangle::intersect_rays(corners, &origin, &shear, |lane| {
+        let mut seen = [[F::zero(); 3]; 3];
+        for (seen, corner) in seen.iter_mut().zip(corners) {
+            for ((seen, corner), axis) in seen.iter_mut().zip(corner).zip(beam.axes) {
+                *seen = F::splat(*corner);
+                if !APEX {
+                    *seen = *seen - F::load(&self.origin[axis % 3].0[at..]);
+                }
+            }
+        }
+        let hits = triangle::intersect_rays(seen, &shear, |lane| {
             triangle::exact_t(*vertices, &self.ray((at + lane) % RAYS))
         });
         if !hits.mask.any() {
@@ -592,7 +637,8 @@ impl Packet {
             primitive: self.primitive.0[i],
             instance: self.instance.0[i],
         };
-        let done = traverse::from::<L, A>(bvh, &self.ray(i), start, keys, &mut best);
+        let (ray, answers) = (&self.ray(i), PhantomData::<A>);
+        let done = L::apart(Part { bvh, ray, start, keys, best: &mut best, answers });
         (self.t.0[i], self.u.0[i], self.v.0[i]) = (if done { -1.0 } else { best.t }, best.u, best.v);
         (self.primitive.0[i], self.instance.0[i]) = (best.primitive, best.instance);
         done

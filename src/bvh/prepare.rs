@@ -5,7 +5,7 @@ use super::layout::{Bvh, PADDING, Root};
 use super::ray::Slabs;
 use super::triangle::{self, Shear};
 use crate::simd::sixteen::key;
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
 /// Rays of a batch.
 pub(super) const BATCH: usize = 16;
@@ -31,6 +31,23 @@ pub(super) struct Prepared {
     sheared_origin: [Column; 3],
     shear: [Column; 3],
     direction: [Column; 3],
+}
+
+/// [`Prepared::fill`] as a function of its own.
+pub(super) struct Fill<'a> {
+    pub prepared: &'a mut Prepared,
+    pub bvh: &'a Bvh,
+    pub rays: &'a Rays<'a>,
+    pub first: usize,
+    pub count: usize,
+}
+
+impl Kernel for Fill<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.prepared.fill::<L::Queue>(self.bvh, self.rays, self.first, self.count);
+    }
 }
 
 impl Prepared {
@@ -75,7 +92,7 @@ impl Prepared {
 
     /// Prepares `count` rays from `first` on.
     #[inline(always)]
-    pub fn fill<F: Float>(&mut self, bvh: &Bvh, rays: &Rays, first: usize, count: usize) {
+    fn fill<F: Float>(&mut self, bvh: &Bvh, rays: &Rays, first: usize, count: usize) {
         self.first = first as u32;
         self.waiting = 0;
         let Some(root) = bvh.root else { return };
@@ -98,7 +115,8 @@ impl Prepared {
     /// Prepares the lanes from `at` on; says which of them enter the tree.
     #[inline(always)]
     fn lanes<F: Float>(&mut self, root: &Root, at: usize, entry: &mut Column) -> F::Mask {
-        let t_min = F::load(&self.t_min[at..]).max(F::zero());
+        // A NaN stays one, −0 becomes 0.
+        let t_min = F::zero().max(F::load(&self.t_min[at..])) + F::zero();
         t_min.store(&mut self.t_min[at..]);
         let mut near = t_min;
         let mut far = F::splat(f32::INFINITY);

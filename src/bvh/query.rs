@@ -2,10 +2,11 @@
 
 use super::flight::Flight;
 use super::packet::{self, Packet};
+use super::prepare::Prepared;
 use super::traverse;
 use super::{Bvh, HitsMut, Rays};
 use crate::math::Hit;
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +24,7 @@ pub enum Coherence {
 /// A thread's buffers for queries on one tree, made once, so that no query allocates.
 pub struct Stack {
     pub(super) single: traverse::Keys,
+    prepared: Box<Prepared>,
     flight: Flight,
     packet: Box<Packet>,
 }
@@ -30,7 +32,12 @@ pub struct Stack {
 impl Stack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        Self { single: traverse::Keys::new(bvh), flight: Flight::new(), packet: Box::new(Packet::new(bvh)) }
+        Self {
+            single: traverse::Keys::new(bvh),
+            prepared: Box::default(),
+            flight: Flight::new(),
+            packet: Box::new(Packet::new(bvh)),
+        }
     }
 }
 
@@ -59,6 +66,10 @@ pub(super) trait Answers {
     fn put(&mut self, index: usize, hit: &Hit);
 }
 
+/// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
+/// scattered ones is looked at here and there only.
+const LONGEST_PAUSE: usize = 15;
+
 struct Query<'a, A> {
     bvh: &'a Bvh,
     rays: Rays<'a>,
@@ -72,17 +83,23 @@ impl<A: Answers> Kernel for Query<'_, A> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let count = self.rays.len();
-        let mut first = 0;
-        // The first ray that no kernel has been found for.
+        // The first ray that no packet has taken.
         let mut behind = 0;
-        while self.coherence != Coherence::Scattered && first < count {
+        let packets = L::Queue::WIDTH >= packet::LEAST_WIDTH && self.coherence != Coherence::Scattered;
+        let mut first = if packets { 0 } else { count };
+        // How many packets to pass over after one that was not worth it.
+        let mut pause = 0;
+        while first < count {
             let size = (count - first).min(packet::RAYS);
             let Stack { single, packet, .. } = &mut *self.stack;
             if packet.trace::<L, A>(self.bvh, &self.rays, first, size, single, &mut self.answers) {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
+                pause = 0;
+            } else if self.coherence == Coherence::Unknown {
+                pause = (2 * pause + 1).min(LONGEST_PAUSE);
             }
-            first += size;
+            first += size + pause * packet::RAYS;
         }
         self.scattered::<L>(behind, count);
     }
@@ -96,10 +113,12 @@ impl<A: Answers> Query<'_, A> {
         }
         let rays = self.rays.range(first..end);
         let mut answers = Shifted { answers: &mut self.answers, by: first };
-        if Flight::holds(self.bvh) {
+        // Without wide registers there is nothing to hide behind other rays.
+        if Flight::holds(self.bvh) && L::Queue::WIDTH >= packet::LEAST_WIDTH {
             self.stack.flight.trace::<L, _>(self.bvh, rays, &mut answers);
         } else {
-            traverse::each::<L, _>(self.bvh, rays, &mut self.stack.single, &mut answers);
+            let Stack { single, prepared, .. } = &mut *self.stack;
+            traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
         }
     }
 }
@@ -132,7 +151,7 @@ impl Answers for HitsMut<'_> {
 }
 
 /// 1 for each ray that is blocked, 0 for the others.
-struct Occluded<'a>(&'a mut [u32]);
+pub(super) struct Occluded<'a>(&'a mut [u32]);
 
 impl Answers for Occluded<'_> {
     const ANY: bool = true;

@@ -15,7 +15,8 @@ impl Rays<'_> {
         Ray {
             origin: Vector { x: ox[i], y: oy[i], z: oz[i] },
             direction: Vector { x: dx[i], y: dy[i], z: dz[i] },
-            t_min: Float::max(self.t_min[i], 0.0),
+            // A NaN stays one, −0 becomes 0.
+            t_min: Float::max(0.0, self.t_min[i]) + 0.0,
             t_max: self.t_max[i],
         }
     }

@@ -1,13 +1,16 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
-use super::Rays;
 use super::layout::{Bvh, Child, Kind, WIDTH};
 use super::leaf::{self, Visit};
-use super::query::{Answers, Stack};
+use super::prepare::{BATCH, Fill, Prepared};
+use super::query::{Answers, Occluded, Stack};
 use super::ray::{Local, Slabs, is_finite, to_local};
+use super::{HitsMut, Rays};
+use std::marker::PhantomData;
+
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::{NO_KEY, key, key_distance};
-use crate::simd::{Lanes, Sixteen};
+use crate::simd::{Kernel, Lanes, Sixteen};
 
 /// Nodes still to visit.
 pub(super) struct Keys(Vec<u64>);
@@ -26,14 +29,29 @@ pub(super) const LEAVE_INSTANCE: u32 = u32::MAX;
 
 /// Answers a queue, ray by ray.
 #[inline(always)]
-pub(super) fn each<L: Lanes, A: Answers>(bvh: &Bvh, rays: Rays, keys: &mut Keys, answers: &mut A) {
-    for i in 0..rays.len() {
-        let ray = rays.get(i);
-        let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-        if let Some(start) = start(bvh, &ray) {
-            from::<L, A>(bvh, &ray, start, keys, &mut best);
+pub(super) fn each<L: Lanes, A: Answers>(
+    bvh: &Bvh,
+    rays: Rays,
+    prepared: &mut Prepared,
+    keys: &mut Keys,
+    answers: &mut A,
+) {
+    for first in (0..rays.len()).step_by(BATCH) {
+        let count = (rays.len() - first).min(BATCH);
+        L::apart(Fill { prepared, bvh, rays: &rays, first, count });
+        for place in 0..count {
+            let ray = rays.get(first + place);
+            let mut best = Hit { t: ray.t_max, ..Hit::MISS };
+            if prepared.waiting >> place & 1 == 1 {
+                let local = Local { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
+                let start = prepared.current[place];
+                if walk::<L, A>(bvh, local, start, &mut keys.0, &mut best) && A::ANY {
+                    // Which one it is, nobody asks.
+                    best.primitive = 0;
+                }
+            }
+            answers.put(first + place, &best);
         }
-        answers.put(i, &best);
     }
 }
 
@@ -45,25 +63,29 @@ pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>) -> Option<u64> {
     Some(key(near, root.child.0))
 }
 
-/// What a ray meets in a part of the tree, if it is better than `best`; whether the query is
-/// answered, since any hit will do.
-#[inline(always)]
-pub(super) fn from<L: Lanes, A: Answers>(
-    bvh: &Bvh,
-    ray: &Ray<f32>,
-    start: u64,
-    keys: &mut Keys,
-    best: &mut Hit,
-) -> bool {
-    if !A::ANY {
-        return walk::<L, false>(bvh, ray, start, &mut keys.0, best);
+/// What a ray meets in a part of the tree, if it is better than `best`, as a function of its own.
+/// Says whether the query is answered, since any hit will do.
+pub(super) struct Part<'a, A> {
+    pub bvh: &'a Bvh,
+    pub ray: &'a Ray<f32>,
+    /// The part, and where the ray enters it.
+    pub start: u64,
+    pub keys: &'a mut Keys,
+    pub best: &'a mut Hit,
+    pub answers: PhantomData<A>,
+}
+
+impl<A: Answers> Kernel for Part<'_, A> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let found = walk::<L, A>(self.bvh, Local::new(*self.ray), self.start, &mut self.keys.0, self.best);
+        if found {
+            // Which one it is, nobody asks.
+            self.best.primitive = 0;
+        }
+        found
     }
-    let found = walk::<L, true>(bvh, ray, start, &mut keys.0, best);
-    if found {
-        // Which one it is, nobody asks.
-        best.primitive = 0;
-    }
-    found
 }
 
 /// The nearest hit of one ray with t_min < t ≤ t_max.
@@ -71,7 +93,7 @@ pub(super) fn from<L: Lanes, A: Answers>(
 pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     if let Some(start) = start(bvh, ray) {
-        walk::<L, false>(bvh, ray, start, &mut stack.single.0, &mut best);
+        walk::<L, HitsMut>(bvh, Local::new(*ray), start, &mut stack.single.0, &mut best);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
@@ -81,21 +103,21 @@ pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hi
 pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     match start(bvh, ray) {
-        Some(start) => walk::<L, true>(bvh, ray, start, &mut stack.single.0, &mut best),
+        Some(start) => walk::<L, Occluded>(bvh, Local::new(*ray), start, &mut stack.single.0, &mut best),
         None => false,
     }
 }
 
-/// Visits the tree nearest child first; with `ANY` stops at the first hit and returns true.
+/// Visits the tree nearest child first; where any hit will do it stops at the first hit and returns true.
 #[inline(always)]
-fn walk<L: Lanes, const ANY: bool>(
+fn walk<L: Lanes, A: Answers>(
     bvh: &Bvh,
-    world: &Ray<f32>,
+    mut local: Local,
     mut current: u64,
     stack: &mut [u64],
     best: &mut Hit,
 ) -> bool {
-    let mut local = Local::new(*world);
+    let world = local.ray;
     let mut instance = NONE;
     let mut top = 0;
     loop {
@@ -122,7 +144,7 @@ fn walk<L: Lanes, const ANY: bool>(
             }
             Kind::Triangles => {
                 let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
-                if leaf::triangles::<L, ANY>(
+                if leaf::triangles::<L, A>(
                     &bvh.triangles[child.index()],
                     &local.ray,
                     &local.shear,
@@ -134,17 +156,17 @@ fn walk<L: Lanes, const ANY: bool>(
             }
             Kind::Spheres => {
                 let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
-                if leaf::spheres::<L, ANY>(&bvh.spheres[child.index()], &local.ray, visit, best) {
+                if leaf::spheres::<L, A>(&bvh.spheres[child.index()], &local.ray, visit, best) {
                     return true;
                 }
             }
             Kind::Instance if child.0 == LEAVE_INSTANCE => {
-                local = Local::new(*world);
+                local = Local::new(world);
                 instance = NONE;
             }
             Kind::Instance => {
                 let placed = &bvh.instances[child.index()];
-                let ray = to_local(world, placed);
+                let ray = to_local(&world, placed);
                 if is_finite(&ray) {
                     stack[top] = key(0.0, LEAVE_INSTANCE);
                     top += 1;

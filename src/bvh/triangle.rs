@@ -97,21 +97,17 @@ pub fn intersect<T: Float>(
 }
 
 /// Tests one triangle against a ray in each lane; all rays have the same axis renamed z.
-/// `corners` are those of the triangle with renamed axes, `origin` and `shear` what
-/// [`Shear`] holds for one ray, `exact` the rays themselves by lane.
+/// `seen` are its corners with renamed axes, seen from the rays' origins; `shear` is what
+/// [`Shear`] holds for one ray, `exact` gives [`exact_t`] for a lane.
 #[inline(always)]
 pub fn intersect_rays<T: Float>(
-    corners: &[[f32; 3]; 3],
-    origin: &[T; 3],
+    mut seen: [[T; 3]; 3],
     shear: &[T; 3],
     exact: impl Fn(usize) -> f32,
 ) -> BlockHits<T> {
-    let mut seen = [[T::zero(); 3]; 3];
-    for (seen, corner) in seen.iter_mut().zip(corners) {
-        let x = T::splat(corner[0]) - origin[0];
-        let y = T::splat(corner[1]) - origin[1];
-        let z = T::splat(corner[2]) - origin[2];
-        *seen = [x - shear[0] * z, y - shear[1] * z, z];
+    for corner in &mut seen {
+        let [x, y, z] = *corner;
+        *corner = [x - shear[0] * z, y - shear[1] * z, z];
     }
     let edges = Edges::new(&seen);
     let mut hits = edges.meet(&seen, shear[2]);

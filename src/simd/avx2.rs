@@ -13,6 +13,12 @@ impl Lanes for Set {
     type Queue = F32x8;
     type Node = F32x8x2;
     type Block = F32x8;
+
+    #[inline(always)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        unsafe { run_apart(kernel) }
+    }
 }
 
 /// Whether the processor has what [`run`] is compiled for.
@@ -32,6 +38,17 @@ pub(super) fn detected() -> bool {
 /// [`detected`] must have said yes.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Set>()
+}
+
+/// The same, never inlined.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
 }
 

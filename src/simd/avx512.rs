@@ -14,6 +14,12 @@ impl Lanes for Set {
     type Queue = F32x16;
     type Node = F32x16;
     type Block = F32x8;
+
+    #[inline(always)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        unsafe { run_apart(kernel) }
+    }
 }
 
 /// Whether the processor has what [`run`] is compiled for.
@@ -31,6 +37,17 @@ pub(super) fn detected() -> bool {
 /// [`detected`] must have said yes, and [`super::avx2::detected`] too.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Set>()
+}
+
+/// The same, never inlined.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
 }
 

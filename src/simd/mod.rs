@@ -178,6 +178,10 @@ pub trait Lanes: 'static {
     type Node: Sixteen;
     /// For the 8 primitives of a block: 1 or 8 at a time.
     type Block: Float;
+
+    /// Runs a part of a kernel as a function of its own. What a kernel calls is inlined wherever
+    /// it is called; this keeps what is large and called from several places from multiplying.
+    fn apart<K: Kernel>(kernel: K) -> K::Output;
 }
 
 /// Work that can run with the lanes of any instruction set.

@@ -2,7 +2,7 @@
 
 use std::num::Wrapping;
 
-use super::{Float, Int, Lanes, Mask};
+use super::{Float, Int, Kernel, Lanes, Mask};
 
 /// Works on any processor.
 pub(super) struct Portable;
@@ -11,6 +11,11 @@ impl Lanes for Portable {
     type Queue = f32;
     type Node = super::sixteen::Plain;
     type Block = f32;
+
+    #[inline(never)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }
 
 impl Mask for bool {

@@ -1,6 +1,7 @@
 //! The tree against oracles: all primitives by the canonical tests without any culling,
 //! where every bit must agree, and all primitives in double precision.
 
+mod kernels;
 mod oracle;
 mod watertight;
 
@@ -73,6 +74,11 @@ fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
 
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    trace_as(Coherence::Unknown, level, bvh, rays)
+}
+
+/// The same, by the kernels for a kind of queue.
+fn trace_as(coherence: Coherence, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
     let columns = [
         column(|r| r.origin.x),
@@ -92,8 +98,8 @@ fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     let mut stack = Stack::new(bvh);
     let hits =
         HitsMut { t: &mut t, u: &mut u, v: &mut v, primitive: &mut primitive, instance: &mut instance };
-    closest(level, bvh, view, Coherence::Unknown, &mut stack, hits);
-    super::any(level, bvh, view, Coherence::Unknown, &mut stack, &mut occluded);
+    closest(level, bvh, view, coherence, &mut stack, hits);
+    super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
     let hits = (0..n)
         .map(|i| Hit { t: t[i], u: u[i], v: v[i], primitive: primitive[i], instance: instance[i] })
         .collect();
@@ -108,18 +114,25 @@ fn bits(hit: &Hit) -> [u32; 5] {
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     let bvh = soup.build();
     let expected: Vec<Hit> = rays.iter().map(|ray| oracle(&bvh, ray)).collect();
-    for level in Level::available() {
-        let (hits, occluded) = trace(level, &bvh, rays);
+    for (level, coherence) in all_kernels() {
+        let (hits, occluded) = trace_as(coherence, level, &bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
                 let (o, d) = (r.origin, r.direction);
-                format!("{level:?}, ray {:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max)
+                let ray = format!("{:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max);
+                format!("{level:?}, {coherence:?}, ray {i} {ray}")
             };
             assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
             assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());
         }
     }
+}
+
+/// Every instruction set with every kind of queue.
+fn all_kernels() -> Vec<(Level, Coherence)> {
+    let kinds = [Coherence::Unknown, Coherence::Coherent, Coherence::Scattered];
+    Level::available().into_iter().flat_map(|level| kinds.map(|kind| (level, kind))).collect()
 }
 
 fn within_bracket(soup: &Soup, rays: &[Ray<f32>]) {

@@ -3,7 +3,7 @@
 use super::*;
 
 /// A closed star-shaped surface: an octahedron, subdivided, with bumps.
-fn bumpy(subdivisions: u32, scale: f32, offset: Vec3) -> Soup {
+pub(super) fn bumpy(subdivisions: u32, scale: f32, offset: Vec3) -> Soup {
     let mut points = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     for i in 0..8u32 {
@@ -67,8 +67,8 @@ fn no_ray_leaves_a_closed_surface() {
         let soup = bumpy(5, scale, offset).all_in_the_world();
         let bvh = soup.build();
         let rays = rays_from_within(&soup, &mut random, scale, offset);
-        for level in Level::available() {
-            let (hits, occluded) = trace(level, &bvh, &rays);
+        for (level, coherence) in all_kernels() {
+            let (hits, occluded) = trace_as(coherence, level, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
             assert_eq!((out, unblocked), (0, 0), "{level:?}, scale {scale}, at {offset}");

@@ -1,0 +1,127 @@
+//! The kernels for queues: packets, rays in flight, single rays, against the oracle.
+
+use super::*;
+
+/// How the rays of a queue lie to each other.
+#[derive(Clone, Copy, Debug)]
+enum Bundle {
+    FromOnePoint,
+    ToOnePoint,
+    Parallel,
+    /// Between two small squares, as from a lens or to a lamp.
+    BetweenSquares,
+}
+
+const BUNDLES: [Bundle; 4] =
+    [Bundle::FromOnePoint, Bundle::ToOnePoint, Bundle::Parallel, Bundle::BetweenSquares];
+
+fn point(random: &mut Stream, size: f32) -> Vec3 {
+    Vec3::from_array(std::array::from_fn(|_| random.random_range(-size..size)))
+}
+
+/// A queue of rays side by side, with a few among them that are not, or that are no rays.
+fn bundle(random: &mut Stream, kind: Bundle, count: usize, odd: bool) -> Vec<Ray<f32>> {
+    let (from, to) = (point(random, 7.0), point(random, 3.0));
+    let end: f32 = random.random_range(2.0..20.0);
+    let bounded: bool = random.random();
+    let mut rays = Vec::new();
+    for i in 0..count {
+        let (a, b) = (point(random, 0.4), point(random, 0.4));
+        let mut ray = match kind {
+            Bundle::FromOnePoint => towards(from, to + a),
+            Bundle::ToOnePoint => towards(from + a, to),
+            Bundle::Parallel => towards(from + a, to + a),
+            Bundle::BetweenSquares => towards(from + a, to + b),
+        };
+        if bounded {
+            ray.t_max = end;
+        }
+        if odd && i % 17 == 3 {
+            ray = random_odd(random, ray, i / 17);
+        }
+        rays.push(ray);
+    }
+    rays
+}
+
+fn random_odd(random: &mut Stream, ray: Ray<f32>, kind: usize) -> Ray<f32> {
+    let other = towards(point(random, 6.0), point(random, 6.0));
+    match kind % 6 {
+        0 => Ray { t_max: -1.0, ..ray },
+        1 => Ray { t_max: f32::NAN, ..ray },
+        2 => Ray { direction: Vector { x: 0.0, y: 0.0, z: 0.0 }, ..ray },
+        3 => Ray { origin: Vector { x: f32::NAN, ..ray.origin }, ..ray },
+        4 => Ray { t_min: 3.0, ..ray },
+        _ => other,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn rays_side_by_side_hit_what_the_oracle_says(
+        seed: u64,
+        counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
+        placed in 0usize..3,
+        kind in 0usize..4,
+        length in 1usize..300,
+        coarse: bool,
+        odd: bool,
+    ) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, counts, placed, coarse);
+        agree(&soup, &bundle(&mut random, BUNDLES[kind], length, odd));
+    }
+}
+
+/// Where rays of a packet run along an axis, an edge or a plane of a box.
+#[test]
+fn packets_along_axes_agree() {
+    let mut random = Stream::new(21);
+    let soup = random_soup(&mut random, [500, 0, 0, 0], 0, true);
+    for axis in [Vec3::X, Vec3::NEG_Y, Vec3::Z] {
+        for turn in [0.0, 1e-40, 1e-8, 1e-3] {
+            let side = Vec3::new(axis.y, axis.z, axis.x);
+            let rays: Vec<_> = (0..256)
+                .map(|i| {
+                    let (u, v) = ((i % 16) as f32 * 0.125, (i / 16) as f32 * 0.125);
+                    let origin = axis * -8.0 + side * (u - 1.0) + side.cross(axis) * (v - 1.0);
+                    let across = side * turn * (i as f32 - 100.0);
+                    ray(origin, axis + across, 0.0, f32::INFINITY)
+                })
+                .collect();
+            agree(&soup, &rays);
+        }
+    }
+}
+
+/// A closed surface, seen from within by packets through every pixel of a cube's faces.
+#[test]
+fn no_packet_leaves_a_closed_surface() {
+    for (scale, offset) in [(1.0, Vec3::ZERO), (1e-6, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, Vec3::splat(1e4))]
+    {
+        let soup = super::watertight::bumpy(5, scale, offset).all_in_the_world();
+        let bvh = soup.build();
+        let mut rays = Vec::new();
+        for face in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z] {
+            let side = Vec3::new(face.y, face.z, face.x);
+            for i in 0..64 * 64 {
+                let (u, v) = ((i % 64) as f32 / 32.0 - 1.0, (i / 64) as f32 / 32.0 - 1.0);
+                let direction = (face + side * u + side.cross(face) * v).normalize();
+                rays.push(ray(
+                    offset + point(&mut Stream::new(i), 0.1 * scale),
+                    direction,
+                    0.0,
+                    f32::INFINITY,
+                ));
+            }
+        }
+        for (level, coherence) in all_kernels() {
+            let (hits, occluded) = trace_as(coherence, level, &bvh, &rays);
+            let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
+            let unblocked = occluded.iter().filter(|o| **o == 0).count();
+            assert_eq!((out, unblocked), (0, 0), "{level:?}, {coherence:?}, scale {scale}, at {offset}");
+        }
+    }
+}
