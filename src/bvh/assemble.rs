@@ -3,10 +3,12 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
-use super::build::{Reference, build};
-use super::collapse::collapse;
-use super::layout::{Bvh, Child, Kind, Root, SPHERE, SphereBlock, TriangleBlock, pad};
+use super::build::{BinaryNode, Tree, build};
+use super::collapse::{Plan, open};
+use super::layout::{Bvh, Kind, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, pad};
+use super::reference::{Extent, Reference};
 use crate::math::{Aabb, Vec3};
 
 /// The arrays that primitive ids refer to.
@@ -21,12 +23,14 @@ pub struct Geometry<'a> {
 }
 
 impl Geometry<'_> {
+    #[inline(always)]
     fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
 
-    fn triangle_bounds(&self, triangle: u32) -> Aabb {
-        Aabb::around(self.corners(triangle).map(Vec3::from_array))
+    #[inline(always)]
+    fn triangle_bounds(&self, triangle: u32) -> Extent {
+        Extent::around_points(self.corners(triangle)).padded()
     }
 
     fn sphere_bounds(&self, sphere: u32) -> Aabb {
@@ -38,6 +42,38 @@ impl Geometry<'_> {
     }
 }
 
+/// What a tree is built over.
+struct Primitives<'a> {
+    geometry: &'a Geometry<'a>,
+    triangles: Range<u32>,
+    spheres: Range<u32>,
+    /// The boxes of instances.
+    instances: Vec<Aabb>,
+}
+
+impl Primitives<'_> {
+    fn len(&self) -> usize {
+        self.triangles.len() + self.spheres.len() + self.instances.len()
+    }
+
+    /// Triangles come first, then spheres, then instances.
+    #[inline(always)]
+    fn reference(&self, place: usize) -> Reference {
+        let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
+        if place < triangles {
+            let id = self.triangles.start + place as u32;
+            return Reference::new(self.geometry.triangle_bounds(id), Kind::Triangles, id);
+        }
+        let place = place - triangles;
+        if place < spheres {
+            let id = self.spheres.start + place as u32;
+            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), Kind::Spheres, id);
+        }
+        let place = place - spheres;
+        Reference::new(Extent::new(&self.instances[place]), Kind::Instance, place as u32)
+    }
+}
+
 impl Bvh {
     /// Adds a tree over some of the geometry; nothing to hold, no tree.
     pub fn add_tree(
@@ -46,8 +82,7 @@ impl Bvh {
         triangles: Range<u32>,
         spheres: Range<u32>,
     ) -> Option<Root> {
-        let references = references(geometry, triangles, spheres);
-        self.add_references(geometry, references)
+        self.add(&Primitives { geometry, triangles, spheres, instances: Vec::new() })
     }
 
     /// Adds the world's tree over geometry and over all instances, whose subtrees must
@@ -59,63 +94,73 @@ impl Bvh {
         spheres: Range<u32>,
         subtrees: &[Aabb],
     ) {
-        let mut references = references(geometry, triangles, spheres);
-        references.extend(self.instances.iter().zip(subtrees).enumerate().map(|(i, (instance, bounds))| {
-            Reference::new(pad(transformed(bounds, &instance.to_world)), Kind::Instance, i as u32)
-        }));
-        self.root = self.add_references(geometry, references);
+        let instances = self.instances.iter().zip(subtrees);
+        let instances = instances.map(|(instance, bounds)| pad(transformed(bounds, &instance.to_world)));
+        let instances = instances.collect();
+        self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
     }
 
-    fn add_references(&mut self, geometry: &Geometry, mut references: Vec<Reference>) -> Option<Root> {
-        if references.is_empty() {
+    fn add(&mut self, primitives: &Primitives) -> Option<Root> {
+        if primitives.len() == 0 {
             return None;
         }
         let start = std::time::Instant::now();
-        let tree = build(&mut references);
-        let root = collapse(&tree, &references, self, &mut |bvh, leaf| bvh.add_leaf(geometry, leaf));
+        let Tree { mut nodes, order } =
+            build(primitives.len(), self.quality, &|place| primitives.reference(place));
+        let before = [self.nodes.len(), self.triangles.len(), self.spheres.len()];
+        let plan = Plan::new(&mut nodes, &order, before);
+        self.stack_size = self.stack_size.max(WIDTH * (plan.depth + 1));
+        let leaf = |index: &u32| {
+            let leaf = &nodes[*index as usize];
+            &order[leaf.offset as usize..][..leaf.count as usize]
+        };
+        let geometry = primitives.geometry;
+        // Chunks of a size that does not matter, but one each would be much to steal.
+        self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
+        let triangles = plan.triangles.par_iter().with_min_len(256);
+        self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
+        let spheres = plan.spheres.par_iter().with_min_len(256);
+        self.spheres.par_extend(spheres.map(|index| sphere_block(geometry, leaf(index))));
         self.statistics.time += start.elapsed();
-        Some(root)
-    }
-
-    fn add_leaf(&mut self, geometry: &Geometry, leaf: &[Reference]) -> Child {
-        match leaf[0].kind() {
-            Kind::Spheres => {
-                let mut block = SphereBlock::EMPTY;
-                for (lane, reference) in leaf.iter().enumerate() {
-                    let [x, y, z, radius] = geometry.spheres[reference.id as usize];
-                    for (axis, value) in [x, y, z].into_iter().enumerate() {
-                        block.center[axis][lane] = value;
-                    }
-                    block.radius[lane] = radius;
-                    block.primitive[lane] = reference.id | SPHERE;
-                }
-                self.spheres.push(block);
-                Child::new(Kind::Spheres, self.spheres.len() - 1)
-            }
-            Kind::Triangles => {
-                let mut block = TriangleBlock::EMPTY;
-                for (lane, reference) in leaf.iter().enumerate() {
-                    for (corner, position) in geometry.corners(reference.id).into_iter().enumerate() {
-                        for (axis, value) in position.into_iter().enumerate() {
-                            block.vertex[corner][axis][lane] = value;
-                        }
-                    }
-                    block.primitive[lane] = reference.id;
-                }
-                self.triangles.push(block);
-                Child::new(Kind::Triangles, self.triangles.len() - 1)
-            }
-            _ => Child::new(Kind::Instance, leaf[0].id as usize),
-        }
+        Some(Root { child: nodes[0].child, bounds: nodes[0].bounds })
     }
 }
 
-fn references(geometry: &Geometry, triangles: Range<u32>, spheres: Range<u32>) -> Vec<Reference> {
-    let mut references = Vec::with_capacity(triangles.len() + spheres.len());
-    let triangle = |id| Reference::new(pad(geometry.triangle_bounds(id)), Kind::Triangles, id);
-    references.par_extend(triangles.into_par_iter().map(triangle));
-    references.extend(spheres.map(|id| Reference::new(geometry.sphere_bounds(id), Kind::Spheres, id)));
-    references
+fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
+    let mut node = Node::EMPTY;
+    let mut children = SmallVec::new();
+    open(tree, index as usize, &mut children);
+    for (slot, child) in children.into_iter().enumerate() {
+        let child = &tree[child as usize];
+        node.set(slot, &child.bounds, child.child);
+    }
+    node
+}
+
+fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
+    let mut block = TriangleBlock::EMPTY;
+    for (lane, id) in ids.iter().enumerate() {
+        for (corner, position) in geometry.corners(*id).into_iter().enumerate() {
+            for (axis, value) in position.into_iter().enumerate() {
+                block.vertex[corner][axis][lane] = value;
+            }
+        }
+        block.primitive[lane] = *id;
+    }
+    block
+}
+
+fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
+    let mut block = SphereBlock::EMPTY;
+    for (lane, id) in ids.iter().enumerate() {
+        let [x, y, z, radius] = geometry.spheres[*id as usize];
+        for (axis, value) in [x, y, z].into_iter().enumerate() {
+            block.center[axis][lane] = value;
+        }
+        block.radius[lane] = radius;
+        block.primitive[lane] = *id | SPHERE;
+    }
+    block
 }
 
 /// The box around a transformed box. A little larger than need be: rays are transformed

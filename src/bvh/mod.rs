@@ -14,11 +14,14 @@
 //! minimum of (max(t, entry), primitive, instance) over all primitives.
 
 pub mod assemble;
+pub mod binning;
+pub mod buckets;
 pub mod build;
 pub mod check;
 pub mod collapse;
 pub mod layout;
 pub mod query;
+pub mod reference;
 pub mod sphere;
 pub mod traverse;
 pub mod triangle;
