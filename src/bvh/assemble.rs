@@ -5,10 +5,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::build::{BinaryNode, Tree, build};
+use super::binary::{BinaryNode, Tree};
+use super::build::{build, peak_bytes};
 use super::collapse::{Plan, open};
-use super::layout::{Bvh, Kind, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, pad};
-use super::reference::{Extent, Reference};
+use super::layout::{Bvh, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, pad};
+use super::primitives::Primitives;
 use crate::math::{Aabb, Vec3};
 
 /// The arrays that primitive ids refer to.
@@ -24,53 +25,16 @@ pub struct Geometry<'a> {
 
 impl Geometry<'_> {
     #[inline(always)]
-    fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
+    pub(super) fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
 
-    #[inline(always)]
-    fn triangle_bounds(&self, triangle: u32) -> Extent {
-        Extent::around_points(self.corners(triangle)).padded()
-    }
-
-    fn sphere_bounds(&self, sphere: u32) -> Aabb {
+    pub(super) fn sphere_bounds(&self, sphere: u32) -> Aabb {
         let [x, y, z, radius] = self.spheres[sphere as usize];
         let (center, radius) = (Vec3::new(x, y, z), Vec3::splat(radius));
         // Centre ± radius may cancel: pad by what went into it, not by what came out.
         let extra = (center.abs() + radius) * super::layout::PADDING;
         Aabb { min: center - radius - extra, max: center + radius + extra }
-    }
-}
-
-/// What a tree is built over.
-struct Primitives<'a> {
-    geometry: &'a Geometry<'a>,
-    triangles: Range<u32>,
-    spheres: Range<u32>,
-    /// The boxes of instances.
-    instances: Vec<Aabb>,
-}
-
-impl Primitives<'_> {
-    fn len(&self) -> usize {
-        self.triangles.len() + self.spheres.len() + self.instances.len()
-    }
-
-    /// Triangles come first, then spheres, then instances.
-    #[inline(always)]
-    fn reference(&self, place: usize) -> Reference {
-        let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
-        if place < triangles {
-            let id = self.triangles.start + place as u32;
-            return Reference::new(self.geometry.triangle_bounds(id), Kind::Triangles, id);
-        }
-        let place = place - triangles;
-        if place < spheres {
-            let id = self.spheres.start + place as u32;
-            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), Kind::Spheres, id);
-        }
-        let place = place - spheres;
-        Reference::new(Extent::new(&self.instances[place]), Kind::Instance, place as u32)
     }
 }
 
@@ -101,12 +65,11 @@ impl Bvh {
     }
 
     fn add(&mut self, primitives: &Primitives) -> Option<Root> {
-        if primitives.len() == 0 {
+        if primitives.count() == 0 {
             return None;
         }
         let start = std::time::Instant::now();
-        let Tree { mut nodes, order } =
-            build(primitives.len(), self.quality, &|place| primitives.reference(place));
+        let Tree { mut nodes, order } = build(primitives, self.quality);
         let before = [self.nodes.len(), self.triangles.len(), self.spheres.len()];
         let plan = Plan::new(&mut nodes, &order, before);
         self.stack_size = self.stack_size.max(WIDTH * (plan.depth + 1));
@@ -122,6 +85,8 @@ impl Bvh {
         let spheres = plan.spheres.par_iter().with_min_len(256);
         self.spheres.par_extend(spheres.map(|index| sphere_block(geometry, leaf(index))));
         self.statistics.time += start.elapsed();
+        let peak = peak_bytes(primitives.count(), primitives.are_mixed(), self.quality);
+        self.statistics.peak_bytes = self.statistics.peak_bytes.max(peak);
         Some(Root { child: nodes[0].child, bounds: nodes[0].bounds })
     }
 }

@@ -70,12 +70,14 @@ pub struct Cut {
     pub cost: f32,
 }
 
-impl Bins {
+impl Default for Bins {
     /// Room for bins.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Bins { used: 0, min: [[Vec4::ZERO; 3]; BINS], max: [[Vec4::ZERO; 3]; BINS], count: [[0; 4]; BINS] }
     }
+}
 
+impl Bins {
     /// Empties the bins and fills them with references.
     #[inline(always)]
     pub fn fill<'a>(&mut self, references: impl Iterator<Item = &'a Reference>, binning: &Binning) {
@@ -87,9 +89,8 @@ impl Bins {
         }
         for reference in references {
             let Extent { min, max } = reference.extent();
-            let place = binning.place(reference);
-            for axis in 0..3 {
-                let at = place[axis];
+            let [x, y, z, _] = binning.place(reference);
+            for (axis, at) in [x, y, z].into_iter().enumerate() {
                 self.min[at][axis] = self.min[at][axis].min(min);
                 self.max[at][axis] = self.max[at][axis].max(max);
                 self.count[at][axis] += 1;
@@ -97,23 +98,23 @@ impl Bins {
         }
     }
 
-    /// The cut with the least cost, each reference counting for `weight`; none if all is in
-    /// one bin. All three axes at once, one a lane.
+    /// The cut with the least cost, each reference counting for `weight`; none if none leaves
+    /// `fewest` on both sides. All three axes at once, one a lane.
     #[inline(always)]
-    pub fn best(&self, weight: u32) -> Option<Cut> {
+    pub fn best(&self, weight: u32, fewest: usize) -> Option<Cut> {
         let count = self.used;
         let mut right = [Vec4::INFINITY; BINS];
         let mut boxes = Boxes::EMPTY;
         for plane in (1..count).rev() {
             boxes.grow(&self.min[plane], &self.max[plane], &self.count[plane]);
-            right[plane] = boxes.cost(weight);
+            right[plane] = boxes.cost(weight, fewest);
         }
         let mut best = Vec4::INFINITY;
         let mut planes = Vec4::ZERO;
         let mut left = Boxes::EMPTY;
-        for plane in 1..count {
+        for (plane, right) in right.into_iter().enumerate().take(count).skip(1) {
             left.grow(&self.min[plane - 1], &self.max[plane - 1], &self.count[plane - 1]);
-            let cost = left.cost(weight) + right[plane];
+            let cost = left.cost(weight, fewest) + right;
             let better = cost.cmplt(best);
             best = Vec4::select(better, cost, best);
             planes = Vec4::select(better, Vec4::splat(plane as f32), planes);
@@ -121,6 +122,16 @@ impl Bins {
         let axis = if best.x <= best.y && best.x <= best.z { 0 } else { 1 + (best.z < best.y) as usize };
         let cost = best[axis];
         (cost < f32::INFINITY).then(|| Cut { axis, plane: planes[axis] as usize, cost })
+    }
+
+    /// The boxes of a cut's two sides.
+    pub fn sides(&self, cut: &Cut) -> [Extent; 2] {
+        let around = |bins: std::ops::Range<usize>| {
+            bins.fold(Extent::EMPTY, |all, bin| {
+                all.union(Extent { min: self.min[bin][cut.axis], max: self.max[bin][cut.axis] })
+            })
+        };
+        [around(0..cut.plane), around(cut.plane..self.used)]
     }
 }
 
@@ -143,17 +154,20 @@ impl Boxes {
         }
     }
 
-    /// Expected costs: the areas times the blocks to test; infinite for an empty box.
+    /// Expected costs: the areas times the blocks to test; infinite where there are too few.
     #[inline(always)]
-    fn cost(&self, weight: u32) -> Vec4 {
+    fn cost(&self, weight: u32, fewest: usize) -> Vec4 {
         let product = |axis: usize| {
             let d = self.max[axis] - self.min[axis];
             d * d.yzxw()
         };
         // A box a row, the three products of its sides in the columns.
         let sides = Mat4::from_cols(product(0), product(1), product(2), Vec4::ZERO).transpose();
-        let blocks = self.count.map(|c| (c * weight).div_ceil(BLOCK as u32) as i32 as f32);
-        // Empty boxes have infinite sides, hence areas.
+        let blocks = |count: u32| {
+            let is_enough = count as usize >= fewest;
+            if is_enough { (count * weight).div_ceil(BLOCK as u32) as i32 as f32 } else { f32::INFINITY }
+        };
+        let blocks = self.count.map(blocks);
         (sides.x_axis + sides.y_axis + sides.z_axis) * Vec4::from_array(blocks)
     }
 }

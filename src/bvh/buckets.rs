@@ -10,10 +10,13 @@
 use rayon::prelude::*;
 
 use super::binning::{BINS, Binning, Bins, partition};
+use super::primitives::Primitives;
 use super::reference::{Extent, Reference};
 
 /// Levels of cuts; two to this power is the number of buckets.
-pub const MOST_LEVELS: u32 = 8;
+const MOST_LEVELS: u32 = 8;
+/// The most buckets.
+pub const MOST: usize = 1 << MOST_LEVELS;
 /// References that a bucket should hold.
 const BUCKET: usize = 4096;
 /// References in a chunk.
@@ -21,7 +24,7 @@ const CHUNK: usize = 1 << 14;
 /// References that are sorted side by side.
 const AT_ONCE: usize = 16;
 /// The most references that cuts are chosen by.
-pub const SAMPLE: usize = 1 << 17;
+const SAMPLE: usize = 1 << 17;
 /// A cut is not chosen by fewer.
 const FEWEST: usize = 16;
 /// Samples with more are cut by several threads.
@@ -51,12 +54,14 @@ struct Dividers {
 }
 
 impl Dividers {
-    fn new(count: usize, sampled: usize, reference: &(impl Fn(usize) -> Reference + Sync)) -> Self {
+    fn new(sampled: usize, primitives: &Primitives) -> Self {
+        let count = primitives.count();
         let levels = (count / BUCKET).max(1).ilog2().min(MOST_LEVELS);
         let mut dividers = vec![Divider::NONE; (1 << levels) - 1];
         let stride = sampled.max(count / SAMPLE);
         if levels > 0 {
-            let mut sample: Vec<Reference> = (0..count).step_by(stride).map(reference).collect();
+            let mut sample: Vec<Reference> =
+                (0..count).step_by(stride).map(|i| primitives.reference(i)).collect();
             divide(&mut sample, stride as u32, &mut dividers);
         }
         Self { levels, dividers }
@@ -83,9 +88,9 @@ fn divide(sample: &mut [Reference], weight: u32, dividers: &mut [Divider]) {
         return;
     }
     let binning = Binning::new(&Extent::around_centers(sample), BINS);
-    let mut bins = Bins::new();
+    let mut bins = Bins::default();
     bins.fill(sample.iter(), &binning);
-    let Some(cut) = bins.best(weight) else { return };
+    let Some(cut) = bins.best(weight, 1) else { return };
     let threshold = binning.threshold(&cut);
     let divider = Divider { threshold, axis: cut.axis as u32 };
     let middle = partition(sample, cut.axis, threshold);
@@ -115,13 +120,13 @@ pub struct Buckets {
 }
 
 impl Buckets {
-    /// Sorts `count` primitives.
-    pub fn new(count: usize, sampled: usize, reference: &(impl Fn(usize) -> Reference + Sync)) -> Self {
-        let dividers = Dividers::new(count, sampled, reference);
+    /// Sorts primitives, by cuts for which one in `sampled` is looked at.
+    pub fn new(sampled: usize, primitives: &Primitives) -> Self {
+        let dividers = Dividers::new(sampled, primitives);
         let levels = dividers.levels;
-        let mut sorted = vec![0; count];
+        let mut sorted = vec![0; primitives.count()];
         let chunks = sorted.par_chunks_mut(CHUNK).enumerate();
-        let ends = chunks.map(|(i, chunk)| sort_chunk(i * CHUNK, chunk, &dividers, reference)).collect();
+        let ends = chunks.map(|(i, chunk)| sort_chunk(i * CHUNK, chunk, &dividers, primitives)).collect();
         Self { levels, sorted, ends }
     }
 
@@ -146,21 +151,24 @@ impl Buckets {
     }
 }
 
+/// The most bytes that sorting so many primitives takes, and its result keeps.
+pub fn peak_bytes(count: usize, sampled: usize) -> usize {
+    let sample = count.div_ceil(sampled.max(count / SAMPLE)) * size_of::<Reference>();
+    let ends = count.div_ceil(CHUNK) * (MOST * 4 + size_of::<Vec<u32>>());
+    // The lists of sizes, cuts and tasks for each bucket are small.
+    count * 4 + ends + sample + MOST * 512
+}
+
 /// Writes the places from `first` on to `chunk`, by buckets, and returns where each ends.
-fn sort_chunk(
-    first: usize,
-    chunk: &mut [u32],
-    dividers: &Dividers,
-    reference: &impl Fn(usize) -> Reference,
-) -> Vec<u32> {
-    const { assert!(MOST_LEVELS <= u8::BITS && CHUNK % AT_ONCE == 0) };
+fn sort_chunk(first: usize, chunk: &mut [u32], dividers: &Dividers, primitives: &Primitives) -> Vec<u32> {
+    const { assert!(MOST_LEVELS <= u8::BITS && CHUNK.is_multiple_of(AT_ONCE)) };
     let mut keys = [0u8; CHUNK];
-    let mut next = [0u32; 1 << MOST_LEVELS];
+    let mut next = [0u32; MOST];
     for start in (0..chunk.len()).step_by(AT_ONCE) {
         let count = AT_ONCE.min(chunk.len() - start);
         let mut centers = [[0.0; 4]; AT_ONCE];
         for (i, center) in centers[..count].iter_mut().enumerate() {
-            *center = reference(first + start + i).center().to_array();
+            *center = primitives.reference(first + start + i).center().to_array();
         }
         let buckets = dividers.buckets(&centers);
         keys[start..start + AT_ONCE].copy_from_slice(&buckets);

@@ -5,7 +5,7 @@
 
 use smallvec::SmallVec;
 
-use super::build::BinaryNode;
+use super::binary::BinaryNode;
 use super::layout::{Child, Kind, WIDTH};
 
 /// Cost of testing a node's 16 boxes, in block tests.
@@ -22,10 +22,13 @@ pub struct Costs {
 /// How to open a binary node: for each number of roots that it may have, how many of them
 /// go to its first child, in four bits; 0 for a wide node of its own. The lowest four bits
 /// are those of the wide node's own children.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Opening(u64);
 
 impl Opening {
+    /// Of a leaf.
+    pub const NONE: Opening = Opening(0);
+
     fn first(self, roots: usize) -> usize {
         (self.0 >> (4 * (roots - 1))) as usize % WIDTH
     }
@@ -58,7 +61,7 @@ impl Costs {
             }
             (cost[roots - 1], firsts[roots - 1]) = best;
         }
-        let mut opening = Opening::default();
+        let mut opening = Opening::NONE;
         opening.set(1, firsts[most - 1]);
         cost[0] = half_area * NODE_COST + cost[most - 1];
         for roots in 2..=WIDTH {
@@ -73,11 +76,6 @@ impl Costs {
             }
         }
         (Self { cost, most }, opening)
-    }
-
-    /// As one child.
-    pub fn least(&self) -> f32 {
-        self.cost[0]
     }
 }
 

@@ -48,6 +48,12 @@ impl Reference {
         }
     }
 
+    /// The same primitive, of which only the part in a box is meant.
+    #[inline(always)]
+    pub fn clipped(&self, bounds: &Extent) -> Self {
+        Self { low: bounds.min.with_w(self.low.w), high: bounds.max.with_w(self.high.w) }
+    }
+
     /// Its box; the fourth components mean nothing.
     #[inline(always)]
     pub fn extent(&self) -> Extent {
