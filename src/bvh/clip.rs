@@ -86,8 +86,8 @@ mod tests {
                 (0..3).map(|c| f64::from(corners[c][k]) * weights[c] / sum).sum::<f64>()
             });
             if point[axis] >= f64::from(low) && point[axis] <= f64::from(high) && weights != [0.0; 3] {
-                for k in 0..3 {
-                    prop_assert!(point[k] >= f64::from(part.min[k]) && point[k] <= f64::from(part.max[k]));
+                for (k, point) in point.into_iter().enumerate() {
+                    prop_assert!(point >= f64::from(part.min[k]) && point <= f64::from(part.max[k]));
                 }
             }
         }
