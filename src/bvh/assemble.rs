@@ -3,10 +3,13 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
-use super::build::{Reference, build};
-use super::collapse::collapse;
-use super::layout::{Bvh, Child, Kind, Root, SPHERE, SphereBlock, TriangleBlock, pad};
+use super::binary::{BinaryNode, Tree};
+use super::build::{build, peak_bytes};
+use super::collapse::{Plan, open};
+use super::layout::{Bvh, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, pad};
+use super::primitives::Primitives;
 use crate::math::{Aabb, Vec3};
 
 /// The arrays that primitive ids refer to.
@@ -21,15 +24,12 @@ pub struct Geometry<'a> {
 }
 
 impl Geometry<'_> {
-    fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
+    #[inline(always)]
+    pub(super) fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
 
-    fn triangle_bounds(&self, triangle: u32) -> Aabb {
-        Aabb::around(self.corners(triangle).map(Vec3::from_array))
-    }
-
-    fn sphere_bounds(&self, sphere: u32) -> Aabb {
+    pub(super) fn sphere_bounds(&self, sphere: u32) -> Aabb {
         let [x, y, z, radius] = self.spheres[sphere as usize];
         let (center, radius) = (Vec3::new(x, y, z), Vec3::splat(radius));
         // Centre ± radius may cancel: pad by what went into it, not by what came out.
@@ -46,8 +46,7 @@ impl Bvh {
         triangles: Range<u32>,
         spheres: Range<u32>,
     ) -> Option<Root> {
-        let references = references(geometry, triangles, spheres);
-        self.add_references(geometry, references)
+        self.add(&Primitives { geometry, triangles, spheres, instances: Vec::new() })
     }
 
     /// Adds the world's tree over geometry and over all instances, whose subtrees must
@@ -59,58 +58,69 @@ impl Bvh {
         spheres: Range<u32>,
         subtrees: &[Aabb],
     ) {
-        let mut references = references(geometry, triangles, spheres);
-        references.extend(self.instances.iter().zip(subtrees).enumerate().map(|(i, (instance, bounds))| {
-            Reference::new(pad(transformed(bounds, &instance.to_world)), Kind::Instance, i as u32)
-        }));
-        self.root = self.add_references(geometry, references);
+        let instances = self.instances.iter().zip(subtrees);
+        let instances = instances.map(|(instance, bounds)| pad(transformed(bounds, &instance.to_world)));
+        let instances = instances.collect();
+        self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
     }
 
-    fn add_references(&mut self, geometry: &Geometry, mut references: Vec<Reference>) -> Option<Root> {
-        if references.is_empty() {
+    fn add(&mut self, primitives: &Primitives) -> Option<Root> {
+        if primitives.count() == 0 {
             return None;
         }
         let start = std::time::Instant::now();
-        let tree = build(&mut references);
-        let root = collapse(&tree, &references, self, &mut |bvh, leaf| bvh.add_leaf(geometry, leaf));
+        let Tree { mut nodes, order } = build(primitives, self.quality);
+        let before = [self.nodes.len(), self.triangles.len(), self.spheres.len()];
+        let plan = Plan::new(&mut nodes, &order, before);
+        self.stack_size = self.stack_size.max(WIDTH * (plan.depth + 1));
+        let leaf = |index: &u32| {
+            let leaf = &nodes[*index as usize];
+            &order[leaf.offset as usize..][..leaf.count as usize]
+        };
+        let geometry = primitives.geometry;
+        // Chunks of a size that does not matter, but one each would be much to steal.
+        self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
+        let triangles = plan.triangles.par_iter().with_min_len(256);
+        self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
+        let spheres = plan.spheres.par_iter().with_min_len(256);
+        self.spheres.par_extend(spheres.map(|index| sphere_block(geometry, leaf(index))));
         self.statistics.time += start.elapsed();
-        Some(root)
-    }
-
-    fn add_leaf(&mut self, geometry: &Geometry, leaf: &[Reference]) -> Child {
-        match leaf[0].kind() {
-            Kind::Spheres => {
-                let mut block = SphereBlock::EMPTY;
-                for (lane, reference) in leaf.iter().enumerate() {
-                    let [x, y, z, radius] = geometry.spheres[reference.id as usize];
-                    for (axis, value) in [x, y, z].into_iter().enumerate() {
-                        block.center[axis][lane] = value;
-                    }
-                    block.radius[lane] = radius;
-                    block.primitive[lane] = reference.id | SPHERE;
-                }
-                self.spheres.push(block);
-                Child::new(Kind::Spheres, self.spheres.len() - 1)
-            }
-            Kind::Triangles => {
-                let mut block = TriangleBlock::EMPTY;
-                for (lane, reference) in leaf.iter().enumerate() {
-                    block.set(lane, geometry.corners(reference.id), reference.id);
-                }
-                self.triangles.push(block);
-                Child::new(Kind::Triangles, self.triangles.len() - 1)
-            }
-            _ => Child::new(Kind::Instance, leaf[0].id as usize),
-        }
+        let peak = peak_bytes(primitives.count(), primitives.are_mixed(), self.quality);
+        self.statistics.peak_bytes = self.statistics.peak_bytes.max(peak);
+        Some(Root { child: nodes[0].child, bounds: nodes[0].bounds })
     }
 }
 
-fn references(geometry: &Geometry, triangles: Range<u32>, spheres: Range<u32>) -> Vec<Reference> {
-    let mut references = Vec::with_capacity(triangles.len() + spheres.len());
-    let triangle = |id| Reference::new(pad(geometry.triangle_bounds(id)), Kind::Triangles, id);
-    references.par_extend(triangles.into_par_iter().map(triangle));
-    references.extend(spheres.map(|id| Reference::new(geometry.sphere_bounds(id), Kind::Spheres, id)));
-    references
+fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
+    let mut node = Node::EMPTY;
+    let mut children = SmallVec::new();
+    open(tree, index as usize, &mut children);
+    for (slot, child) in children.into_iter().enumerate() {
+        let child = &tree[child as usize];
+        node.set(slot, &child.bounds, child.child);
+    }
+    node
+}
+
+fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
+    let mut block = TriangleBlock::EMPTY;
+    for (lane, id) in ids.iter().enumerate() {
+        block.set(lane, geometry.corners(*id), *id);
+    }
+    block
+}
+
+fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
+    let mut block = SphereBlock::EMPTY;
+    for (lane, id) in ids.iter().enumerate() {
+        let [x, y, z, radius] = geometry.spheres[*id as usize];
+        for (axis, value) in [x, y, z].into_iter().enumerate() {
+            block.center[axis][lane] = value;
+        }
+        block.radius[lane] = radius;
+        block.primitive[lane] = *id | SPHERE;
+    }
+    block
 }
 
 /// The box around a transformed box. A little larger than need be: rays are transformed

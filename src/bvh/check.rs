@@ -1,31 +1,67 @@
-//! Oracles: what a sound tree looks like, and the answer without culling.
+//! Oracles: what a sound tree looks like, and what it is expected to cost.
 
+use std::collections::HashMap;
+
+use super::collapse::NODE_COST;
 use super::layout::{BLOCK, Bvh, Child, Kind, Root};
 use crate::math::{Aabb, NONE, Vec3};
 
+/// A triangle that is in several leaves is looked for at so many points along each side.
+const POINTS: u32 = 16;
+
+/// A primitive in a leaf.
+struct Content {
+    id: u32,
+    /// Around all of it (an instance has no box of its own here).
+    bounds: Aabb,
+    /// Of a triangle.
+    corners: Option<[Vec3; 3]>,
+}
+
+/// The leaves that each primitive is in; instances apart.
+type Seen = HashMap<(bool, u32), (Content, Vec<Aabb>)>;
+
 impl Bvh {
-    /// Whether every box lies in its parent's, every primitive in its leaf's box, and every
-    /// primitive of a tree in exactly one leaf. Says what is wrong where it isn't so.
+    /// Whether every box lies in its parent's and every primitive of a tree in a leaf's box,
+    /// or if it is a triangle, perhaps each part of it in one of several leaves' boxes. Says
+    /// what is wrong where it isn't so.
     pub fn validate(&self) -> Result<(), String> {
         let Some(root) = self.root else { return Ok(()) };
-        let mut seen = std::collections::HashSet::new();
-        self.validate_tree(root, &mut seen)?;
+        self.validate_tree(root)?;
         let mut below = std::collections::HashSet::new();
         for instance in &self.instances {
             if below.insert(instance.root.0) {
                 let everything = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
-                let root = Root { child: instance.root, bounds: everything };
-                self.validate_tree(root, &mut std::collections::HashSet::new())?;
+                self.validate_tree(Root { child: instance.root, bounds: everything })?;
             }
         }
         Ok(())
     }
 
-    fn validate_tree(
-        &self,
-        root: Root,
-        seen: &mut std::collections::HashSet<(bool, u32)>,
-    ) -> Result<(), String> {
+    /// The cost that the surface area heuristic expects of a ray through the world's tree,
+    /// in block tests: each node's and block's half area as a part of the root's, a node
+    /// counting [`NODE_COST`].
+    pub fn expected_cost(&self) -> f64 {
+        let Some(root) = self.root else { return 0.0 };
+        let area = |bounds: &Aabb| f64::from(bounds.half_area());
+        let mut todo = vec![(root.child, area(&root.bounds))];
+        let mut sum = 0.0;
+        while let Some((child, area_of_child)) = todo.pop() {
+            if child.kind() != Kind::Node {
+                sum += area_of_child;
+                continue;
+            }
+            sum += f64::from(NODE_COST) * area_of_child;
+            let node = &self.nodes[child.index()];
+            let boxes = node.child.iter().enumerate().map(|(slot, child)| (child, node.bounds(slot)));
+            let used = boxes.filter(|(_, bounds)| !bounds.is_empty());
+            todo.extend(used.map(|(child, bounds)| (Child(*child), area(&bounds))));
+        }
+        sum / area(&root.bounds)
+    }
+
+    fn validate_tree(&self, root: Root) -> Result<(), String> {
+        let mut seen = Seen::new();
         let mut todo = vec![(root.child, root.bounds, 0)];
         while let Some((child, bounds, depth)) = todo.pop() {
             if depth * super::layout::WIDTH > self.stack_size {
@@ -45,45 +81,68 @@ impl Bvh {
                 }
                 continue;
             }
-            for (id, primitive) in self.contents(child) {
-                if !seen.insert((child.kind() == Kind::Instance, id)) {
-                    return Err(format!("primitive {id} is in two leaves"));
+            let mut here = std::collections::HashSet::new();
+            for content in self.contents(child) {
+                if !here.insert(content.id) {
+                    return Err(format!("primitive {} is twice in one leaf", content.id));
                 }
-                if bounds.union(primitive) != bounds {
-                    return Err(format!("primitive {id} sticks out of its leaf"));
-                }
+                let key = (child.kind() == Kind::Instance, content.id);
+                seen.entry(key).or_insert((content, Vec::new())).1.push(bounds);
             }
         }
-        Ok(())
+        seen.values().try_for_each(|(content, leaves)| content.validate(leaves))
     }
 
-    /// Ids and exact boxes of what a leaf holds (an instance has no box of its own here).
-    fn contents(&self, child: Child) -> Vec<(u32, Aabb)> {
+    /// What a leaf holds.
+    fn contents(&self, child: Child) -> Vec<Content> {
         let index = child.index();
-        let used = |id: &u32| *id != NONE;
         match child.kind() {
             Kind::Node => Vec::new(),
-            Kind::Instance => vec![(index as u32, Aabb::EMPTY)],
+            Kind::Instance => vec![Content { id: index as u32, bounds: Aabb::EMPTY, corners: None }],
             Kind::Triangles => {
                 let block = &self.triangles[index];
-                let around = |lane: usize| Aabb::around(block.corners(lane).map(Vec3::from_array));
-                (0..BLOCK)
-                    .filter(|&l| used(&block.primitive[l]))
-                    .map(|l| (block.primitive[l], around(l)))
-                    .collect()
+                let content = |lane: usize| {
+                    let corners = block.corners(lane).map(Vec3::from_array);
+                    let bounds = Aabb::around(corners);
+                    Content { id: block.primitive[lane], bounds, corners: Some(corners) }
+                };
+                (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
             Kind::Spheres => {
                 let block = &self.spheres[index];
-                let around = |lane: usize| {
+                let content = |lane: usize| {
                     let center = Vec3::from_array(block.center.map(|axis| axis[lane]));
                     let radius = Vec3::splat(block.radius[lane]);
-                    Aabb { min: center - radius, max: center + radius }
+                    let bounds = Aabb { min: center - radius, max: center + radius };
+                    Content { id: block.primitive[lane], bounds, corners: None }
                 };
-                (0..BLOCK)
-                    .filter(|&l| used(&block.primitive[l]))
-                    .map(|l| (block.primitive[l], around(l)))
-                    .collect()
+                (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
         }
     }
+}
+
+impl Content {
+    fn validate(&self, leaves: &[Aabb]) -> Result<(), String> {
+        match (leaves, self.corners) {
+            ([leaf], _) if leaf.union(self.bounds) == *leaf => Ok(()),
+            ([_], _) => Err(format!("primitive {} sticks out of its leaf", self.id)),
+            (_, Some(corners)) if is_covered(corners, leaves) => Ok(()),
+            (_, Some(_)) => Err(format!("a part of triangle {} is in no leaf", self.id)),
+            _ => Err(format!("primitive {} is in {} leaves", self.id, leaves.len())),
+        }
+    }
+}
+
+/// Whether points all over a triangle are each in a box.
+fn is_covered(corners: [Vec3; 3], boxes: &[Aabb]) -> bool {
+    let corners = corners.map(|corner| corner.as_dvec3());
+    let boxes: Vec<_> = boxes.iter().map(|b| (b.min.as_dvec3(), b.max.as_dvec3())).collect();
+    (0..=POINTS).all(|i| {
+        (0..=POINTS - i).all(|j| {
+            let (u, v) = (f64::from(i) / f64::from(POINTS), f64::from(j) / f64::from(POINTS));
+            let point = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
+            boxes.iter().any(|(min, max)| point.cmpge(*min).all() && point.cmple(*max).all())
+        })
+    })
 }

@@ -1,107 +1,149 @@
 //! Binary tree to wide nodes with the least expected cost, by dynamic programming
 //! (Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through
-//! compressed wide BVHs", 2017, section 4).
+//! compressed wide BVHs", 2017, section 4). The costs are computed while the binary tree is
+//! built, from its leaves up, and not kept; what is kept for a node is how to open it.
 
-use super::build::{BinaryNode, Reference};
-use super::layout::{Bvh, Child, Kind, Node, Root, WIDTH};
+use smallvec::SmallVec;
+
+use super::binary::BinaryNode;
+use super::layout::{Child, Kind, WIDTH};
 
 /// Cost of testing a node's 16 boxes, in block tests.
-const NODE_COST: f32 = 0.8;
+pub const NODE_COST: f32 = 0.8;
 
-/// For each binary node the cost of its subtree as at most 1, 2, … 16 children of a wide node.
-struct Costs(Vec<[f32; WIDTH]>);
+/// The cost of a binary subtree as at most 1, 2, … 16 children of a wide node.
+#[derive(Clone, Copy, Debug)]
+pub struct Costs {
+    cost: [f32; WIDTH],
+    /// Leaves, or 16 if there are more. With more roots than leaves nothing gets cheaper.
+    most: usize,
+}
+
+/// How to open a binary node: for each number of roots that it may have, how many of them
+/// go to its first child, in four bits; 0 for a wide node of its own. The lowest four bits
+/// are those of the wide node's own children.
+#[derive(Clone, Copy, Debug)]
+pub struct Opening(u64);
+
+impl Opening {
+    /// Of a leaf.
+    pub const NONE: Opening = Opening(0);
+
+    fn first(self, roots: usize) -> usize {
+        (self.0 >> (4 * (roots - 1))) as usize % WIDTH
+    }
+
+    fn set(&mut self, roots: usize, first: usize) {
+        self.0 |= (first as u64) << (4 * (roots - 1));
+    }
+}
 
 impl Costs {
-    fn new(tree: &[BinaryNode]) -> Self {
-        let mut costs = vec![[0.0; WIDTH]; tree.len()];
-        for index in (0..tree.len()).rev() {
-            let node = &tree[index];
-            let area = node.bounds.half_area();
-            if node.count > 0 {
-                costs[index] = [area; WIDTH];
-                continue;
+    /// A block.
+    pub fn leaf(half_area: f32) -> Self {
+        Self { cost: [half_area; WIDTH], most: 1 }
+    }
+
+    /// A node over two subtrees.
+    #[inline]
+    pub fn node(half_area: f32, left: &Costs, right: &Costs) -> (Self, Opening) {
+        let most = (left.most + right.most).min(WIDTH);
+        let mut cost = [f32::INFINITY; WIDTH];
+        let mut firsts = [1; WIDTH];
+        for roots in 2..=most {
+            let fewest = roots.saturating_sub(right.most).max(1);
+            let mut best = (left.cost[fewest - 1] + right.cost[roots - fewest - 1], fewest);
+            for first in fewest + 1..=left.most.min(roots - 1) {
+                let cost = left.cost[first - 1] + right.cost[roots - first - 1];
+                if cost < best.0 {
+                    best = (cost, first);
+                }
             }
-            let (left, right) = (&costs[index + 1], &costs[index + node.offset as usize]);
-            let mut cost = [f32::INFINITY; WIDTH];
-            for roots in 2..=WIDTH {
-                let best =
-                    (1..roots).map(|k| left[k - 1] + right[roots - k - 1]).fold(f32::INFINITY, f32::min);
-                cost[roots - 1] = best.min(cost[roots - 2]);
+            (cost[roots - 1], firsts[roots - 1]) = best;
+        }
+        let mut opening = Opening::NONE;
+        opening.set(1, firsts[most - 1]);
+        cost[0] = half_area * NODE_COST + cost[most - 1];
+        for roots in 2..=WIDTH {
+            if roots > most {
+                (cost[roots - 1], firsts[roots - 1]) = (cost[most - 1], firsts[most - 1]);
             }
-            cost[0] = area * NODE_COST + cost[WIDTH - 1];
             // More roots are never worse than one wide node.
-            for roots in 1..WIDTH {
-                cost[roots] = cost[roots].min(cost[0]);
+            if cost[0] < cost[roots - 1] {
+                cost[roots - 1] = cost[0];
+            } else {
+                opening.set(roots, firsts[roots - 1]);
             }
-            costs[index] = cost;
         }
-        Self(costs)
+        (Self { cost, most }, opening)
     }
 }
 
-/// Folds a tree into `bvh`. `block` stores the references of a leaf there and returns its word.
-pub fn collapse(
+/// Which binary nodes become what.
+pub struct Plan {
+    /// Binary nodes that become wide ones, depth first.
+    pub nodes: Vec<u32>,
+    /// Leaves that become blocks of triangles, in their order.
+    pub triangles: Vec<u32>,
+    /// Leaves that become blocks of spheres, in their order.
+    pub spheres: Vec<u32>,
+    /// Wide nodes on the longest path.
+    pub depth: usize,
+}
+
+impl Plan {
+    /// Writes every child's word into the tree, whose nodes and blocks come behind those
+    /// that there are; `order` holds the ids of instances.
+    pub fn new(tree: &mut [BinaryNode], order: &[u32], before: [usize; 3]) -> Self {
+        let leaves = tree.iter().filter(|node| node.is_leaf()).count();
+        let mut plan =
+            Self { nodes: Vec::new(), triangles: Vec::with_capacity(leaves), spheres: Vec::new(), depth: 0 };
+        let [nodes, triangles, spheres] = before;
+        let mut todo = vec![(0u32, 1)];
+        let mut children = SmallVec::new();
+        while let Some((index, depth)) = todo.pop() {
+            let node = &mut tree[index as usize];
+            let (kind, list, before) = match node.kind {
+                Kind::Node => (Kind::Node, &mut plan.nodes, nodes),
+                Kind::Triangles => (Kind::Triangles, &mut plan.triangles, triangles),
+                Kind::Spheres => (Kind::Spheres, &mut plan.spheres, spheres),
+                Kind::Instance => {
+                    node.child = Child::new(Kind::Instance, order[node.offset as usize] as usize);
+                    continue;
+                }
+            };
+            node.child = Child::new(kind, before + list.len());
+            list.push(index);
+            if kind == Kind::Node {
+                plan.depth = plan.depth.max(depth);
+                children.clear();
+                open(tree, index as usize, &mut children);
+                todo.extend(children.iter().rev().map(|child| (*child, depth + 1)));
+            }
+        }
+        plan
+    }
+}
+
+/// The binary nodes that are the children of a wide node.
+pub fn open(tree: &[BinaryNode], index: usize, children: &mut SmallVec<[u32; WIDTH]>) {
+    open_as(tree, index, 1, true, children);
+}
+
+fn open_as(
     tree: &[BinaryNode],
-    references: &[Reference],
-    bvh: &mut Bvh,
-    block: &mut dyn FnMut(&mut Bvh, &[Reference]) -> Child,
-) -> Root {
-    let costs = Costs::new(tree);
-    let mut fold = Fold { tree, references, costs, block };
-    let (child, depth) = fold.emit(0, bvh);
-    bvh.stack_size = bvh.stack_size.max(WIDTH * (depth + 1));
-    Root { child, bounds: tree[0].bounds }
-}
-
-struct Fold<'a> {
-    tree: &'a [BinaryNode],
-    references: &'a [Reference],
-    costs: Costs,
-    block: &'a mut dyn FnMut(&mut Bvh, &[Reference]) -> Child,
-}
-
-impl Fold<'_> {
-    /// Writes a binary subtree as one child; returns it and the wide nodes on its longest path.
-    fn emit(&mut self, index: usize, bvh: &mut Bvh) -> (Child, usize) {
-        let node = self.tree[index];
-        if node.count > 0 {
-            let range = node.offset as usize..(node.offset + node.count) as usize;
-            return ((self.block)(bvh, &self.references[range]), 0);
-        }
-        let mut children = smallvec::SmallVec::<[usize; WIDTH]>::new();
-        self.open(index, WIDTH, true, &mut children);
-        let place = bvh.nodes.len();
-        bvh.nodes.push(Node::EMPTY);
-        let mut depth = 0;
-        for (slot, &child_index) in children.iter().enumerate() {
-            let (child, below) = self.emit(child_index, bvh);
-            bvh.nodes[place].set(slot, &self.tree[child_index].bounds, child);
-            depth = depth.max(below);
-        }
-        (Child::new(Kind::Node, place), depth + 1)
+    index: usize,
+    roots: usize,
+    is_top: bool,
+    children: &mut SmallVec<[u32; WIDTH]>,
+) {
+    let node = &tree[index];
+    let first = node.opening.first(roots);
+    if node.is_leaf() || first == 0 || (roots == 1 && !is_top) {
+        children.push(index as u32);
+        return;
     }
-
-    /// Collects at most `roots` subtrees of a node at the least cost, as the table was computed.
-    fn open(&self, index: usize, roots: usize, top: bool, out: &mut smallvec::SmallVec<[usize; WIDTH]>) {
-        let node = &self.tree[index];
-        if node.count > 0 || roots == 1 {
-            out.push(index);
-            return;
-        }
-        let (first, second) = (index + 1, index + node.offset as usize);
-        let (left, right) = (&self.costs.0[first], &self.costs.0[second]);
-        let split = |k: usize| left[k - 1] + right[roots - k - 1];
-        let mut best = 1;
-        for k in 2..roots {
-            if split(k) < split(best) {
-                best = k;
-            }
-        }
-        if !top && self.costs.0[index][0] < split(best) {
-            out.push(index);
-            return;
-        }
-        self.open(first, best, false, out);
-        self.open(second, roots - best, false, out);
-    }
+    let roots = if is_top { WIDTH } else { roots };
+    open_as(tree, index + 1, first, false, children);
+    open_as(tree, index + node.offset as usize, roots - first, false, children);
 }

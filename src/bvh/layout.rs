@@ -194,7 +194,8 @@ pub struct Bvh {
 pub struct BuildStatistics {
     /// By the clock.
     pub time: std::time::Duration,
-    /// Bytes that the builder held besides the finished arrays, at their most.
+    /// The most bytes that the builder can have held besides the finished arrays and what the
+    /// caller gave it: the largest tree's [`super::build::peak_bytes`].
     pub peak_bytes: usize,
 }
 

@@ -1,9 +1,10 @@
 //! The acceleration structure: one flattened tree of 16-wide nodes over blocks of 8
 //! triangles or spheres, and over instances of further trees in the same arrays.
 //!
-//! Built in three steps, a file each: [`build`] makes a binary tree with the surface
-//! area heuristic, [`collapse`] folds it into wide nodes at least expected cost,
-//! [`layout`] is what comes out; [`assemble`] puts the steps together. [`traverse`] answers queries.
+//! Built in three steps: [`build`] makes a binary tree with the surface area heuristic
+//! ([`binning`]), large ones by way of [`buckets`], the best ones by cuts through triangles
+//! ([`spatial`]); [`collapse`] folds it into wide nodes at least expected cost; [`layout`] is
+//! what comes out. [`assemble`] puts the steps together. [`traverse`] answers queries.
 //!
 //! **Which hit is the answer** does not depend on the order in which nodes are
 //! visited, the lane width or the schedule. Every box is padded ([`layout::pad`]) and
@@ -14,16 +15,23 @@
 //! minimum of (max(t, entry), primitive, instance) over all primitives.
 
 pub mod assemble;
+pub mod binary;
+pub mod binning;
+pub mod buckets;
 pub mod build;
 pub mod check;
+pub mod clip;
 pub mod collapse;
 mod flight;
 pub mod layout;
 mod leaf;
 mod packet;
 mod prepare;
+pub mod primitives;
 pub mod query;
 mod ray;
+pub mod reference;
+pub mod spatial;
 pub mod sphere;
 pub mod traverse;
 pub mod triangle;

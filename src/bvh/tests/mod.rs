@@ -1,6 +1,7 @@
 //! The tree against oracles: all primitives by the canonical tests without any culling,
 //! where every bit must agree, and all primitives in double precision.
 
+mod building;
 mod kernels;
 mod oracle;
 mod watertight;
@@ -34,10 +35,14 @@ impl Soup {
     }
 
     fn build(&self) -> Bvh {
+        self.build_as(BuildQuality::Default)
+    }
+
+    fn build_as(&self, quality: BuildQuality) -> Bvh {
         let geometry =
             Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &self.spheres };
         let [t, s] = self.world.map(|n| n as u32);
-        let mut bvh = Bvh::default();
+        let mut bvh = Bvh { quality, ..Bvh::default() };
         let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
         let mut boxes = Vec::new();
         for matrix in &self.placed {

@@ -1,0 +1,194 @@
+//! The binary tree that is folded into wide nodes.
+
+use super::collapse::{Costs, Opening};
+use super::layout::{BLOCK, Child, Kind};
+use super::reference::{Extent, Reference};
+use crate::math::Aabb;
+
+/// Of two parts of a range larger than a block, each has at least so many references, unless
+/// kinds are mixed or there is room for an exception ([`Room`]). So there are hardly more
+/// than a quarter as many leaves as references, which bounds memory.
+pub const FEWEST: usize = 4;
+/// For so many references there may be an exception, which costs two nodes.
+const EXCEPTION: usize = 16;
+
+/// A node of the binary tree, depth first: the first child follows its parent. 48 bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct BinaryNode {
+    /// Around all below.
+    pub bounds: Aabb,
+    /// Of a leaf: its first place in the order. Else: how far behind this node the second child is.
+    pub offset: u32,
+    /// References of a leaf; 0 for an inner node.
+    pub count: u8,
+    /// What a leaf holds.
+    pub kind: Kind,
+    /// What it becomes, once that is known.
+    pub child: Child,
+    /// Which nodes below it become children of a wide node.
+    pub opening: Opening,
+}
+
+impl BinaryNode {
+    const EMPTY: BinaryNode = BinaryNode {
+        bounds: Aabb::EMPTY,
+        offset: 0,
+        count: 0,
+        kind: Kind::Node,
+        child: Child(0),
+        opening: Opening::NONE,
+    };
+
+    /// Whether it holds primitives.
+    #[inline(always)]
+    pub fn is_leaf(&self) -> bool {
+        self.count > 0
+    }
+}
+
+/// One block holds it: up to 8 of a kind, or a single instance.
+#[inline(always)]
+pub fn is_leaf(references: &[Reference]) -> bool {
+    let kind = references[0].kind();
+    let most = if kind == Kind::Instance { 1 } else { BLOCK };
+    references.len() <= most && references.iter().all(|r| r.kind() == kind)
+}
+
+/// A binary tree and what its leaves hold.
+pub struct Tree {
+    /// The nodes, the root first.
+    pub nodes: Vec<BinaryNode>,
+    /// Ids of primitives, by leaves; between leaves there may be gaps.
+    pub order: Vec<u32>,
+}
+
+/// A subtree as its parent sees it.
+#[derive(Clone, Copy)]
+pub struct Summary {
+    bounds: Extent,
+    costs: Costs,
+}
+
+/// How many nodes a subtree may have. A large triangle among small ones is best off alone,
+/// but if every leaf held one there would be eight times as many as there need be.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// So many.
+    pub nodes: usize,
+    mixed: bool,
+}
+
+impl Room {
+    /// For a tree; `mixed`: over more than one kind, or over instances.
+    pub fn new(references: usize, mixed: bool) -> Self {
+        let exceptions = if mixed { 0 } else { references / EXCEPTION };
+        Self { nodes: Self::least(references, mixed) + 2 * exceptions, mixed }
+    }
+
+    /// What a tree without exceptions needs at most. Two of them and a node above need no
+    /// more than one over all their references.
+    fn least(references: usize, mixed: bool) -> usize {
+        if mixed { 2 * references - 1 } else { (references / 2).saturating_sub(1).max(1) }
+    }
+
+    /// The fewest references that a side of a cut may have.
+    #[inline(always)]
+    pub fn fewest(&self, references: usize) -> usize {
+        let exception = self.mixed || self.nodes >= Self::least(references, false) + 2;
+        if references <= BLOCK || exception { 1 } else { FEWEST }
+    }
+
+    /// For the two sides of a cut.
+    #[inline(always)]
+    pub fn split(&self, left: usize, right: usize) -> [Room; 2] {
+        let [first, second] = [left, right].map(|references| Self::least(references, self.mixed));
+        let spare = self.nodes.saturating_sub(first + second + 1);
+        let share = (spare as u64 * left as u64 / (left + right) as u64) as usize;
+        [first + share, second + spare - share].map(|nodes| Room { nodes, ..*self })
+    }
+}
+
+/// A subtree under construction in memory that was there before.
+pub struct Nodes<'a> {
+    free: &'a mut [BinaryNode],
+    used: usize,
+}
+
+impl<'a> Nodes<'a> {
+    /// Room for so many.
+    pub fn room(nodes: usize) -> Vec<BinaryNode> {
+        vec![BinaryNode::EMPTY; nodes]
+    }
+
+    /// An empty tree.
+    pub fn new(free: &'a mut [BinaryNode]) -> Self {
+        Self { free, used: 0 }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.used
+    }
+
+    fn push(&mut self, node: BinaryNode) {
+        self.free[self.used] = node;
+        self.used += 1;
+    }
+
+    /// Adds a subtree that was built elsewhere.
+    pub fn append(&mut self, nodes: &[BinaryNode]) {
+        self.free[self.used..][..nodes.len()].copy_from_slice(nodes);
+        self.used += nodes.len();
+    }
+
+    /// Adds a block, whose first reference has the place `first`.
+    pub fn leaf(&mut self, references: &[Reference], first: usize) -> Summary {
+        let bounds = Extent::around(references);
+        self.push(BinaryNode {
+            bounds: bounds.bounds(),
+            offset: first as u32,
+            count: references.len() as u8,
+            kind: references[0].kind(),
+            ..BinaryNode::EMPTY
+        });
+        Summary { bounds, costs: Costs::leaf(bounds.half_area()) }
+    }
+
+    /// Adds a node, whose first child comes next, and returns its place.
+    #[inline(always)]
+    pub fn begin(&mut self) -> usize {
+        self.push(BinaryNode::EMPTY);
+        self.used - 1
+    }
+
+    /// Adds a node and builds both children, by two threads; the first child has room
+    /// for so many.
+    pub fn node_in_parallel(
+        &mut self,
+        room: usize,
+        left: impl FnOnce(&mut Nodes) -> Summary + Send,
+        right: impl FnOnce(&mut Nodes) -> Summary + Send,
+    ) -> Summary {
+        let node = self.begin();
+        let first = node + 1;
+        let (free, others) = self.free[first..].split_at_mut(room);
+        let (mut free, mut others) = (Nodes::new(free), Nodes::new(others));
+        let (left, right) = rayon::join(|| left(&mut free), || right(&mut others));
+        let (second, count) = (first + free.used, others.used);
+        self.free.copy_within(first + room..first + room + count, second);
+        self.used = second + count;
+        self.complete(node, second, &left, &right)
+    }
+
+    /// Completes a node, once both children are there.
+    #[inline(always)]
+    pub fn complete(&mut self, node: usize, second: usize, left: &Summary, right: &Summary) -> Summary {
+        let bounds = left.bounds.union(right.bounds);
+        let (costs, opening) = Costs::node(bounds.half_area(), &left.costs, &right.costs);
+        let place = &mut self.free[node];
+        place.bounds = bounds.bounds();
+        place.offset = (second - node) as u32;
+        place.opening = opening;
+        Summary { bounds, costs }
+    }
+}

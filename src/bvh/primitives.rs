@@ -1,0 +1,50 @@
+//! What a tree is built over.
+
+use std::ops::Range;
+
+use super::assemble::Geometry;
+use super::layout::Kind;
+use super::reference::{Extent, Reference};
+use crate::math::Aabb;
+
+/// Some of the geometry, and the boxes of instances.
+pub struct Primitives<'a> {
+    /// The arrays that ids refer to.
+    pub geometry: &'a Geometry<'a>,
+    /// Ids of triangles.
+    pub triangles: Range<u32>,
+    /// Ids of spheres.
+    pub spheres: Range<u32>,
+    /// Padded boxes in world space.
+    pub instances: Vec<Aabb>,
+}
+
+impl Primitives<'_> {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.triangles.len() + self.spheres.len() + self.instances.len()
+    }
+
+    /// Whether a range of them may not be a leaf although it is small enough.
+    pub fn are_mixed(&self) -> bool {
+        !self.instances.is_empty() || (!self.triangles.is_empty() && !self.spheres.is_empty())
+    }
+
+    /// The one at a place: triangles come first, then spheres, then instances.
+    #[inline(always)]
+    pub fn reference(&self, place: usize) -> Reference {
+        let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
+        if place < triangles {
+            let id = self.triangles.start + place as u32;
+            let bounds = Extent::around_points(self.geometry.corners(id));
+            return Reference::new(bounds.padded(), Kind::Triangles, id);
+        }
+        let place = place - triangles;
+        if place < spheres {
+            let id = self.spheres.start + place as u32;
+            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), Kind::Spheres, id);
+        }
+        let place = place - spheres;
+        Reference::new(Extent::new(&self.instances[place]), Kind::Instance, place as u32)
+    }
+}

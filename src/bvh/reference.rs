@@ -1,0 +1,170 @@
+//! A primitive as the builder sees it.
+
+use glam::Vec4;
+
+use super::layout::{Kind, PADDING};
+use crate::math::Aabb;
+
+/// A primitive's box, and in the spare fourth components what it is. 32 bytes.
+///
+/// The fourth components take part in the arithmetic of the other three, unread. So that
+/// they never slow it down as denormals do, they are numbers from 1 to 2 whose 23 fraction
+/// bits hold the id's low bits, and its high bits with the kind.
+#[derive(Clone, Copy, Debug)]
+pub struct Reference {
+    low: Vec4,
+    high: Vec4,
+}
+
+/// The bits of 1.0.
+const ONE: u32 = 0x3f80_0000;
+const FRACTION_BITS: u32 = 23;
+const FRACTION: u32 = (1 << FRACTION_BITS) - 1;
+/// Where the kind lies above the high bits of a 32-bit id.
+const KIND_SHIFT: u32 = 32 - FRACTION_BITS;
+
+impl Reference {
+    /// A primitive with its padded box.
+    #[inline(always)]
+    pub fn new(bounds: Extent, kind: Kind, id: u32) -> Self {
+        let low = f32::from_bits(ONE | id & FRACTION);
+        let high = f32::from_bits(ONE | id >> FRACTION_BITS | (kind as u32) << KIND_SHIFT);
+        Self { low: bounds.min.with_w(low), high: bounds.max.with_w(high) }
+    }
+
+    /// Where the owner finds it.
+    #[inline(always)]
+    pub fn id(&self) -> u32 {
+        self.low.w.to_bits() & FRACTION | (self.high.w.to_bits() & FRACTION) << FRACTION_BITS
+    }
+
+    /// What it is.
+    #[inline(always)]
+    pub fn kind(&self) -> Kind {
+        match (self.high.w.to_bits() & FRACTION) >> KIND_SHIFT {
+            1 => Kind::Triangles,
+            2 => Kind::Spheres,
+            _ => Kind::Instance,
+        }
+    }
+
+    /// The same primitive, of which only the part in a box is meant.
+    #[inline(always)]
+    pub fn clipped(&self, bounds: &Extent) -> Self {
+        Self { low: bounds.min.with_w(self.low.w), high: bounds.max.with_w(self.high.w) }
+    }
+
+    /// Its box; the fourth components mean nothing.
+    #[inline(always)]
+    pub fn extent(&self) -> Extent {
+        Extent { min: self.low, max: self.high }
+    }
+
+    /// Twice the centre of its box: min + max saves a multiplication.
+    #[inline(always)]
+    pub fn center(&self) -> Vec4 {
+        self.low + self.high
+    }
+}
+
+/// A box of which four components are computed at once. The fourth means nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// The low corner.
+    pub min: Vec4,
+    /// The high corner.
+    pub max: Vec4,
+}
+
+impl Extent {
+    /// Holds nothing.
+    pub const EMPTY: Extent = Extent { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+
+    /// Around points.
+    #[inline(always)]
+    pub fn around_points(points: [[f32; 3]; 3]) -> Extent {
+        let [a, b, c] = points.map(|[x, y, z]| Vec4::new(x, y, z, 0.0));
+        Extent { min: a.min(b).min(c), max: a.max(b).max(c) }
+    }
+
+    /// Grown by a part of its own coordinates, as [`super::layout::pad`] does.
+    #[inline(always)]
+    pub fn padded(self) -> Extent {
+        let padding = Vec4::splat(PADDING);
+        Extent { min: self.min - self.min.abs() * padding, max: self.max + self.max.abs() * padding }
+    }
+
+    /// Around the boxes.
+    pub fn around(references: &[Reference]) -> Extent {
+        references.iter().fold(Extent::EMPTY, |all, r| all.union(r.extent()))
+    }
+
+    /// Around the doubled centres.
+    pub fn around_centers(references: &[Reference]) -> Extent {
+        // Two at once: each minimum waits for the one before it.
+        let (pairs, rest) = references.as_chunks::<2>();
+        let mut all = [Extent::EMPTY; 2];
+        for pair in pairs {
+            all = [all[0].with(pair[0].center()), all[1].with(pair[1].center())];
+        }
+        rest.iter().fold(all[0].union(all[1]), |all, r| all.with(r.center()))
+    }
+
+    /// Around both.
+    #[inline(always)]
+    pub fn union(self, other: Extent) -> Extent {
+        Extent { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// What is in both.
+    #[inline(always)]
+    pub fn intersection(self, other: Extent) -> Extent {
+        Extent { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
+    /// Around a point, too.
+    #[inline(always)]
+    pub fn with(self, point: Vec4) -> Extent {
+        Extent { min: self.min.min(point), max: self.max.max(point) }
+    }
+
+    /// Half of the surface area. Not a number or infinite where the box is empty or the
+    /// floats end.
+    #[inline(always)]
+    pub fn half_area(&self) -> f32 {
+        let d = self.max - self.min;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
+    /// With fourth components.
+    #[inline(always)]
+    pub fn new(bounds: &Aabb) -> Extent {
+        Extent { min: bounds.min.extend(0.0), max: bounds.max.extend(0.0) }
+    }
+
+    /// Without the fourth components.
+    #[inline(always)]
+    pub fn bounds(&self) -> Aabb {
+        Aabb { min: self.min.truncate(), max: self.max.truncate() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    #[test]
+    fn a_reference_keeps_what_it_was_made_of() {
+        let bounds = Aabb { min: Vec3::new(-1.0, -0.0, 2.0), max: Vec3::new(1.0, 0.0, 3.0) };
+        for kind in [Kind::Triangles, Kind::Spheres, Kind::Instance] {
+            for id in [0, 1, 0x7f_ffff, 0x80_0000, 0x1234_5678, (1 << 31) - 1, u32::MAX] {
+                let reference = Reference::new(Extent::new(&bounds), kind, id);
+                assert_eq!((reference.kind(), reference.id()), (kind, id));
+                assert_eq!(reference.extent().bounds(), bounds);
+                assert!(reference.low.w.is_normal() && reference.high.w.is_normal());
+            }
+        }
+        assert_eq!(size_of::<Reference>(), 32);
+    }
+}
