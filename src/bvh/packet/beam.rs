@@ -1,0 +1,216 @@
+//! The space that the rays of a packet run through.
+
+use super::super::Root;
+use super::super::layout::{Node, PADDING, TriangleBlock};
+use super::super::triangle::Shear;
+use super::rays::{Active, Bits, Columns, GROUPS, RAYS};
+use crate::math::NONE;
+use crate::simd::{Float, Int, Mask, Sixteen};
+
+/// A beam whose slopes differ by more than this is not worth it.
+const WIDEST: f32 = 0.35;
+
+/// The half spaces `coordinate − slope · depth` ≥ and ≤ a bound for each of two axes, and the
+/// range of depths, which are counted along the third. All are widened by what rounding could do.
+pub struct Beam {
+    /// The two other axes, and the longest one.
+    pub axes: [usize; 3],
+    slope: [[f32; 2]; 2],
+    bound: [[f32; 2]; 2],
+    ends: [f32; 2],
+    /// Which of a box's planes along each axis are the near ones.
+    pub sides: [usize; 3],
+    /// Where all of its rays start, if that is one point.
+    pub apex: Option<[f32; 3]>,
+}
+
+/// What is smallest and largest among rays, lane by lane.
+#[derive(Clone, Copy)]
+struct Range<F>(F, F);
+
+impl<F: Float> Range<F> {
+    #[inline(always)]
+    fn empty() -> Self {
+        Range(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
+    }
+
+    /// With the lanes of `mask`.
+    #[inline(always)]
+    fn with(self, value: F, mask: F::Mask) -> Self {
+        Range(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
+    }
+
+    #[inline(always)]
+    fn ends(self) -> [f32; 2] {
+        let (mut low, mut high) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
+        self.0.store(&mut low);
+        self.1.store(&mut high);
+        [
+            low.into_iter().fold(f32::INFINITY, Float::min),
+            high.into_iter().fold(f32::NEG_INFINITY, Float::max),
+        ]
+    }
+}
+
+/// Which way the rays of a pass go.
+struct Way {
+    axes: [usize; 3],
+    /// Of the direction along the longest axis.
+    sign: f32,
+}
+
+impl Beam {
+    /// Around the active rays within a tree's box; none if they spread too far.
+    #[inline(always)]
+    pub fn around<F: Float>(rays: &Columns, active: &Active, root: &Root) -> Option<Beam> {
+        let class = rays.class_of::<F>(active);
+        let axes = Shear::AXES[(class >> 3) as usize % 4];
+        let sides = [class >> 2, class >> 1, class].map(|c| c as usize & 1);
+        let forwards = sides[axes[2]] == 0;
+        let way = Way { axes, sign: if forwards { 1.0 } else { -1.0 } };
+        let (low, high) = (root.bounds.min.to_array(), root.bounds.max.to_array());
+        let (box_start, box_end) =
+            if forwards { (low[axes[2]], high[axes[2]]) } else { (-high[axes[2]], -low[axes[2]]) };
+        let [start, end] = depths::<F>(rays, active, &way)?;
+        let start = start.max(box_start);
+        let end = end.min(box_end).max(start);
+        let reach = low.iter().chain(&high).fold(0.0f32, |most, c| most.max(c.abs()));
+        let margin = (reach + start.abs() + end.abs()) * PADDING;
+        let mut beam = Beam {
+            axes,
+            slope: [[0.0; 2]; 2],
+            bound: [[0.0; 2]; 2],
+            ends: [start - margin, end + margin],
+            sides,
+            apex: apex::<F>(rays, active),
+        };
+        let mut finite = margin.is_finite();
+        for (axis, [at_start, at_end]) in extent::<F>(rays, active, &way, [start, end]).iter().enumerate() {
+            for side in 0..2 {
+                let (first, last) = (at_start[side], at_end[side]);
+                let slope = (last - first) / (end - start);
+                let slope = if slope.is_finite() { slope } else { 0.0 };
+                // Of the two ends the one that is farther out, for where the line is not exact.
+                let lines = [first - slope * start, last - slope * end];
+                let size = reach + first.abs() + last.abs() + slope.abs() * (reach + start.abs() + end.abs());
+                let margin = size * (4.0 * PADDING);
+                finite &= margin.is_finite();
+                beam.slope[axis][side] = slope * way.sign;
+                beam.bound[axis][side] = match side {
+                    0 => lines[0].min(lines[1]) - margin,
+                    _ => lines[0].max(lines[1]) + margin,
+                };
+            }
+        }
+        finite.then_some(beam)
+    }
+
+    /// Its least depth.
+    pub fn start(&self) -> f32 {
+        self.ends[0]
+    }
+
+    /// The children of a node that it meets.
+    #[inline(always)]
+    pub fn meets<S: Sixteen>(&self, node: &Node) -> u32 {
+        let depth = &node.planes[self.axes[2] % 3];
+        let (shallow, deep) = (S::load(&depth[0]), S::load(&depth[1]));
+        let mut bits = if self.sides[self.axes[2] % 3] == 0 {
+            S::splat(self.ends[0]).le(deep) & shallow.le(S::splat(self.ends[1]))
+        } else {
+            S::splat(-self.ends[1]).le(deep) & shallow.le(S::splat(-self.ends[0]))
+        };
+        for axis in 0..2 {
+            let planes = &node.planes[self.axes[axis] % 3];
+            for side in 0..2 {
+                let slope = self.slope[axis][side];
+                // The corner of each box that is farthest on the inner side.
+                let corner = if (slope > 0.0) == (side == 0) { shallow } else { deep };
+                let inner = S::load(&planes[1 - side]) - corner * S::splat(slope);
+                let bound = S::splat(self.bound[axis][side]);
+                bits &= if side == 0 { bound.le(inner) } else { inner.le(bound) };
+            }
+        }
+        bits
+    }
+
+    /// The triangles of a block that it meets.
+    #[inline(always)]
+    pub fn meets_triangles<F: Float>(&self, block: &TriangleBlock) -> u32 {
+        let mut met = 0;
+        for at in (0..block.primitive.len()).step_by(F::WIDTH) {
+            let mut mask = !F::Int::load(&block.primitive[at..]).eq(F::Int::splat(NONE));
+            let depth = &block.vertex[self.axes[2] % 3];
+            let depth = [F::load(&depth[0][at..]), F::load(&depth[1][at..]), F::load(&depth[2][at..])];
+            for axis in 0..2 {
+                let vertex = &block.vertex[self.axes[axis] % 3];
+                for side in 0..2 {
+                    let slope = F::splat(self.slope[axis][side]);
+                    let a = F::load(&vertex[0][at..]) - depth[0] * slope;
+                    let b = F::load(&vertex[1][at..]) - depth[1] * slope;
+                    let c = F::load(&vertex[2][at..]) - depth[2] * slope;
+                    let bound = F::splat(self.bound[axis][side]);
+                    mask =
+                        mask & if side == 0 { a.max(b).max(c).ge(bound) } else { a.min(b).min(c).le(bound) };
+                }
+            }
+            met |= mask.bits() << at;
+        }
+        met
+    }
+}
+
+/// Where the first of the active rays starts and the last one ends along their longest axis,
+/// counted in their direction; none if they spread too far.
+#[inline(always)]
+fn depths<F: Float>(rays: &Columns, active: &Active, way: &Way) -> Option<[f32; 2]> {
+    let mut depths = Range::empty();
+    let mut slopes = [Range::empty(); 2];
+    for group in Bits(active.groups) {
+        let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
+        let start = F::load(&rays.origin[way.axes[2]].0[at..]) * F::splat(way.sign);
+        let along = F::load(&rays.direction[way.axes[2]].0[at..]) * F::splat(way.sign);
+        depths = depths.with(start, mask).with(start + along * F::load(&rays.t.0[at..]), mask);
+        for (slopes, slope) in slopes.iter_mut().zip(&rays.shear) {
+            *slopes = slopes.with(F::load(&slope.0[at..]), mask);
+        }
+    }
+    let [a, b] = [slopes[0].ends(), slopes[1].ends()];
+    if a[1] - a[0] <= WIDEST && b[1] - b[0] <= WIDEST { Some(depths.ends()) } else { None }
+}
+
+/// The least and the largest of the other two coordinates of the active rays where they have
+/// come to each of two depths: by axis, by depth.
+#[inline(always)]
+fn extent<F: Float>(rays: &Columns, active: &Active, way: &Way, depths: [f32; 2]) -> [[[f32; 2]; 2]; 2] {
+    let mut ranges = [[Range::empty(); 2]; 2];
+    for group in Bits(active.groups) {
+        let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
+        let z = F::load(&rays.origin[way.axes[2]].0[at..]);
+        for (axis, ranges) in ranges.iter_mut().enumerate() {
+            let x = F::load(&rays.origin[way.axes[axis]].0[at..]);
+            let slope = F::load(&rays.shear[axis].0[at..]);
+            for (range, depth) in ranges.iter_mut().zip(depths) {
+                *range = range.with(x + (F::splat(depth * way.sign) - z) * slope, mask);
+            }
+        }
+    }
+    [[ranges[0][0].ends(), ranges[0][1].ends()], [ranges[1][0].ends(), ranges[1][1].ends()]]
+}
+
+/// The one point that all active rays start at, bit for bit.
+#[inline(always)]
+fn apex<F: Float>(rays: &Columns, active: &Active) -> Option<[f32; 3]> {
+    let (group, lane) = active.first();
+    let apex = [0, 1, 2].map(|axis| rays.origin[axis].0[(group * F::WIDTH + lane) % RAYS]);
+    for group in Bits(active.groups) {
+        let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
+        for (origin, apex) in rays.origin.iter().zip(apex) {
+            let same = F::load(&origin.0[at..]).to_bits().eq(F::Int::splat(apex.to_bits()));
+            if (mask & !same).any() {
+                return None;
+            }
+        }
+    }
+    Some(apex)
+}

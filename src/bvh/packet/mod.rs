@@ -1,0 +1,376 @@
+//! Packets: the kernel for rays that run side by side.
+//!
+//! Up to [`RAYS`] rays go through the tree together, with one stack. A *beam* of six planes
+//! holds them all: four that bound where the rays are, as straight lines between the ends
+//! of the beam (so that rays from one point, to one point, and side by side are bounded
+//! equally well), and its two ends. The beam is tested against a node's 16 children at
+//! once; what it meets is tested ray by ray, with the slabs of the single-ray kernel, when
+//! it comes off the stack. At a leaf the beam leaves out triangles, and the others
+//! meet the rays, a ray a lane, in the canonical test. (Large packets after Overbeck,
+//! Ramamoorthi and Mark, "Large ray packets for real-time Whitted ray tracing", 2008; the
+//! beam is Reshetov's frustum, "Multi-level ray tracing algorithm", 2005, with ends.)
+//!
+//! Rays of a packet whose directions have other signs or another longest axis than those of
+//! the first one are left to a pass of their own.
+
+mod beam;
+mod rays;
+
+use std::marker::PhantomData;
+
+use super::Rays;
+use super::layout::{Bvh, Child, Kind, TriangleBlock, WIDTH};
+use super::query::Answers;
+use super::traverse::{self, Keys, Part};
+use super::triangle;
+use crate::math::{Hit, NONE};
+use crate::simd::sixteen::key;
+use crate::simd::{Float, Int, Lanes, Mask};
+use beam::Beam;
+use rays::{Active, Bits, Column, Columns, GROUPS};
+pub(super) use rays::{LEAST_WIDTH, RAYS};
+
+/// Passes over a packet before the rest of it is left to the single-ray kernel.
+const PASSES: usize = 4;
+/// A pass with fewer rays is not worth it.
+const FEWEST: u32 = 12;
+
+/// A packet and its stack.
+pub(super) struct Packet {
+    rays: Columns,
+    /// Where a ray enters the box that is being visited; NaN if it does not.
+    near: Column<f32>,
+    stack: Vec<Entry>,
+}
+
+/// A box that the beam meets.
+#[derive(Clone, Copy, Default)]
+struct Entry {
+    /// What is in it.
+    child: u32,
+    /// Its node, and its place there.
+    node: u32,
+    slot: u32,
+    /// The groups that reach its parent.
+    groups: u32,
+}
+
+impl Packet {
+    /// For queries on `bvh`.
+    pub fn new(bvh: &Bvh) -> Self {
+        let stack = vec![Entry::default(); bvh.stack_size + WIDTH];
+        Self { rays: Columns::new(), near: Column([0.0; RAYS]), stack }
+    }
+
+    /// Answers the rays from `first` on, at most [`RAYS`], if that is worth while: returns
+    /// whether it did.
+    #[inline(always)]
+    pub fn trace<L: Lanes, A: Answers>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Rays,
+        first: usize,
+        count: usize,
+        keys: &mut Keys,
+        answers: &mut A,
+    ) -> bool {
+        let width = L::Queue::WIDTH;
+        let Some(root) = bvh.root else { return false };
+        self.rays.load::<L::Queue>(rays, first, count);
+        let mut waiting = Active::NONE;
+        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(width)) {
+            *lanes = self.rays.alive::<L::Queue>(group * width, count - group * width);
+            waiting.groups |= u32::from(*lanes != 0) << group;
+        }
+        for pass in 0..PASSES {
+            let Some(active) = self.rays.next_pass::<L::Queue>(&mut waiting) else { break };
+            let beam = Beam::around::<L::Queue>(&self.rays, &active, &root);
+            let beam = beam.filter(|_| active.count() >= FEWEST);
+            match beam {
+                Some(beam) if beam.apex.is_some() => self.walk::<L, A, true>(bvh, active, &beam, keys),
+                Some(beam) => self.walk::<L, A, false>(bvh, active, &beam, keys),
+                // Nothing has been done yet, and the caller has a better way.
+                None if pass == 0 => return false,
+                None => self.one_by_one::<L, A>(bvh, active, width, keys),
+            }
+        }
+        self.one_by_one::<L, A>(bvh, waiting, width, keys);
+        for i in 0..count {
+            let hit = Hit {
+                t: self.rays.t.0[i],
+                u: self.rays.u.0[i],
+                v: self.rays.v.0[i],
+                primitive: self.rays.primitive.0[i],
+                instance: self.rays.instance.0[i],
+            };
+            answers.put(first + i, &hit);
+        }
+        true
+    }
+
+    /// Takes a pass through the tree.
+    #[inline(always)]
+    fn walk<L: Lanes, A: Answers, const APEX: bool>(
+        &mut self,
+        bvh: &Bvh,
+        mut active: Active,
+        beam: &Beam,
+        keys: &mut Keys,
+    ) {
+        let Some(root) = bvh.root else { return };
+        let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
+        let mut groups = self.enter::<L::Queue, APEX>(&active, active.groups, &planes, beam);
+        let mut child = root.child;
+        let mut top = 0;
+        loop {
+            if groups != 0 {
+                match child.kind() {
+                    Kind::Node => self.open::<L>(bvh, child.index(), groups, beam, &mut top),
+                    Kind::Triangles => {
+                        let block = &bvh.triangles[child.index()];
+                        let done = self.test::<L, A, APEX>(block, groups, &mut active, beam);
+                        if done {
+                            return;
+                        }
+                    }
+                    _ => {
+                        self.leave_to_single::<L, A>(bvh, child, groups, &mut active, keys);
+                        if active.groups == 0 {
+                            return;
+                        }
+                    }
+                }
+            }
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let entry = self.stack[top];
+            let node = &bvh.nodes[entry.node as usize];
+            let slot = entry.slot as usize % WIDTH;
+            let planes = [0, 1].map(|side| node.planes.map(|axis| axis[side][slot]));
+            groups = self.enter::<L::Queue, APEX>(&active, entry.groups & active.groups, &planes, beam);
+            child = Child(entry.child);
+        }
+    }
+
+    /// Which groups have a ray that enters a box; `near` holds where.
+    #[inline(always)]
+    fn enter<F: Float, const APEX: bool>(
+        &mut self,
+        active: &Active,
+        groups: u32,
+        planes: &[[f32; 3]; 2],
+        beam: &Beam,
+    ) -> u32 {
+        // The planes as the rays meet them; seen from the apex if there is one.
+        let apex = if APEX { beam.apex.unwrap_or([0.0; 3]) } else { [0.0; 3] };
+        let (mut near_planes, mut far_planes) = ([F::zero(); 3], [F::zero(); 3]);
+        for axis in 0..3 {
+            let side = beam.sides[axis] & 1;
+            let (near, far) = (planes[side][axis], planes[1 - side][axis]);
+            near_planes[axis] = F::splat(if APEX { apex[axis] - near } else { near });
+            far_planes[axis] = F::splat(if APEX { apex[axis] - far } else { far });
+        }
+        let mut entered = 0;
+        for group in Bits(groups) {
+            let group = group % GROUPS;
+            let at = group * F::WIDTH;
+            let (mut near, mut far) = (F::load(&self.rays.t_min.0[at..]), F::load(&self.rays.t.0[at..]));
+            for axis in 0..3 {
+                let near_scale = F::load(&self.rays.near_scale[axis].0[at..]);
+                let far_scale = F::load(&self.rays.far_scale[axis].0[at..]);
+                let (mut near_plane, mut far_plane) = (near_planes[axis], far_planes[axis]);
+                if !APEX {
+                    let origin = F::load(&self.rays.origin[axis].0[at..]);
+                    (near_plane, far_plane) = (origin - near_plane, origin - far_plane);
+                }
+                near = (near_plane * near_scale).max(near);
+                far = (far_plane * far_scale).min(far);
+            }
+            // A lane that does not enter gets no distance, with which no comparison is true.
+            let inside = near.le(far);
+            F::select(inside, near, F::splat(f32::NAN)).store(&mut self.near.0[at..]);
+            entered |= u32::from(inside.bits() & active.lanes[group] != 0) << group;
+        }
+        entered
+    }
+
+    /// Puts the children of a node that the beam meets on the stack, the nearest on top.
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam, top: &mut usize) {
+        let node = &bvh.nodes[index];
+        let bits = beam.meets::<L::Node>(node);
+        let depth = &node.planes[beam.axes[2] % 3][beam.sides[beam.axes[2] % 3] & 1];
+        let sign = if beam.sides[beam.axes[2] % 3] == 0 { 1.0 } else { -1.0 };
+        let mut order = [0u64; WIDTH];
+        let mut count = 0;
+        for slot in Bits(bits) {
+            let slot = slot % WIDTH;
+            let found = key(Float::max(depth[slot] * sign - beam.start(), 0.0), slot as u32);
+            let mut place = count;
+            while place > 0 && order[(place - 1) % WIDTH] < found {
+                order[place % WIDTH] = order[(place - 1) % WIDTH];
+                place -= 1;
+            }
+            order[place % WIDTH] = found;
+            count += 1;
+        }
+        for found in &order[..count] {
+            let slot = *found as u32;
+            let child = node.child[slot as usize % WIDTH];
+            bvh.fetch(Child(child));
+            self.stack[*top] = Entry { child, node: index as u32, slot, groups };
+            *top += 1;
+        }
+    }
+
+    /// Tests a block against the rays that enter it; whether all rays of the pass are done.
+    #[inline(always)]
+    fn test<L: Lanes, A: Answers, const APEX: bool>(
+        &mut self,
+        block: &TriangleBlock,
+        groups: u32,
+        active: &mut Active,
+        beam: &Beam,
+    ) -> bool {
+        let met = beam.meets_triangles::<L::Block>(block);
+        for place in Bits(met) {
+            let place = place % 8;
+            let vertices = block.corners(place);
+            let apex = if APEX { beam.apex.unwrap_or([0.0; 3]) } else { [0.0; 3] };
+            let corners = vertices
+                .map(|c| beam.axes.map(|axis| if APEX { c[axis % 3] - apex[axis % 3] } else { c[axis % 3] }));
+            let todo = groups & active.groups;
+            for group in Bits(todo) {
+                let group = group % GROUPS;
+                self.test_one::<L::Queue, A, APEX>(
+                    &vertices,
+                    &corners,
+                    block.primitive[place],
+                    group,
+                    active,
+                    beam,
+                );
+            }
+            if A::ANY && active.groups == 0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// One triangle against one group of rays.
+    #[inline(always)]
+    fn test_one<F: Float, A: Answers, const APEX: bool>(
+        &mut self,
+        vertices: &[[f32; 3]; 3],
+        corners: &[[f32; 3]; 3],
+        primitive: u32,
+        group: usize,
+        active: &mut Active,
+        beam: &Beam,
+    ) {
+        let at = group * F::WIDTH;
+        let shear = [
+            F::load(&self.rays.shear[0].0[at..]),
+            F::load(&self.rays.shear[1].0[at..]),
+            F::load(&self.rays.shear[2].0[at..]),
+        ];
+        let mut seen = [[F::zero(); 3]; 3];
+        for (seen, corner) in seen.iter_mut().zip(corners) {
+            for ((seen, corner), axis) in seen.iter_mut().zip(corner).zip(beam.axes) {
+                *seen = F::splat(*corner);
+                if !APEX {
+                    *seen = *seen - F::load(&self.rays.origin[axis % 3].0[at..]);
+                }
+            }
+        }
+        let hits = triangle::intersect_rays(seen, &shear, |lane| {
+            triangle::exact_t(*vertices, &self.rays.ray((at + lane) % RAYS))
+        });
+        if !hits.mask.any() {
+            return;
+        }
+        let (near, best) = (F::load(&self.near.0[at..]), F::load(&self.rays.t.0[at..]));
+        // NaN distances fail the first comparison.
+        let t = hits.t.max(near);
+        let beyond = hits.mask & hits.t.gt(F::load(&self.rays.t_min.0[at..])) & t.le(best);
+        let id = F::Int::splat(primitive);
+        // Nothing in a packet's own hands is in an instance, and those have the largest number.
+        let smaller = id.lt(F::Int::load(&self.rays.primitive.0[at..]));
+        let better = beyond & (t.lt(best) | smaller) & F::Mask::from_bits(active.lanes[group]);
+        if !better.any() {
+            return;
+        }
+        if A::ANY {
+            F::select(better, F::splat(-1.0), best).store(&mut self.rays.t.0[at..]);
+            active.remove(group, better.bits());
+        } else {
+            F::select(better, t, best).store(&mut self.rays.t.0[at..]);
+            F::select(better, hits.u, F::load(&self.rays.u.0[at..])).store(&mut self.rays.u.0[at..]);
+            F::select(better, hits.v, F::load(&self.rays.v.0[at..])).store(&mut self.rays.v.0[at..]);
+            let none = F::Int::splat(NONE);
+            F::Int::select(better, none, F::Int::load(&self.rays.instance.0[at..]))
+                .store(&mut self.rays.instance.0[at..]);
+        }
+        F::Int::select(better, id, F::Int::load(&self.rays.primitive.0[at..]))
+            .store(&mut self.rays.primitive.0[at..]);
+    }
+
+    /// Spheres and instances, ray by ray.
+    #[inline(always)]
+    fn leave_to_single<L: Lanes, A: Answers>(
+        &mut self,
+        bvh: &Bvh,
+        child: Child,
+        groups: u32,
+        active: &mut Active,
+        keys: &mut Keys,
+    ) {
+        for group in Bits(groups) {
+            let group = group % GROUPS;
+            let lanes = active.lanes[group];
+            for lane in Bits(lanes) {
+                let i = (group * L::Queue::WIDTH + lane) % RAYS;
+                if self.near.0[i] >= 0.0 && self.single::<L, A>(bvh, i, key(self.near.0[i], child.0), keys) {
+                    active.remove(group, 1 << lane);
+                }
+            }
+        }
+    }
+
+    /// What goes its own way.
+    #[inline(always)]
+    fn one_by_one<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rest: Active, width: usize, keys: &mut Keys) {
+        let groups = rest.groups;
+        for group in Bits(groups) {
+            let group = group % GROUPS;
+            let lanes = rest.lanes[group];
+            for lane in Bits(lanes) {
+                let i = (group * width + lane) % RAYS;
+                if let Some(start) = traverse::start(bvh, &self.rays.ray(i)) {
+                    self.single::<L, A>(bvh, i, start, keys);
+                }
+            }
+        }
+    }
+
+    /// One ray through a part of the tree; whether it is done, since any hit will do.
+    #[inline(always)]
+    fn single<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, i: usize, start: u64, keys: &mut Keys) -> bool {
+        let mut best = Hit {
+            t: self.rays.t.0[i],
+            u: self.rays.u.0[i],
+            v: self.rays.v.0[i],
+            primitive: self.rays.primitive.0[i],
+            instance: self.rays.instance.0[i],
+        };
+        let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);
+        let done = L::apart(Part { bvh, ray, start, keys, best: &mut best, answers });
+        (self.rays.t.0[i], self.rays.u.0[i], self.rays.v.0[i]) =
+            (if done { -1.0 } else { best.t }, best.u, best.v);
+        (self.rays.primitive.0[i], self.rays.instance.0[i]) = (best.primitive, best.instance);
+        done
+    }
+}

@@ -1,0 +1,201 @@
+//! The rays of a packet, by columns, and which of them take part.
+
+use super::super::Rays;
+use super::super::layout::PADDING;
+use super::super::triangle;
+use crate::math::{NONE, Ray, Vector};
+use crate::simd::{Float, Int, Mask};
+
+/// Rays of a packet.
+pub const RAYS: usize = 128;
+/// A packet has groups of as many lanes as the processor has, but at least of so many.
+pub const LEAST_WIDTH: usize = 8;
+/// The most groups of lanes that a packet is made of.
+pub const GROUPS: usize = RAYS / LEAST_WIDTH;
+
+/// A number for each ray.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub struct Column<T>(pub [T; RAYS]);
+
+/// The rays, what is computed from them once, and the best hit of each so far.
+pub struct Columns {
+    pub origin: [Column<f32>; 3],
+    pub direction: [Column<f32>; 3],
+    pub near_scale: [Column<f32>; 3],
+    pub far_scale: [Column<f32>; 3],
+    pub t_min: Column<f32>,
+    /// The nearest hit so far, at first where the ray ends; below 0 for a ray that is done.
+    pub t: Column<f32>,
+    pub u: Column<f32>,
+    pub v: Column<f32>,
+    pub primitive: Column<u32>,
+    pub instance: Column<u32>,
+    /// The slopes of the other two axes over the longest one, and its reciprocal.
+    pub shear: [Column<f32>; 3],
+    /// Which way the ray goes: three signs, and the longest axis.
+    class: Column<u32>,
+}
+
+/// The lanes of each group that take part in something, and the groups that have any.
+#[derive(Clone, Copy)]
+pub struct Active {
+    pub lanes: [u32; GROUPS],
+    pub groups: u32,
+}
+
+impl Active {
+    /// Nobody.
+    pub const NONE: Active = Active { lanes: [0; GROUPS], groups: 0 };
+
+    /// How many rays there are.
+    #[inline(always)]
+    pub fn count(&self) -> u32 {
+        self.lanes.iter().map(|lanes| lanes.count_ones()).sum()
+    }
+
+    /// The first one's group and lane.
+    #[inline(always)]
+    pub fn first(&self) -> (usize, usize) {
+        let group = self.groups.trailing_zeros() as usize % GROUPS;
+        (group, self.lanes[group].trailing_zeros() as usize)
+    }
+
+    /// Takes lanes out of a group.
+    #[inline(always)]
+    pub fn remove(&mut self, group: usize, lanes: u32) {
+        self.lanes[group] &= !lanes;
+        self.groups &= !(u32::from(self.lanes[group] == 0) << group);
+    }
+}
+
+/// The places of set bits, the lowest first.
+pub struct Bits(pub u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let place = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(place)
+    }
+}
+
+impl Columns {
+    /// Zeros.
+    pub fn new() -> Self {
+        let (float, integer) = (Column([0.0; RAYS]), Column([0; RAYS]));
+        Self {
+            origin: [float; 3],
+            direction: [float; 3],
+            near_scale: [float; 3],
+            far_scale: [float; 3],
+            t_min: float,
+            t: float,
+            u: float,
+            v: float,
+            primitive: integer,
+            instance: integer,
+            shear: [float; 3],
+            class: integer,
+        }
+    }
+
+    /// Loads and prepares the rays.
+    #[inline(always)]
+    pub fn load<F: Float>(&mut self, rays: &Rays, first: usize, count: usize) {
+        for axis in 0..3 {
+            self.origin[axis].0[..count].copy_from_slice(&rays.origin[axis][first..first + count]);
+            self.direction[axis].0[..count].copy_from_slice(&rays.direction[axis][first..first + count]);
+        }
+        self.t_min.0[..count].copy_from_slice(&rays.t_min[first..first + count]);
+        self.t.0[..count].copy_from_slice(&rays.t_max[first..first + count]);
+        for at in (0..count).step_by(F::WIDTH) {
+            let mut reciprocal = [F::zero(); 3];
+            let mut class = F::Int::splat(0);
+            for (axis, reciprocal) in reciprocal.iter_mut().enumerate() {
+                let r = F::one() / F::load(&self.direction[axis].0[at..]);
+                (r * F::splat(PADDING - 1.0)).store(&mut self.near_scale[axis].0[at..]);
+                (r * F::splat(-1.0 - PADDING)).store(&mut self.far_scale[axis].0[at..]);
+                class = class + class + r.to_bits().shr::<31>();
+                *reciprocal = r;
+            }
+            let direction = [
+                F::load(&self.direction[0].0[at..]),
+                F::load(&self.direction[1].0[at..]),
+                F::load(&self.direction[2].0[at..]),
+            ];
+            let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
+            let first = x.gt(y);
+            let (is_x, is_y) = (first & x.gt(z), !first & y.gt(z));
+            let longest = F::Int::select(is_x, F::Int::splat(0), F::Int::splat(2));
+            let longest = F::Int::select(is_y, F::Int::splat(1), longest);
+            (class + longest.shl::<3>()).store(&mut self.class.0[at..]);
+            let d = triangle::rename(direction, is_x, is_y);
+            let r = triangle::rename(reciprocal, is_x, is_y)[2];
+            (d[0] * r).store(&mut self.shear[0].0[at..]);
+            (d[1] * r).store(&mut self.shear[1].0[at..]);
+            r.store(&mut self.shear[2].0[at..]);
+            // A NaN stays one, −0 becomes 0.
+            (F::zero().max(F::load(&self.t_min.0[at..])) + F::zero()).store(&mut self.t_min.0[at..]);
+            F::zero().store(&mut self.u.0[at..]);
+            F::zero().store(&mut self.v.0[at..]);
+            F::Int::splat(NONE).store(&mut self.primitive.0[at..]);
+            F::Int::splat(NONE).store(&mut self.instance.0[at..]);
+        }
+    }
+
+    /// The lanes from `at` on, `count` at the most, with a ray that can hit something at all.
+    #[inline(always)]
+    pub fn alive<F: Float>(&self, at: usize, count: usize) -> u32 {
+        let mut zeros = F::zero();
+        for axis in 0..3 {
+            let o = F::load(&self.origin[axis].0[at..]);
+            let d = F::load(&self.direction[axis].0[at..]);
+            zeros = zeros + (o - o) + (d - d);
+        }
+        let t_min = F::load(&self.t_min.0[at..]);
+        let ends = t_min.le(F::load(&self.t.0[at..]));
+        (zeros.eq(F::zero()) & ends & F::Mask::first(count.min(F::WIDTH))).bits()
+    }
+
+    /// Takes those that go the same way as the first one that waits.
+    #[inline(always)]
+    pub fn next_pass<F: Float>(&self, waiting: &mut Active) -> Option<Active> {
+        if waiting.groups == 0 {
+            return None;
+        }
+        let class = F::Int::splat(self.class_of::<F>(waiting));
+        let mut active = Active::NONE;
+        for group in Bits(waiting.groups) {
+            let group = group % GROUPS;
+            let same = F::Int::load(&self.class.0[group * F::WIDTH..]).eq(class).bits();
+            active.lanes[group] = waiting.lanes[group] & same;
+            active.groups |= u32::from(active.lanes[group] != 0) << group;
+            waiting.remove(group, same);
+        }
+        Some(active)
+    }
+
+    /// The first active ray's way: three signs below, its longest axis above.
+    #[inline(always)]
+    pub fn class_of<F: Float>(&self, active: &Active) -> u32 {
+        let (group, lane) = active.first();
+        self.class.0[(group * F::WIDTH + lane) % RAYS]
+    }
+
+    /// One of the rays; it ends at its best hit.
+    pub fn ray(&self, i: usize) -> Ray<f32> {
+        let of = |c: &[Column<f32>; 3]| Vector { x: c[0].0[i], y: c[1].0[i], z: c[2].0[i] };
+        Ray {
+            origin: of(&self.origin),
+            direction: of(&self.direction),
+            t_min: self.t_min.0[i],
+            t_max: self.t.0[i],
+        }
+    }
+}
