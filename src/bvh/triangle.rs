@@ -61,7 +61,7 @@ impl Exact for Ray<f32> {
 pub struct BlockHits<T: Float> {
     /// Lanes with a hit at any t.
     pub mask: T::Mask,
-    /// Lanes in which rounding may have moved t across the ray's origin.
+    /// Lanes in which t is not as exact as is wanted.
     pub doubtful: T::Mask,
     /// Along the ray.
     pub t: T,
@@ -74,9 +74,10 @@ pub struct BlockHits<T: Float> {
 /// Tests the triangles from `lane` on.
 ///
 /// No fused operations: an edge that two triangles share gives both the same products,
-/// so no ray passes between them. Where rounding could have moved t across the ray's
-/// origin, t is computed again in double precision: a ray that has just left a large
-/// triangle does not hit it again, and one that starts close to it does not miss it.
+/// so no ray passes between them. Where t may be off by more than a 16,384th part of
+/// itself it is computed again in double precision: so it is where a hit is close and the
+/// triangle large. A ray that has just left a large triangle does not hit it again, and
+/// one that starts close to it does not miss it.
 #[inline(always)]
 pub fn intersect<T: Float>(
     block: &TriangleBlock,
@@ -167,13 +168,12 @@ impl<T: Float> Edges<T> {
             return BlockHits { mask, doubtful: mask, t: T::zero(), u: T::zero(), v: T::zero() };
         }
         let reciprocal = T::one() / (self.u + self.v + self.w);
-        let scale = scale * reciprocal;
-        let t = (self.u * *az + self.v * *bz + self.w * *cz) * scale;
+        let t = (self.u * *az + self.v * *bz + self.w * *cz) * (scale * reciprocal);
         let x = ax.abs().max(bx.abs()).max(cx.abs());
         let y = ay.abs().max(by.abs()).max(cy.abs());
-        let z = az.abs().max(bz.abs()).max(cz.abs());
-        let edge = self.low.abs().max(self.high.abs());
-        let doubtful = mask & t.abs().le(error_bound(x, y, z, edge, scale.abs()));
+        let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
+        let error = error_bound(x, y, [low, high], reciprocal.abs()) * scale.abs();
+        let doubtful = mask & (t.abs() * T::splat(WANTED)).le(error);
         BlockHits { mask, doubtful, t, u: self.v * reciprocal, v: self.w * reciprocal }
     }
 }
@@ -197,14 +197,19 @@ fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
     }
 }
 
-/// How far off t can be, from the largest coordinates and edge functions (PBRT 4th ed.,
-/// 6.8.7; z is scaled last here, by `scale`).
+/// t is computed again in double precision where its error may be larger than this part of it.
+const WANTED: f32 = 1.0 / 16_384.0;
+
+/// How far off the depth of a hit can be, from the corners' largest x and y and their least
+/// and largest depth. (The error of the edge functions after PBRT 4th ed., 6.8.7. Weights add up
+/// to 1 whatever their errors, so these count only as far as the corners' depths differ.)
 #[inline(always)]
-fn error_bound<T: Float>(x: T, y: T, z: T, edge: T, scale: T) -> T {
+fn error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], reciprocal: T) -> T {
     const EPSILON: f32 = f32::EPSILON * 0.5;
+    let z = low.abs().max(high.abs());
     let (delta_x, delta_y) = ((x + z) * T::splat(6.0 * EPSILON), (y + z) * T::splat(6.0 * EPSILON));
     let delta_edge = (x * y * T::splat(3.0 * EPSILON) + delta_y * x + delta_x * y) * T::splat(2.0);
-    (edge * z * T::splat(8.0 * EPSILON) + delta_edge * z) * T::splat(3.0) * scale
+    delta_edge * (high - low) * T::splat(3.0) * reciprocal + z * T::splat(8.0 * EPSILON)
 }
 
 /// t by the plane's equation in double precision.
