@@ -1,4 +1,5 @@
-//! How many rays a second the single-ray kernels answer, by scene, class of ray and instruction set.
+//! How many rays a second the kernels answer, by scene, class of ray and instruction set; for
+//! the widest set also by what the caller says of the queue, which chooses the kernel.
 
 mod common;
 
@@ -51,16 +52,23 @@ fn bench_scene(c: &mut Criterion, name: &str, scene: &CompiledScene) {
     bench_closest(c, name, "diffuse bounce", scene, &classes.bounce);
 }
 
+/// Every instruction set, and the widest with each kind of queue.
+fn variants() -> Vec<(&'static str, Level, Coherence)> {
+    let mut variants: Vec<_> =
+        Level::available().into_iter().map(|level| (level.name(), level, Coherence::Unknown)).collect();
+    variants.push(("packets", Level::detect(), Coherence::Coherent));
+    variants.push(("in flight", Level::detect(), Coherence::Scattered));
+    variants
+}
+
 fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayColumns) {
     let mut group = c.benchmark_group(format!("{name}/{class}/closest"));
     let rays = rays.view();
     let (mut stack, mut hits) = (Stack::new(&scene.bvh), HitColumns::new(rays.len()));
     group.throughput(Throughput::Elements(rays.len() as u64));
-    for level in Level::available() {
-        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-            b.iter(|| {
-                bvh::closest(level, &scene.bvh, black_box(rays), Coherence::Unknown, &mut stack, hits.view())
-            });
+    for (name, level, kind) in variants() {
+        group.bench_function(BenchmarkId::from_parameter(name), |b| {
+            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), kind, &mut stack, hits.view()));
         });
     }
     group.finish();
@@ -71,11 +79,9 @@ fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, 
     let rays = rays.view();
     let (mut stack, mut occluded) = (Stack::new(&scene.bvh), vec![0; rays.len()]);
     group.throughput(Throughput::Elements(rays.len() as u64));
-    for level in Level::available() {
-        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-            b.iter(|| {
-                bvh::any(level, &scene.bvh, black_box(rays), Coherence::Unknown, &mut stack, &mut occluded)
-            });
+    for (name, level, kind) in variants() {
+        group.bench_function(BenchmarkId::from_parameter(name), |b| {
+            b.iter(|| bvh::any(level, &scene.bvh, black_box(rays), kind, &mut stack, &mut occluded));
         });
     }
     group.finish();

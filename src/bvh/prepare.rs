@@ -136,7 +136,7 @@ impl Prepared {
             near = ((o - F::select(backwards, high, low)) * near_scale).max(near);
             far = ((o - F::select(backwards, low, high)) * far_scale).min(far);
             // NaN where something is not finite.
-            zeros = zeros + (o - o) + (d - d);
+            zeros = zeros + o * F::zero() + d * F::zero();
             (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
         }
         near.store(&mut entry[at..]);
@@ -150,8 +150,8 @@ impl Prepared {
         let o = triangle::rename(origin, is_x, is_y);
         let d = triangle::rename(direction, is_x, is_y);
         let r = triangle::rename(reciprocal, is_x, is_y);
-        for axis in 0..3 {
-            o[axis].store(&mut self.sheared_origin[axis][at..]);
+        for (column, o) in self.sheared_origin.iter_mut().zip(o) {
+            o.store(&mut column[at..]);
         }
         (d[0] * r[2]).store(&mut self.shear[0][at..]);
         (d[1] * r[2]).store(&mut self.shear[1][at..]);

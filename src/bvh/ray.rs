@@ -27,9 +27,8 @@ impl Rays<'_> {
 #[inline(always)]
 pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
     let (o, d) = (ray.origin, ray.direction);
-    // A difference with itself is 0, or NaN where it should not be.
-    let sum = (o.x - o.x) + (o.y - o.y) + (o.z - o.z) + (d.x - d.x) + (d.y - d.y) + (d.z - d.z);
-    sum == 0.0
+    // What is not finite times 0 is NaN.
+    o.x * 0.0 + o.y * 0.0 + o.z * 0.0 + d.x * 0.0 + d.y * 0.0 + d.z * 0.0 == 0.0
 }
 
 /// A ray with what is computed from it once for each space.

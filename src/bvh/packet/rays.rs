@@ -156,7 +156,8 @@ impl Columns {
         for axis in 0..3 {
             let o = F::load(&self.origin[axis].0[at..]);
             let d = F::load(&self.direction[axis].0[at..]);
-            zeros = zeros + (o - o) + (d - d);
+            // NaN where something is not finite.
+            zeros = zeros + o * F::zero() + d * F::zero();
         }
         let t_min = F::load(&self.t_min.0[at..]);
         let ends = t_min.le(F::load(&self.t.0[at..]));
