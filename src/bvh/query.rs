@@ -1,7 +1,7 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
 use super::flight::Flight;
-use super::packet::{self, Packet};
+use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
 use super::traverse;
 use super::{Bvh, HitsMut, Rays};
@@ -27,6 +27,8 @@ pub struct Stack {
     prepared: Box<Prepared>,
     flight: Flight,
     packet: Box<Packet>,
+    /// How many packets to pass over after one that was not worth it.
+    pause: usize,
 }
 
 impl Stack {
@@ -37,6 +39,7 @@ impl Stack {
             prepared: Box::default(),
             flight: Flight::new(),
             packet: Box::new(Packet::new(bvh)),
+            pause: 0,
         }
     }
 }
@@ -87,19 +90,21 @@ impl<A: Answers> Kernel for Query<'_, A> {
         let mut behind = 0;
         let packets = L::Queue::WIDTH >= packet::LEAST_WIDTH && self.coherence != Coherence::Scattered;
         let mut first = if packets { 0 } else { count };
-        // How many packets to pass over after one that was not worth it.
-        let mut pause = 0;
         while first < count {
             let size = (count - first).min(packet::RAYS);
             let Stack { single, packet, .. } = &mut *self.stack;
-            if packet.trace::<L, A>(self.bvh, &self.rays, first, size, single, &mut self.answers) {
+            let verdict = packet.trace::<L, A>(self.bvh, &self.rays, first, size, single, &mut self.answers);
+            if verdict != Verdict::Refused {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
-                pause = 0;
-            } else if self.coherence == Coherence::Unknown {
-                pause = (2 * pause + 1).min(LONGEST_PAUSE);
             }
-            first += size + pause * packet::RAYS;
+            let pause = &mut self.stack.pause;
+            *pause = match verdict {
+                Verdict::Worthwhile => 0,
+                _ if self.coherence == Coherence::Coherent => 0,
+                _ => (2 * *pause + 1).min(LONGEST_PAUSE),
+            };
+            first += size + *pause * packet::RAYS;
         }
         self.scattered::<L>(behind, count);
     }
