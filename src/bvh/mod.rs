@@ -4,7 +4,7 @@
 //! Built in three steps: [`build`] makes a binary tree with the surface area heuristic
 //! ([`binning`]), large ones by way of [`buckets`], the best ones by cuts through triangles
 //! ([`spatial`]); [`collapse`] folds it into wide nodes at least expected cost; [`layout`] is
-//! what comes out. [`assemble`] puts the steps together. [`traverse`] answers queries.
+//! what comes out. [`assemble`] puts the steps together. [`query`] answers queues of rays.
 //!
 //! **Which hit is the answer** does not depend on the order in which nodes are
 //! visited, the lane width or the schedule. Every box is padded ([`layout::pad`]) and
@@ -49,9 +49,9 @@ pub use query::{Coherence, Stack, any, closest};
 pub struct Rays<'a> {
     /// X, Y and Z of the origins.
     pub origin: [&'a [f32]; 3],
-    /// X, Y and Z of the directions, of unit length.
+    /// X, Y and Z of the directions, of any length but zero; t counts in it.
     pub direction: [&'a [f32]; 3],
-    /// At least 0.
+    /// At least 0; less counts as 0.
     pub t_min: &'a [f32],
     /// Infinity where nothing bounds the ray.
     pub t_max: &'a [f32],

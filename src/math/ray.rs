@@ -2,7 +2,7 @@
 
 use super::Vector;
 
-/// The points `origin + t * direction` for t_min < t < t_max, one ray a lane.
+/// The points `origin + t * direction` for t_min < t ≤ t_max, one ray a lane.
 #[derive(Clone, Copy)]
 pub struct Ray<F> {
     /// Where it starts.
