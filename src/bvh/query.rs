@@ -88,7 +88,7 @@ impl<A: Answers> Kernel for Query<'_, A> {
         let count = self.rays.len();
         // The first ray that no packet has taken.
         let mut behind = 0;
-        let packets = L::Queue::WIDTH >= packet::LEAST_WIDTH && self.coherence != Coherence::Scattered;
+        let packets = self.is_wide::<L>() && self.coherence != Coherence::Scattered;
         let mut first = if packets { 0 } else { count };
         while first < count {
             let size = (count - first).min(packet::RAYS);
@@ -111,15 +111,25 @@ impl<A: Answers> Kernel for Query<'_, A> {
 }
 
 impl<A: Answers> Query<'_, A> {
+    /// Whether the kernels for many rays are worth it. Without wide registers there is nothing
+    /// to hide behind other rays; and the way into and out of an instance is each ray's own,
+    /// so where there are instances one ray at a time is faster (showcase: 4.7 s and 6.0),
+    /// unless the caller knows better.
+    #[inline(always)]
+    fn is_wide<L: Lanes>(&self) -> bool {
+        let known = self.coherence != Coherence::Unknown;
+        L::Queue::WIDTH >= packet::LEAST_WIDTH && (known || self.bvh.instances.is_empty())
+    }
+
     #[inline(always)]
     fn scattered<L: Lanes>(&mut self, first: usize, end: usize) {
         if first == end {
             return;
         }
         let rays = self.rays.range(first..end);
+        let in_flight = Flight::holds(self.bvh) && self.is_wide::<L>();
         let mut answers = Shifted { answers: &mut self.answers, by: first };
-        // Without wide registers there is nothing to hide behind other rays.
-        if Flight::holds(self.bvh) && L::Queue::WIDTH >= packet::LEAST_WIDTH {
+        if in_flight {
             self.stack.flight.trace::<L, _>(self.bvh, rays, &mut answers);
         } else {
             let Stack { single, prepared, .. } = &mut *self.stack;

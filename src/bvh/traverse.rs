@@ -57,9 +57,9 @@ pub(super) fn each<L: Lanes, A: Answers>(
 
 /// The tree's root and where a ray enters it.
 #[inline(always)]
-pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>) -> Option<u64> {
+pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<u64> {
     let root = bvh.root.filter(|_| is_finite(ray))?;
-    let near = Slabs::new(ray).enter(&root.bounds).filter(|near| *near <= ray.t_max)?;
+    let near = slabs.enter(&root.bounds).filter(|near| *near <= ray.t_max)?;
     Some(key(near, root.child.0))
 }
 
@@ -92,8 +92,9 @@ impl<A: Answers> Kernel for Part<'_, A> {
 #[inline(always)]
 pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    if let Some(start) = start(bvh, ray) {
-        walk::<L, HitsMut>(bvh, Local::new(*ray), start, &mut stack.single.0, &mut best);
+    let local = Local::new(*ray);
+    if let Some(start) = start(bvh, ray, &local.slabs) {
+        walk::<L, HitsMut>(bvh, local, start, &mut stack.single.0, &mut best);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
@@ -102,8 +103,9 @@ pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hi
 #[inline(always)]
 pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    match start(bvh, ray) {
-        Some(start) => walk::<L, Occluded>(bvh, Local::new(*ray), start, &mut stack.single.0, &mut best),
+    let local = Local::new(*ray);
+    match start(bvh, ray, &local.slabs) {
+        Some(start) => walk::<L, Occluded>(bvh, local, start, &mut stack.single.0, &mut best),
         None => false,
     }
 }

@@ -21,6 +21,7 @@ use std::marker::PhantomData;
 use super::Rays;
 use super::layout::{Bvh, Child, Kind, TriangleBlock, WIDTH};
 use super::query::Answers;
+use super::ray::Slabs;
 use super::traverse::{self, Keys, Part};
 use super::triangle;
 use crate::math::{Hit, NONE};
@@ -369,7 +370,8 @@ impl Packet {
             let lanes = rest.lanes[group];
             for lane in Bits(lanes) {
                 let i = (group * width + lane) % RAYS;
-                if let Some(start) = traverse::start(bvh, &self.rays.ray(i)) {
+                let ray = self.rays.ray(i);
+                if let Some(start) = traverse::start(bvh, &ray, &Slabs::new(&ray)) {
                     self.single::<L, A>(bvh, i, start, keys);
                 }
             }
