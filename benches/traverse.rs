@@ -5,10 +5,11 @@ mod common;
 
 use std::hint::black_box;
 
-use common::{HitColumns, RayClasses, RayColumns, Stage, grey, matte};
+use common::{RayClasses, Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayfront::bvh::{self, Coherence, Stack};
 use rayfront::math::{Quat, Vec3};
+use rayfront::query::{HitBatch, RayBatch};
 use rayfront::scene::CompiledScene;
 use rayfront::simd::Level;
 use rayfront::world::{Shape, Transform};
@@ -61,22 +62,22 @@ fn variants() -> Vec<(&'static str, Level, Coherence)> {
     variants
 }
 
-fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayColumns) {
+fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayBatch) {
     let mut group = c.benchmark_group(format!("{name}/{class}/closest"));
-    let rays = rays.view();
-    let (mut stack, mut hits) = (Stack::new(&scene.bvh), HitColumns::new(rays.len()));
+    let rays = rays.rays();
+    let (mut stack, mut hits) = (Stack::new(&scene.bvh), HitBatch::new(rays.len()));
     group.throughput(Throughput::Elements(rays.len() as u64));
     for (name, level, kind) in variants() {
         group.bench_function(BenchmarkId::from_parameter(name), |b| {
-            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), kind, &mut stack, hits.view()));
+            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), kind, &mut stack, hits.hits_mut()));
         });
     }
     group.finish();
 }
 
-fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayColumns) {
+fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, rays: &RayBatch) {
     let mut group = c.benchmark_group(format!("{name}/{class}/any"));
-    let rays = rays.view();
+    let rays = rays.rays();
     let (mut stack, mut occluded) = (Stack::new(&scene.bvh), vec![0; rays.len()]);
     group.throughput(Throughput::Elements(rays.len() as u64));
     for (name, level, kind) in variants() {

@@ -7,11 +7,12 @@ use std::f64::consts::TAU;
 
 use criterion::Criterion;
 use rand::RngExt;
-use rayfront::bvh::{self, Coherence, HitsMut, Rays, SPHERE, Stack};
+use rayfront::bvh::{self, Coherence, SPHERE, Stack};
 use rayfront::compile::compile;
 use rayfront::film::{Film, Region};
 use rayfront::integrator::{Frame, Schedule, Statistics, Worker};
 use rayfront::math::{NONE, Quat, Rgb, Vec2, Vec3};
+use rayfront::query::{HitBatch, RayBatch};
 use rayfront::sampling::Stream;
 use rayfront::scene::CompiledScene;
 use rayfront::simd::Level;
@@ -213,80 +214,16 @@ pub fn worker(frame: &Frame, schedule: Schedule) -> Worker {
     Worker::new(frame, schedule, rayfront::render::DEFAULT_WAVE)
 }
 
-/// Columns of rays.
-#[derive(Default)]
-pub struct RayColumns {
-    origin: [Vec<f32>; 3],
-    direction: [Vec<f32>; 3],
-    t_min: Vec<f32>,
-    t_max: Vec<f32>,
-}
-
-impl RayColumns {
-    fn push(&mut self, origin: Vec3, direction: Vec3, t_max: f32) {
-        for axis in 0..3 {
-            self.origin[axis].push(origin[axis]);
-            self.direction[axis].push(direction[axis]);
-        }
-        self.t_min.push(0.0);
-        self.t_max.push(t_max);
-    }
-
-    /// As the kernels take them.
-    pub fn view(&self) -> Rays<'_> {
-        Rays {
-            origin: self.origin.each_ref().map(|c| &c[..]),
-            direction: self.direction.each_ref().map(|c| &c[..]),
-            t_min: &self.t_min,
-            t_max: &self.t_max,
-        }
-    }
-}
-
-/// Columns of hits.
-pub struct HitColumns {
-    t: Vec<f32>,
-    u: Vec<f32>,
-    v: Vec<f32>,
-    primitive: Vec<u32>,
-    instance: Vec<u32>,
-}
-
-impl HitColumns {
-    /// Room for `count` hits.
-    pub fn new(count: usize) -> Self {
-        let floats = || vec![0.0; count];
-        Self {
-            t: floats(),
-            u: floats(),
-            v: floats(),
-            primitive: vec![NONE; count],
-            instance: vec![NONE; count],
-        }
-    }
-
-    /// As the kernels take them.
-    pub fn view(&mut self) -> HitsMut<'_> {
-        HitsMut {
-            t: &mut self.t,
-            u: &mut self.u,
-            v: &mut self.v,
-            primitive: &mut self.primitive,
-            instance: &mut self.instance,
-        }
-    }
-}
-
 /// Rays of four classes through one scene, from the coherent to the scattered.
 pub struct RayClasses {
     /// From a pinhole, row by row.
-    pub primary: RayColumns,
+    pub primary: RayBatch,
     /// From what they hit to one lamp.
-    pub shadow: RayColumns,
+    pub shadow: RayBatch,
     /// From there into the hemisphere, up to 0.5 m.
-    pub ambient_occlusion: RayColumns,
+    pub ambient_occlusion: RayBatch,
     /// From there into the hemisphere, cosine weighted, without end.
-    pub bounce: RayColumns,
+    pub bounce: RayBatch,
 }
 
 impl RayClasses {
@@ -294,50 +231,50 @@ impl RayClasses {
     pub fn new(scene: &CompiledScene, side: u32, lamp: Vec3) -> Self {
         let mut classes = Self {
             primary: primary(scene, side),
-            shadow: RayColumns::default(),
-            ambient_occlusion: RayColumns::default(),
-            bounce: RayColumns::default(),
+            shadow: RayBatch::default(),
+            ambient_occlusion: RayBatch::default(),
+            bounce: RayBatch::default(),
         };
-        let rays = classes.primary.view();
-        let mut hits = HitColumns::new(rays.len());
+        let rays = classes.primary.rays();
+        let mut hits = HitBatch::new(rays.len());
         bvh::closest(
             Level::detect(),
             &scene.bvh,
             rays,
             Coherence::Unknown,
             &mut Stack::new(&scene.bvh),
-            hits.view(),
+            hits.hits_mut(),
         );
         let mut random = Stream::new(7);
         for i in 0..rays.len() {
-            if hits.primitive[i] == NONE {
+            if hits.primitive()[i] == NONE {
                 continue;
             }
             let origin = Vec3::from_array(rays.origin.map(|c| c[i]));
             let direction = Vec3::from_array(rays.direction.map(|c| c[i]));
-            let position = origin + direction * hits.t[i];
-            let normal = facing(normal_at(scene, hits.primitive[i], position), -direction);
+            let position = origin + direction * hits.t()[i];
+            let normal = facing(normal_at(scene, hits.primitive()[i], position), -direction);
             let start = position + normal * 1e-4;
             let to_lamp = lamp - start;
-            classes.shadow.push(start, to_lamp.normalize(), to_lamp.length() * 0.999);
-            classes.ambient_occlusion.push(start, about(normal, &mut random), 0.5);
-            classes.bounce.push(start, about(normal, &mut random), f32::INFINITY);
+            classes.shadow.push(start, to_lamp.normalize(), 0.0, to_lamp.length() * 0.999);
+            classes.ambient_occlusion.push(start, about(normal, &mut random), 0.0, 0.5);
+            classes.bounce.push(start, about(normal, &mut random), 0.0, f32::INFINITY);
         }
         classes
     }
 }
 
-fn primary(scene: &CompiledScene, side: u32) -> RayColumns {
+fn primary(scene: &CompiledScene, side: u32) -> RayBatch {
     let camera = &scene.camera;
     let rayfront::scene::Projection::Pinhole { tan_half_fov } = camera.projection else {
         panic!("benchmarks look through a pinhole");
     };
     let place = |i: u32| ((i as f32 + 0.5) / side as f32 * 2.0 - 1.0) * tan_half_fov;
-    let mut rays = RayColumns::default();
+    let mut rays = RayBatch::default();
     for row in 0..side {
         for column in 0..side {
             let direction = camera.forward + camera.right * place(column) - camera.up * place(row);
-            rays.push(camera.origin, direction.normalize(), f32::INFINITY);
+            rays.push(camera.origin, direction.normalize(), 0.0, f32::INFINITY);
         }
     }
     rays

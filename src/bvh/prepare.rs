@@ -1,9 +1,9 @@
 //! Rays prepared many at a time: what [`super::ray::Local`] computes for one, in lanes.
 
 use super::Rays;
-use super::layout::{Bvh, PADDING, Root};
-use super::ray::Slabs;
-use super::triangle::{self, Shear};
+use super::layout::{Bvh, Root};
+use super::ray::{Slabs, slab_scales};
+use super::triangle::{Longest, Shear};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
@@ -126,7 +126,7 @@ impl Prepared {
             let o = F::load(&self.origin[axis][at..]);
             let d = F::load(&self.direction[axis][at..]);
             let r = F::one() / d;
-            let (near_scale, far_scale) = (r * F::splat(PADDING - 1.0), r * F::splat(-1.0 - PADDING));
+            let (near_scale, far_scale) = slab_scales(r);
             near_scale.store(&mut self.near_scale[axis][at..]);
             far_scale.store(&mut self.far_scale[axis][at..]);
             let side = r.to_bits().shr::<31>();
@@ -140,16 +140,11 @@ impl Prepared {
             (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
         }
         near.store(&mut entry[at..]);
-        let [dx, dy, dz] = direction;
-        let (x, y, z) = (dx.abs(), dy.abs(), dz.abs());
-        let first = x.gt(y);
-        let is_x = first & x.gt(z);
-        let is_y = !first & y.gt(z);
-        let longest = F::Int::select(is_x, F::Int::splat(0), F::Int::splat(2));
-        F::Int::select(is_y, F::Int::splat(1), longest).store(&mut self.longest[at..]);
-        let o = triangle::rename(origin, is_x, is_y);
-        let d = triangle::rename(direction, is_x, is_y);
-        let r = triangle::rename(reciprocal, is_x, is_y);
+        let longest = Longest::new(direction);
+        longest.axis().store(&mut self.longest[at..]);
+        let o = longest.rename(origin);
+        let d = longest.rename(direction);
+        let r = longest.rename(reciprocal);
         for (column, o) in self.sheared_origin.iter_mut().zip(o) {
             o.store(&mut column[at..]);
         }

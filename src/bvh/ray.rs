@@ -60,6 +60,12 @@ pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
     }
 }
 
+/// Factors for near and for far planes from a component's reciprocal, see [`Slabs`].
+#[inline(always)]
+pub(super) fn slab_scales<F: Float>(reciprocal: F) -> (F, F) {
+    (reciprocal * F::splat(PADDING - 1.0), reciprocal * F::splat(-1.0 - PADDING))
+}
+
 /// A ray prepared for boxes: reciprocal directions, rounded towards the origin for near
 /// planes and away from it for far ones, and with the opposite sign: the distance to a
 /// plane is taken as (origin − plane) · scale, so that the planes can stay in memory.
@@ -81,8 +87,8 @@ impl Slabs {
         let reciprocal = direction.map(|d| 1.0 / d);
         Self {
             origin: [ray.origin.x, ray.origin.y, ray.origin.z],
-            near_scale: reciprocal.map(|r| r * (PADDING - 1.0)),
-            far_scale: reciprocal.map(|r| r * (-1.0 - PADDING)),
+            near_scale: reciprocal.map(|r| slab_scales(r).0),
+            far_scale: reciprocal.map(|r| slab_scales(r).1),
             near_side: reciprocal.map(|r| r.to_bits() >> 31),
             floor: ray.t_min,
         }

@@ -2,7 +2,7 @@
 
 use super::layout::{BLOCK, TriangleBlock};
 use crate::math::{DVec3, Ray};
-use crate::simd::{Float, Mask};
+use crate::simd::{Float, Int, Mask};
 
 /// A ray prepared for the watertight test of Woop, Benthin and Wald (2013): axes renamed
 /// so that the direction is longest along z, and the shear that makes it (0, 0, 1).
@@ -26,14 +26,7 @@ impl Shear {
     pub fn new(ray: &Ray<f32>) -> Self {
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
         let origin = [ray.origin.x, ray.origin.y, ray.origin.z];
-        let [x, y, z] = direction.map(f32::abs);
-        let kz = if x > y {
-            if x > z { 0 } else { 2 }
-        } else if y > z {
-            1
-        } else {
-            2
-        };
+        let kz = Longest::new(direction).axis().0 as usize;
         let [kx, ky, _] = Self::AXES[kz];
         let reciprocal = 1.0 / direction[kz];
         Self {
@@ -178,14 +171,40 @@ impl<T: Float> Edges<T> {
     }
 }
 
-/// (y, z, x) where x is longest, (z, x, y) where y is, else (x, y, z).
-#[inline(always)]
-pub fn rename<F: Float>([x, y, z]: [F; 3], is_x: F::Mask, is_y: F::Mask) -> [F; 3] {
-    [
-        F::select(is_x, y, F::select(is_y, z, x)),
-        F::select(is_x, z, F::select(is_y, x, y)),
-        F::select(is_x, x, F::select(is_y, y, z)),
-    ]
+/// Along which axis each direction is longest; z unless one of the others is longer than both.
+#[derive(Clone, Copy)]
+pub struct Longest<F: Float> {
+    is_x: F::Mask,
+    is_y: F::Mask,
+}
+
+impl<F: Float> Longest<F> {
+    /// Of directions.
+    #[inline(always)]
+    pub fn new([x, y, z]: [F; 3]) -> Self {
+        let (x, y, z) = (x.abs(), y.abs(), z.abs());
+        let first = x.gt(y);
+        Self { is_x: first & x.gt(z), is_y: !first & y.gt(z) }
+    }
+
+    /// 0, 1 or 2.
+    #[inline(always)]
+    pub fn axis(&self) -> F::Int {
+        let axis = F::Int::select(self.is_x, F::Int::splat(0), F::Int::splat(2));
+        F::Int::select(self.is_y, F::Int::splat(1), axis)
+    }
+
+    /// The axes renamed as in [`Shear`]: (y, z, x) where x is longest, (z, x, y) where y is, else
+    /// (x, y, z).
+    #[inline(always)]
+    pub fn rename(&self, [x, y, z]: [F; 3]) -> [F; 3] {
+        let Self { is_x, is_y } = *self;
+        [
+            F::select(is_x, y, F::select(is_y, z, x)),
+            F::select(is_x, z, F::select(is_y, x, y)),
+            F::select(is_x, x, F::select(is_y, y, z)),
+        ]
+    }
 }
 
 /// Calls `act` with the place of each set bit.

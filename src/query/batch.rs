@@ -49,22 +49,19 @@ impl RayBatch {
 
     /// All of them.
     pub fn rays(&self) -> Rays<'_> {
-        self.between(0, self.len())
+        Rays {
+            origin: self.origin.each_ref().map(|column| &column[..]),
+            direction: self.direction.each_ref().map(|column| &column[..]),
+            t_min: &self.t_min,
+            t_max: &self.t_max,
+        }
     }
 
     /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.
     pub fn chunks(&self, size: usize) -> impl Iterator<Item = Rays<'_>> {
         let (size, count) = (size.max(1), self.len());
-        (0..count).step_by(size).map(move |from| self.between(from, from.saturating_add(size).min(count)))
-    }
-
-    fn between(&self, from: usize, to: usize) -> Rays<'_> {
-        Rays {
-            origin: self.origin.each_ref().map(|column| &column[from..to]),
-            direction: self.direction.each_ref().map(|column| &column[from..to]),
-            t_min: &self.t_min[from..to],
-            t_max: &self.t_max[from..to],
-        }
+        let rays = self.rays();
+        (0..count).step_by(size).map(move |from| rays.range(from..from.saturating_add(size).min(count)))
     }
 }
 
@@ -107,24 +104,17 @@ impl HitBatch {
 
     /// One of them, if there are as many.
     pub fn get(&self, index: usize) -> Option<Hit> {
-        (index < self.len()).then(|| Hit {
-            t: self.t[index],
-            u: self.u[index],
-            v: self.v[index],
-            primitive: self.primitive[index],
-            instance: self.instance[index],
-        })
+        (index < self.len()).then(|| self.at(index))
+    }
+
+    fn at(&self, i: usize) -> Hit {
+        let (primitive, instance) = (self.primitive[i], self.instance[i]);
+        Hit { t: self.t[i], u: self.u[i], v: self.v[i], primitive, instance }
     }
 
     /// All of them in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Hit> + '_ {
-        (0..self.len()).map(|i| Hit {
-            t: self.t[i],
-            u: self.u[i],
-            v: self.v[i],
-            primitive: self.primitive[i],
-            instance: self.instance[i],
-        })
+        (0..self.len()).map(|i| self.at(i))
     }
 
     /// All of them, to be written to.

@@ -68,8 +68,7 @@
 //!
 //! - `direction` need not be of unit length; t counts in its lengths. It should be between
 //!   10⁻⁶ and 10⁶ long: a ray of a shorter or longer one may miss. One of length zero misses.
-//! - `t_min` is at least 0. A negative one is not refused, but whether anything behind the
-//!   origin is found is left open.
+//! - `t_min` is at least 0; a negative one counts as 0.
 //! - `t_max` is infinity where nothing bounds the ray. With a `t_max` below `t_min` it misses.
 //! - A ray with a NaN anywhere, or with infinity in its origin or direction, misses.
 //!
@@ -109,8 +108,8 @@
 //! The test for triangles is watertight (Woop, Benthin and Wald 2013): where two triangles of a
 //! shape have an edge in common, that is, have the same two coordinates at its ends, no ray
 //! passes between them, be it aimed at the edge or at a vertex. No box is ever culled before a hit in it.
-//! Where t is close to 0 it is computed in double precision, so that a ray which leaves a
-//! surface at a distance of its rounding error does not hit it again.
+//! Where t may be off by more than a 16,384th part of itself it is computed in double precision,
+//! so that a ray which leaves a surface at a distance of its rounding error does not hit it again.
 //!
 //! The answer is a function of scene and ray: it is the same, to the last bit, for every
 //! [`Coherence`] and [`Level`], for every split of rays into batches, and on every number of

@@ -1,8 +1,8 @@
 //! The rays of a packet, by columns, and which of them take part.
 
 use super::super::Rays;
-use super::super::layout::PADDING;
-use super::super::triangle;
+use super::super::ray::slab_scales;
+use super::super::triangle::Longest;
 use crate::math::{NONE, Ray, Vector};
 use crate::simd::{Float, Int, Mask};
 
@@ -119,8 +119,9 @@ impl Columns {
             let mut class = F::Int::splat(0);
             for (axis, reciprocal) in reciprocal.iter_mut().enumerate() {
                 let r = F::one() / F::load(&self.direction[axis].0[at..]);
-                (r * F::splat(PADDING - 1.0)).store(&mut self.near_scale[axis].0[at..]);
-                (r * F::splat(-1.0 - PADDING)).store(&mut self.far_scale[axis].0[at..]);
+                let (near_scale, far_scale) = slab_scales(r);
+                near_scale.store(&mut self.near_scale[axis].0[at..]);
+                far_scale.store(&mut self.far_scale[axis].0[at..]);
                 class = class + class + r.to_bits().shr::<31>();
                 *reciprocal = r;
             }
@@ -129,14 +130,10 @@ impl Columns {
                 F::load(&self.direction[1].0[at..]),
                 F::load(&self.direction[2].0[at..]),
             ];
-            let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
-            let first = x.gt(y);
-            let (is_x, is_y) = (first & x.gt(z), !first & y.gt(z));
-            let longest = F::Int::select(is_x, F::Int::splat(0), F::Int::splat(2));
-            let longest = F::Int::select(is_y, F::Int::splat(1), longest);
-            (class + longest.shl::<3>()).store(&mut self.class.0[at..]);
-            let d = triangle::rename(direction, is_x, is_y);
-            let r = triangle::rename(reciprocal, is_x, is_y)[2];
+            let longest = Longest::new(direction);
+            (class + longest.axis().shl::<3>()).store(&mut self.class.0[at..]);
+            let d = longest.rename(direction);
+            let r = longest.rename(reciprocal)[2];
             (d[0] * r).store(&mut self.shear[0].0[at..]);
             (d[1] * r).store(&mut self.shear[1].0[at..]);
             r.store(&mut self.shear[2].0[at..]);
