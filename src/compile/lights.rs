@@ -66,6 +66,7 @@ pub(super) fn compile(
                     emitters.push(emitter(world, entity, corners, radiance, materials));
                 }
             }
+            world::Light::Environment { .. } => {}
             other => lights.push(punctual(other, matrix)),
         }
     }
@@ -116,9 +117,11 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> Light {
                 scale: (1.0 / width) as f32,
             }
         }
-        world::Light::Directional { irradiance } => {
+        world::Light::Directional { irradiance, .. } => {
             Light::Directional { to_light: -direction(matrix, Vec3::NEG_Z), irradiance: *irradiance }
         }
-        world::Light::Area { .. } => unreachable!("area lights are handled by the caller"),
+        world::Light::Area { .. } | world::Light::Environment { .. } => {
+            unreachable!("what is not a point is handled by the caller")
+        }
     }
 }

@@ -4,17 +4,20 @@ use crate::math::{NONE, Rgb};
 use crate::scene::Materials;
 use crate::scene::materials::{ColorColumn, flag};
 use crate::world::assets::Assets;
-use crate::world::{BlinnPhong, ColorInput, Highlight, Material};
+use crate::world::{BlinnPhong, ColorInput, Highlight, Material, Principled};
 
 pub(super) fn compile(assets: &Assets) -> Materials {
     let mut out = Materials::default();
     for (index, named) in assets.materials.iter().enumerate() {
-        let Material::BlinnPhong(material) = &named.material;
+        let material = match &named.material {
+            Material::BlinnPhong(material) => material.clone(),
+            Material::Principled(material) => classic(material),
+        };
         let name = named.name.clone().unwrap_or_else(|| match index {
             0 => "default".into(),
             _ => format!("material {index}"),
         });
-        push(&mut out, material, name);
+        push(&mut out, &material, name);
     }
     out
 }
@@ -40,4 +43,9 @@ fn push_color(column: &mut ColorColumn, input: ColorInput) {
     };
     column.constant.push(constant.to_array());
     column.texture.push(texture);
+}
+
+/// What a physically based surface comes to under the Whitted transport.
+fn classic(material: &Principled) -> BlinnPhong {
+    BlinnPhong { diffuse: material.base_color, emission: material.emission, ..BlinnPhong::default() }
 }

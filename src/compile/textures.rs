@@ -33,7 +33,7 @@ pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
         let image = &assets.images[texture.image.0 as usize];
         let mut flags = match texture.filter {
             TextureFilter::Nearest => 0,
-            TextureFilter::Bilinear => flag::BILINEAR,
+            TextureFilter::Bilinear | TextureFilter::Trilinear => flag::BILINEAR,
         };
         if texture.color_space == ColorSpace::Linear {
             flags |= flag::LINEAR;

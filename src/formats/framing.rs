@@ -62,7 +62,7 @@ fn add_camera(world: &mut World, center: DVec3, radius: f64) {
 fn add_light(world: &mut World, center: DVec3, radius: f64) {
     let mut names = Names::of(world);
     let mut sun = |name: &str, irradiance: f32, from: DVec3| {
-        let light = Light::Directional { irradiance: Rgb::splat(irradiance) };
+        let light = Light::Directional { irradiance: Rgb::splat(irradiance), angle: 0.0 };
         world.entities.spawn((names.unique(name), light, looking_at(center, from, 2.0 * radius)));
     };
     sun("key", 0.75, DVec3::new(1.2, 1.6, 0.9));

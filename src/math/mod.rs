@@ -8,7 +8,7 @@ pub mod rgb;
 pub mod vector;
 
 pub use aabb::Aabb;
-pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub use ray::{Hit, NONE, Ray};
 pub use rgb::Rgb;
 pub use vector::{Color, Vector};

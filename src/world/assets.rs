@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Rgb, Vec2, Vec3, Vec4};
 
 use super::components::Material;
 
@@ -96,8 +96,15 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one a vertex, or empty. (0, 0) is the image's top left.
     pub uvs: Vec<Vec2>,
+    /// A second set of texture coordinates, or empty.
+    pub uvs1: Vec<Vec2>,
+    /// Unit tangents along which u grows, and ±1 for the side of the bitangent
+    /// `w · normal × tangent`; one a vertex, or empty.
+    pub tangents: Vec<Vec4>,
     /// Linear factors on the diffuse colour, one a vertex, or empty.
     pub colors: Vec<Rgb>,
+    /// Factors on alpha, one a vertex, or empty.
+    pub alphas: Vec<f32>,
     /// Three vertex indices a triangle, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// The mesh's own material for each triangle, or empty. An entity's [`MaterialId`]
@@ -136,6 +143,9 @@ pub enum TextureFilter {
     /// A blend of the four texels around the point.
     #[default]
     Bilinear,
+    /// The same in smaller and smaller copies of the image (mip levels), as large as the ray's
+    /// footprint asks for. Under the Whitted transport: [`TextureFilter::Bilinear`].
+    Trilinear,
 }
 
 /// What lies outside the unit square.
@@ -160,7 +170,7 @@ pub enum ColorSpace {
     Linear,
 }
 
-/// An image and how it is looked up: at `uv * scale + offset`.
+/// An image and how it is looked up: at `rotate(uv * scale) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
     /// Which image.
@@ -171,8 +181,13 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// How often the image fits into a unit of uv.
     pub scale: Vec2,
-    /// Added after scaling.
+    /// Clockwise around (0, 0) as v points down, in radians (KHR_texture_transform: the matrix
+    /// cos sin / −sin cos), after scaling.
+    pub rotation: f32,
+    /// Added after rotating.
     pub offset: Vec2,
+    /// Which of the mesh's sets of texture coordinates: 0 or 1.
+    pub uv_set: u32,
     /// For eight-bit images.
     pub color_space: ColorSpace,
     /// A factor on what was looked up.
@@ -187,7 +202,9 @@ impl Texture {
             filter: TextureFilter::default(),
             wrap: [Wrap::Repeat; 2],
             scale: Vec2::ONE,
+            rotation: 0.0,
             offset: Vec2::ZERO,
+            uv_set: 0,
             color_space: ColorSpace::Srgb,
             factor: Rgb::WHITE,
         }

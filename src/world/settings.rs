@@ -14,8 +14,16 @@ pub struct Settings {
     /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black.
     pub max_depth: u32,
     /// A branch ends when no component of its throughput is above this. The default of
-    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1.
+    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. The path
+    /// transport plays Russian roulette instead.
     pub min_throughput: f32,
+    /// The path transport's Russian roulette begins at this bounce; none: never.
+    pub roulette_depth: Option<u32>,
+    /// What a path adds to its sample after the first bounce is cut off at this radiance:
+    /// fewer fireflies, but light is lost. None: nothing is.
+    pub clamp: Option<f32>,
+    /// Which numbers the path transport draws.
+    pub sampler: Sampler,
     /// How light travels.
     pub transport: Transport,
     /// Which random numbers: another seed, another (equally right) noise.
@@ -43,6 +51,9 @@ impl Default for Settings {
             samples: 16,
             max_depth: 8,
             min_throughput: 1.0 / 1024.0,
+            roulette_depth: Some(4),
+            clamp: None,
+            sampler: Sampler::Sobol,
             transport: Transport::Whitted,
             seed: 0,
             filter: PixelFilter::default(),
@@ -63,6 +74,21 @@ pub enum Transport {
     /// distributed shadow and lens rays (Cook, Porter and Carpenter 1984).
     #[default]
     Whitted,
+    /// Light that is scattered any number of times: path tracing with next-event estimation
+    /// and multiple importance sampling (Kajiya 1986, Veach 1997).
+    Path,
+}
+
+/// How the samples of a pixel are spread over each use of random numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampler {
+    /// Points of Sobol's sequence, scrambled after Owen: stratified at every scale.
+    #[default]
+    Sobol,
+    /// One at random in each cell of a grid.
+    Jittered,
+    /// Each on its own.
+    Independent,
 }
 
 /// How much work goes into the acceleration structure: what it costs to build against what

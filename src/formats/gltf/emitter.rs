@@ -83,7 +83,7 @@ impl Import<'_> {
         let falloff = Falloff::InverseSquare;
         match &light.kind[..] {
             "point" => Ok(Light::Point { power_w, falloff }),
-            "directional" => Ok(Light::Directional { irradiance }),
+            "directional" => Ok(Light::Directional { irradiance, angle: 0.0 }),
             "spot" => {
                 let spot = light.spot.as_ref();
                 let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;

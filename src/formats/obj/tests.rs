@@ -145,7 +145,7 @@ fn material(lines: &str) -> (BlinnPhong, Loaded) {
     assert_eq!(loaded.mesh.as_ref().unwrap().triangle_materials, [MaterialId(1), MaterialId::DEFAULT]);
     let named = &loaded.assets.materials[1];
     assert_eq!(named.name.as_deref(), Some("m"));
-    let Material::BlinnPhong(material) = named.material.clone();
+    let Material::BlinnPhong(material) = named.material.clone() else { panic!() };
     (material, loaded)
 }
 

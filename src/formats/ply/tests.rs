@@ -305,7 +305,7 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
                 uvs: keep(uvs).map(|v| Vec2::new(v.2.0, v.2.1 as f32 / (1 << 24) as f32)).collect(),
                 colors: keep(colors).map(|v| v.3.into()).collect(),
                 triangles,
-                triangle_materials: Vec::new(),
+                ..Mesh::default()
             }
         })
     })

@@ -30,7 +30,7 @@ impl Read {
     /// The material of the first triangle.
     fn material(&self) -> &BlinnPhong {
         let id = self.mesh().triangle_materials[0];
-        let Material::BlinnPhong(material) = &self.assets.materials[id.0 as usize].material;
+        let Material::BlinnPhong(material) = &self.assets.materials[id.0 as usize].material else { panic!() };
         material
     }
 }

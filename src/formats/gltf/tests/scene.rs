@@ -103,7 +103,7 @@ fn a_lambertian_surface_shows_albedo_times_lux_over_pi() {
     let irradiance = power_w.r / (4.0 * std::f32::consts::PI) / 4.0;
     assert!((irradiance - 2.0 / std::f32::consts::PI).abs() < 1e-6 && falloff == Falloff::InverseSquare);
     let sun = light(json!({"type": "directional", "intensity": 3, "color": [1, 0.5, 0]}));
-    let Light::Directional { irradiance } = sun else { panic!() };
+    let Light::Directional { irradiance, .. } = sun else { panic!() };
     assert_eq!(irradiance, Rgb::new(3.0, 1.5, 0.0) * (1.0 / std::f32::consts::PI));
     let spot = light(json!({"type": "spot", "spot": {"innerConeAngle": 0.1}}));
     let Light::Spot { power_w, inner_angle, outer_angle, .. } = spot else { panic!() };

@@ -23,7 +23,7 @@ pub(super) struct AssetCache<'s> {
 }
 
 /// A [`Texture`] by its bits.
-type TextureKey = (ImageId, [u8; 4], [u32; 7]);
+type TextureKey = (ImageId, [u8; 5], [u32; 8]);
 
 impl<'s> AssetCache<'s> {
     pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
@@ -113,9 +113,9 @@ impl<'s> AssetCache<'s> {
     /// The id of this texture, the same for the same one. (The store's own search
     /// compares it with every other.)
     pub(super) fn texture(&mut self, texture: Texture, world: &mut World) -> TextureId {
-        let Texture { image, filter, wrap, scale, offset, color_space, factor } = texture;
-        let numbers = [scale.x, scale.y, offset.x, offset.y, factor.r, factor.g, factor.b];
-        let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8];
+        let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
+        let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];
+        let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8, uv_set as u8];
         let key = (image, names, numbers.map(f32::to_bits));
         *self.textures.entry(key).or_insert_with(|| {
             world.assets.textures.push(texture);

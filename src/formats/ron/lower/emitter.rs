@@ -39,7 +39,10 @@ pub(super) fn light<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Light, Load
         "Spot" => spot(source, variant),
         "Directional" => {
             let read: schema::Directional = source.variant_fields(variant)?;
-            Ok(Light::Directional { irradiance: source.color(read.irradiance, "an irradiance")? })
+            {
+                let irradiance = source.color(read.irradiance, "an irradiance")?;
+                Ok(Light::Directional { irradiance, angle: 0.0 })
+            }
         }
         "Area" => area(source, variant),
         other => Err(source.unknown(other, "light", LIGHTS)),

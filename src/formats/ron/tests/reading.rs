@@ -28,6 +28,7 @@ fn settings_are_read_and_default() {
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
             build_quality: BuildQuality::High,
+            ..Settings::default()
         }
     );
     assert_eq!(read("(entities: [])").unwrap().settings, Settings::default());
@@ -45,7 +46,7 @@ fn materials_are_read_and_default() {
     let world = read(EVERYTHING).unwrap();
     let named = |name: &str| {
         let found = world.assets.materials.iter().find(|m| m.name.as_deref() == Some(name)).unwrap();
-        let Material::BlinnPhong(material) = found.material.clone();
+        let Material::BlinnPhong(material) = found.material.clone() else { panic!() };
         material
     };
     let glass = named("glass");
@@ -67,6 +68,7 @@ fn materials_are_read_and_default() {
             offset: Vec2::new(0.5, 0.0),
             color_space: ColorSpace::Linear,
             factor: Rgb::new(1.0, 0.5, 0.25),
+            ..Texture::new(ImageId(0))
         }
     );
     assert_eq!(named("floor").highlight, Highlight::Phong);

@@ -57,7 +57,9 @@ pub(super) fn shape(shape: &Shape, paths: &AssetPaths) -> Written {
 }
 
 pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths) -> Written {
-    let Material::BlinnPhong(material) = material;
+    let Material::BlinnPhong(material) = material else {
+        return Err("a physically based material cannot be written yet".into());
+    };
     let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, emission } = material;
     let default = if ior.is_some() { glass() } else { BlinnPhong::default() };
     let mut keys = Keys::default();
@@ -95,7 +97,7 @@ fn color_input(input: &ColorInput, assets: &Assets, paths: &AssetPaths) -> Writt
 }
 
 fn texture_lookup(texture: &Texture, paths: &AssetPaths) -> Written {
-    let Texture { image, filter, wrap: [u, v], scale, offset, color_space, factor } = texture;
+    let Texture { image, filter, wrap: [u, v], scale, offset, color_space, factor, .. } = texture;
     let image = paths.image(*image)?;
     let [scale, offset] = [scale.to_array(), offset.to_array()];
     let mut keys = Keys::default();
@@ -133,7 +135,10 @@ pub(super) fn light(light: &Light) -> Written {
             keys.push("outer_degrees", degrees(*outer_angle)?);
             with_falloff(keys, falloff, "Spot")
         }
-        Light::Directional { irradiance } => Ok(format!("Directional(irradiance: {})", color(*irradiance)?)),
+        Light::Directional { irradiance, .. } => {
+            Ok(format!("Directional(irradiance: {})", color(*irradiance)?))
+        }
+        Light::Environment { .. } => Err("an environment cannot be written yet".into()),
         Light::Area { power_w, size_m, samples, pattern, visible } => {
             keys.push("power_w", color(*power_w)?);
             keys.push("size_m", uniform_or_tuple(&size_m.to_array())?);

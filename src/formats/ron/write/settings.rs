@@ -19,6 +19,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         tonemap,
         exposure_ev,
         build_quality,
+        ..
     } = settings;
     let default = Settings::default();
     let mut keys = Keys::default();
