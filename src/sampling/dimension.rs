@@ -16,12 +16,25 @@ pub enum Dimension {
     Lens = 3,
     /// Of a bounce: the place on a light. Lights and their samples are told apart by [`super::Key::fork`].
     Light = 16,
+    /// Of a bounce: which light. One number and the order of the strata.
+    LightChoice = 19,
+    /// Of a bounce: the direction in which light is scattered. As the place in the pixel.
+    Scatter = 21,
+    /// Of a bounce: which of a surface's lobes scatters it. As which light.
+    Lobe = 24,
+    /// Of a bounce: whether the path goes on. As which light.
+    Roulette = 26,
+    /// Of a bounce: whether a surface is there, by its alpha. As which light.
+    Alpha = 28,
 }
 
 impl Dimension {
     /// How many consecutive numbers the use draws.
     pub const fn count(self) -> u32 {
-        3
+        match self {
+            Self::Pixel | Self::Lens | Self::Light | Self::Scatter => 3,
+            Self::LightChoice | Self::Lobe | Self::Roulette | Self::Alpha => 2,
+        }
     }
 
     /// The number of this dimension at a bounce (0 is the first hit, and what camera
@@ -38,7 +51,16 @@ mod tests {
 
     #[test]
     fn ranges_do_not_overlap() {
-        let all = [Dimension::Pixel, Dimension::Lens, Dimension::Light];
+        let all = [
+            Dimension::Pixel,
+            Dimension::Lens,
+            Dimension::Light,
+            Dimension::LightChoice,
+            Dimension::Scatter,
+            Dimension::Lobe,
+            Dimension::Roulette,
+            Dimension::Alpha,
+        ];
         let mut used = std::collections::HashSet::new();
         for dimension in all {
             let bounces = if (dimension as u32) < PER_BOUNCE { 1 } else { 300 };

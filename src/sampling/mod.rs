@@ -2,9 +2,11 @@
 //! dimension), so that any schedule draws the same ones.
 
 pub mod dimension;
+pub mod draw;
 pub mod filter;
 pub mod hash;
 pub mod pattern;
+pub mod sobol;
 pub mod warp;
 
 pub use dimension::Dimension;
