@@ -7,7 +7,9 @@ pub mod filter;
 pub mod hash;
 pub mod pattern;
 pub mod sobol;
+pub mod table;
 pub mod warp;
 
 pub use dimension::Dimension;
 pub use hash::{Key, Stream};
+pub use table::{Distribution1d, Distribution2d};
