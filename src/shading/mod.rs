@@ -3,10 +3,14 @@
 
 pub mod blinn_phong;
 pub mod camera;
+pub mod details;
+pub mod emitter;
 pub mod environment;
 pub mod fresnel;
 pub mod light;
 pub mod material;
+pub mod principled;
+pub mod sampled;
 pub mod surface;
 pub mod texture;
 

@@ -14,7 +14,7 @@ const LARGEST_DEPTH: u64 = 65_535;
 pub(super) const PATTERNS: &[(&str, Pattern)] =
     &[("Uniform", Pattern::Uniform), ("Jittered", Pattern::Jittered), ("Regular", Pattern::Regular)];
 
-const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted)];
+const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted), ("Path", Transport::Path)];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
     ("Clamp", Tonemap::Clamp),
