@@ -3,6 +3,7 @@
 
 mod camera;
 mod geometry;
+pub mod light_tree;
 mod lights;
 mod materials;
 mod textures;

@@ -3,12 +3,14 @@
 
 pub mod camera;
 pub mod geometry;
+pub mod light_tree;
 pub mod lights;
 pub mod materials;
 pub mod textures;
 
 pub use camera::{Camera, Projection};
 pub use geometry::{Geometry, Part};
+pub use light_tree::LightTree;
 pub use lights::Light;
 pub use materials::Materials;
 pub use textures::Textures;

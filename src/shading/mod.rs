@@ -6,6 +6,7 @@ pub mod camera;
 pub mod environment;
 pub mod fresnel;
 pub mod light;
+pub mod light_tree;
 pub mod material;
 pub mod surface;
 pub mod texture;
