@@ -5,6 +5,7 @@ mod camera;
 mod emitters;
 mod environment;
 mod geometry;
+pub mod light_tree;
 mod lights;
 mod materials;
 mod principled;

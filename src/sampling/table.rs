@@ -5,7 +5,7 @@
 //! Cumulative sums are whole multiples of 2⁻²⁴, as random numbers are: the probability that is
 //! told is the one with which a cell is found, and a cell of any weight above zero has one.
 
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int};
 
 /// What cumulative sums are multiples of.
 const QUANTUM: f64 = 1.0 / 16_777_216.0;
@@ -210,7 +210,7 @@ fn cell<F: Float>(place: F, cells: u32) -> F::Int {
 mod tests {
     use super::*;
     use crate::sampling::Stream;
-    use crate::simd::{Kernel, Lanes, Level, dispatch};
+    use crate::simd::{Kernel, Lanes, Level, Mask, dispatch};
     use rand::RngExt;
     use std::num::Wrapping;
 

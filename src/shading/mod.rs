@@ -8,6 +8,7 @@ pub mod emitter;
 pub mod environment;
 pub mod fresnel;
 pub mod light;
+pub mod light_tree;
 pub mod material;
 pub mod principled;
 pub mod sampled;

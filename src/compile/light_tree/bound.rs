@@ -1,0 +1,177 @@
+//! Lights as nodes of the tree see them: a box, a cone of normals, a power.
+
+use std::f64::consts::PI;
+
+use super::LightBounds;
+use crate::math::DVec3;
+use crate::scene::light_tree::Node;
+
+/// Cones are wider by this angle, spheres by this part, than computed: for rounding.
+const SLACK: f64 = 1e-5;
+
+/// [`LightBounds`] of one light or many, in double precision, angles in radians.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bound {
+    pub(super) min: DVec3,
+    pub(super) max: DVec3,
+    pub(super) power: f64,
+    pub(super) cone: Cone,
+    pub(super) emission: f64,
+    pub(super) cos_emission: f64,
+    pub(super) two_sided: bool,
+}
+
+/// The directions within an angle of an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cone {
+    pub(super) axis: DVec3,
+    pub(super) spread: f64,
+    /// Its cosine: for large numbers of lights, trigonometry takes most of the time.
+    pub(super) cos: f64,
+}
+
+impl Cone {
+    fn new(axis: DVec3, spread: f64) -> Self {
+        if spread < PI { Self { axis, spread, cos: libm::cos(spread) } } else { Self::all(axis) }
+    }
+
+    fn all(axis: DVec3) -> Self {
+        Self { axis, spread: PI, cos: -1.0 }
+    }
+
+    /// The narrowest around both (PBRT 3.8.4).
+    fn union(&self, other: &Self) -> Self {
+        let (a, b) = (self.axis, other.axis);
+        if self.spread >= PI || other.spread >= PI {
+            return Self::all(a);
+        }
+        let cos = a.dot(b);
+        if other.spread == 0.0 && cos >= self.cos {
+            return *self;
+        }
+        let sin = a.cross(b).length();
+        let between = libm::atan2(sin, cos);
+        if between + other.spread <= self.spread {
+            return *self;
+        }
+        if between + self.spread <= other.spread {
+            return *other;
+        }
+        let spread = 0.5 * (self.spread + between + other.spread);
+        if sin < 1e-9 {
+            // Parallel within rounding, or opposite: then anything across would do.
+            return if cos > 0.0 { Self::new(a, spread + SLACK) } else { Self::all(a) };
+        }
+        let turn = spread - self.spread;
+        let axis = a * libm::sin(between - turn) + b * libm::sin(turn);
+        Self::new(axis.normalize(), spread)
+    }
+}
+
+impl Bound {
+    /// Of no light; as lights without power, it widens nothing.
+    pub(super) const NONE: Bound = Bound {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+        power: 0.0,
+        cone: Cone { axis: DVec3::Z, spread: 0.0, cos: 1.0 },
+        emission: 0.0,
+        cos_emission: 1.0,
+        two_sided: false,
+    };
+
+    pub(super) fn new(light: &LightBounds) -> Self {
+        let (min, max) = (light.bounds.min.as_dvec3(), light.bounds.max.as_dvec3());
+        let power = light.power as f64;
+        if !(min.is_finite() && max.is_finite() && power.is_finite() && power > 0.0)
+            || light.bounds.is_empty()
+        {
+            return Self { min: DVec3::ZERO, max: DVec3::ZERO, ..Self::NONE };
+        }
+        let axis = light.axis.as_dvec3();
+        let length = axis.length();
+        let directed = length > 0.0 && length.is_finite();
+        let angle = |cos: f32| libm::acos(cos.clamp(-1.0, 1.0) as f64);
+        Self {
+            min,
+            max,
+            power,
+            cone: if directed {
+                Cone::new(axis / length, angle(light.cos_spread))
+            } else {
+                Cone::all(DVec3::Z)
+            },
+            emission: angle(light.cos_emission),
+            cos_emission: light.cos_emission.clamp(-1.0, 1.0) as f64,
+            two_sided: light.two_sided,
+        }
+    }
+
+    pub(super) fn union(&self, other: &Self) -> Self {
+        if other.power == 0.0 {
+            return *self;
+        }
+        if self.power == 0.0 {
+            return *other;
+        }
+        // The normals of what has two sides may as well be turned around.
+        let turned = if other.two_sided && self.cone.axis.dot(other.cone.axis) < 0.0 {
+            Cone { axis: -other.cone.axis, ..other.cone }
+        } else {
+            other.cone
+        };
+        let wider = if other.emission > self.emission { other } else { self };
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+            power: self.power + other.power,
+            cone: self.cone.union(&turned),
+            emission: wider.emission,
+            cos_emission: wider.cos_emission,
+            two_sided: self.two_sided | other.two_sided,
+        }
+    }
+
+    pub(super) fn node(&self, scale: f64, next: u32) -> Node {
+        let center = ((self.min + self.max) * 0.5).as_vec3();
+        let reach = (self.max - center.as_dvec3()).max(center.as_dvec3() - self.min);
+        let spread = (self.cone.spread + SLACK).min(PI);
+        let power = if self.power > 0.0 { (self.power * scale).max(1e-30) } else { 0.0 };
+        Node {
+            center: center.to_array(),
+            radius_square: (reach.length_squared() * (1.0 + SLACK)) as f32,
+            axis: self.cone.axis.as_vec3().to_array(),
+            cos_spread: libm::cos(spread) as f32,
+            sin_spread: libm::sin(spread) as f32,
+            cos_emission: libm::cos((self.emission + SLACK).min(PI)) as f32,
+            power: power as f32,
+            two_sided: if self.two_sided { 1.0 } else { 0.0 },
+            next,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Stream;
+    use rand::RngExt;
+
+    #[test]
+    fn cones_hold_what_is_in_them() {
+        let mut stream = Stream::new(3);
+        for round in 0..5000 {
+            let mut cone = || {
+                let axis = DVec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)));
+                let spread = if round % 3 == 0 { 0.0 } else { stream.random_range(0.0..3.0) };
+                Cone::new(axis.normalize(), spread)
+            };
+            let (a, b) = (cone(), cone());
+            let both = a.union(&b);
+            for part in [a, b] {
+                let between = libm::acos(part.axis.dot(both.axis).clamp(-1.0, 1.0));
+                assert!(between + part.spread <= both.spread + 1e-7 || both.spread >= PI);
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Lights to light tree: cut in two, again and again, where the surface area orientation
+//! heuristic says (Conty Estevez and Kulla, "Importance sampling of many lights with adaptive
+//! tree splitting", 2018; PBRT 4th ed., 12.6.3).
+
+mod bound;
+mod cut;
+
+use bound::Bound;
+use cut::{Extent, best_cut};
+
+use crate::math::{Aabb, Vec3};
+use crate::scene::light_tree::{LEAF, LightTree, NODE};
+
+/// Where a light is and where it shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightBounds {
+    /// Around all points of it.
+    pub bounds: Aabb,
+    /// What it sends out in W, in any scale; that of the brighter side if it has two.
+    pub power: f32,
+    /// The middle of its normals, of any length.
+    pub axis: Vec3,
+    /// Cosine of the angle from the axis within which its normals are: 1 for what is flat, −1
+    /// for what shines everywhere, such as a point.
+    pub cos_spread: f32,
+    /// Cosine of the angle from a normal within which its light leaves: 0 for a diffuse surface.
+    /// For a spot light with its axis as normal, that of the outer angle.
+    pub cos_emission: f32,
+    /// Whether light leaves on the other side of the normals, too.
+    pub two_sided: bool,
+}
+
+/// No path in the tree is longer than the bits of a word.
+const LONGEST_PATH: u32 = 32;
+
+/// The tree over all of them; the index of a light is its own in the slice. At most 2³¹.
+pub fn build(lights: &[LightBounds]) -> LightTree {
+    if lights.is_empty() {
+        return LightTree::default();
+    }
+    let bounds: Vec<Bound> = lights.iter().map(Bound::new).collect();
+    let total: f64 = bounds.iter().map(|bound| bound.power).sum();
+    let mut builder = Builder {
+        scale: if total > 0.0 { 1.0 / total } else { 0.0 },
+        nodes: Vec::with_capacity(2 * lights.len()),
+        paths: vec![0; lights.len()],
+        bounds,
+    };
+    let mut order: Vec<Item> = builder.bounds.iter().enumerate().map(Item::new).collect();
+    builder.nodes.resize(2, [0.0; NODE]);
+    builder.subtree(&mut order, 0, 0, 0);
+    LightTree { nodes: builder.nodes, paths: builder.paths }
+}
+
+/// What cuts are chosen by, moved about so that a range of it is read in one go.
+#[derive(Clone, Copy)]
+struct Item {
+    extent: Extent,
+    light: u32,
+}
+
+impl Item {
+    fn new((light, bound): (usize, &Bound)) -> Self {
+        Self { extent: Extent::new(bound), light: light as u32 }
+    }
+}
+
+struct Builder {
+    bounds: Vec<Bound>,
+    /// Powers are multiplied by this.
+    scale: f64,
+    nodes: Vec<[f32; NODE]>,
+    paths: Vec<u32>,
+}
+
+impl Builder {
+    /// Builds over lights, with the root in a slot that is there already.
+    fn subtree(&mut self, items: &mut [Item], slot: usize, path: u32, depth: u32) -> Bound {
+        let (bound, next) = if let [item] = items {
+            self.paths[item.light as usize] = path;
+            (self.bounds[item.light as usize], LEAF | item.light)
+        } else {
+            let (left, right) = cut(items, LONGEST_PATH - 1 - depth);
+            let children = self.nodes.len();
+            self.nodes.extend([[0.0; NODE]; 2]);
+            let first = self.subtree(left, children, path, depth + 1);
+            let second = self.subtree(right, children + 1, path | 1 << depth, depth + 1);
+            (first.union(&second), children as u32)
+        };
+        self.nodes[slot] = bound.node(self.scale, next).to_floats();
+        bound
+    }
+}
+
+/// The two parts of a good cut; neither is empty or has more than 2^`levels` lights.
+fn cut(items: &mut [Item], levels: u32) -> (&mut [Item], &mut [Item]) {
+    let half = items.len() / 2;
+    let cut = if items.len() > 2 { best_cut(items) } else { None };
+    let Some(cut) = cut else { return items.split_at_mut(half) };
+    // Swapping from both ends: the same order for the same input.
+    let (mut low, mut high) = (0, items.len());
+    while low < high {
+        if cut.is_first(&items[low].extent) {
+            low += 1;
+        } else {
+            high -= 1;
+            items.swap(low, high);
+        }
+    }
+    let most = low.max(items.len() - low) as u64;
+    let refused = low == 0 || low == items.len() || most > 1 << levels;
+    items.split_at_mut(if refused { half } else { low })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Stream;
+    use crate::scene::light_tree::field;
+    use rand::RngExt;
+
+    fn lamp(place: Vec3, power: f32) -> LightBounds {
+        let bounds = Aabb { min: place, max: place };
+        LightBounds { bounds, power, axis: Vec3::Z, cos_spread: -1.0, cos_emission: 0.0, two_sided: false }
+    }
+
+    /// The length of the longest path, after checking that each light's leads to it.
+    fn longest_path(tree: &LightTree) -> u32 {
+        let next = |node: u32| tree.nodes[node as usize][field::NEXT as usize].to_bits();
+        let mut longest = 0;
+        for light in 0..tree.len() {
+            let (mut path, mut at, mut length) = (tree.paths[light], next(0), 0);
+            while at & LEAF == 0 {
+                at = next(at + (path & 1));
+                path >>= 1;
+                length += 1;
+            }
+            assert_eq!(at, LEAF | light as u32);
+            longest = longest.max(length);
+        }
+        longest
+    }
+
+    #[test]
+    fn every_light_is_a_leaf_at_the_end_of_its_path() {
+        let mut stream = Stream::new(1);
+        for n in [1usize, 2, 3, 17, 1000] {
+            let mut random = || Vec3::from_array([0; 3].map(|_| stream.random_range(-9.0..9.0)));
+            let lights: Vec<_> = (0..n).map(|i| lamp(random(), 1.0 + i as f32)).collect();
+            let tree = build(&lights);
+            assert_eq!((tree.len(), tree.nodes.len()), (n, 2 * n));
+            assert!(longest_path(&tree) < 24);
+            assert!((tree.nodes[0][field::POWER as usize] - 1.0).abs() < 1e-6);
+            assert_eq!(build(&lights).nodes.as_flattened().len(), 16 * tree.nodes.len());
+        }
+    }
+
+    #[test]
+    fn no_input_makes_a_deep_tree() {
+        // Each is a thousand times as far as the one before, so each cut would take one off.
+        let far: Vec<_> = (0..3000)
+            .map(|i| lamp(Vec3::X * 2f32.powf(i as f32 * 0.04), 2f32.powf(i as f32 * -0.03)))
+            .collect();
+        assert!(longest_path(&build(&far)) <= 32);
+        assert!(longest_path(&build(&[lamp(Vec3::ONE, 1.0); 3000])) <= 12);
+    }
+
+    #[test]
+    fn odd_lights_do_no_harm() {
+        let broken = [
+            lamp(Vec3::NAN, 1.0),
+            lamp(Vec3::ONE, f32::INFINITY),
+            lamp(Vec3::ONE, -1.0),
+            LightBounds { bounds: Aabb::EMPTY, ..lamp(Vec3::ONE, 1.0) },
+            LightBounds { axis: Vec3::ZERO, ..lamp(Vec3::ONE, 1.0) },
+            lamp(Vec3::splat(f32::MAX), 1.0),
+        ];
+        let tree = build(&broken);
+        assert_eq!(tree.len(), 6);
+        assert!(
+            tree.nodes.as_flattened().chunks(NODE).all(|node| node[10].is_finite() && node[0].is_finite())
+        );
+        assert!(build(&[]).is_empty());
+        assert_eq!(build(&[lamp(Vec3::ONE, 0.0)]).nodes[0][field::POWER as usize], 0.0);
+    }
+}

@@ -1,0 +1,106 @@
+//! Finite lights in a binary tree: what a light is chosen by.
+
+/// Floats a node.
+pub const NODE: usize = 16;
+
+/// Bit of [`Node::next`] that marks a leaf; the others are its light.
+pub const LEAF: u32 = 1 << 31;
+
+/// A node in 64 bytes, all floats but one, so that lanes gather from one table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Centre of the sphere around the lights.
+    pub center: [f32; 3],
+    /// Square of its radius.
+    pub radius_square: f32,
+    /// Middle of the directions that the lights' normals point to.
+    pub axis: [f32; 3],
+    /// Cosine of the angle from it within which normals are; −1 where they are everywhere.
+    pub cos_spread: f32,
+    /// Sine of the same angle.
+    pub sin_spread: f32,
+    /// Cosine of the angle from a normal within which light leaves.
+    pub cos_emission: f32,
+    /// Of all lights in it, relative to those of the tree.
+    pub power: f32,
+    /// 1 if light leaves to the other side of normals, too; 0 otherwise.
+    pub two_sided: f32,
+    /// The first of two consecutive children, or [`LEAF`] and a light.
+    pub next: u32,
+}
+
+/// Where the fields of a [`Node`] are in its floats.
+pub mod field {
+    /// [`super::Node::center`], three floats.
+    pub const CENTER: u32 = 0;
+    /// [`super::Node::radius_square`].
+    pub const RADIUS_SQUARE: u32 = 3;
+    /// [`super::Node::axis`], three floats.
+    pub const AXIS: u32 = 4;
+    /// [`super::Node::cos_spread`].
+    pub const COS_SPREAD: u32 = 7;
+    /// [`super::Node::sin_spread`].
+    pub const SIN_SPREAD: u32 = 8;
+    /// [`super::Node::cos_emission`].
+    pub const COS_EMISSION: u32 = 9;
+    /// [`super::Node::power`].
+    pub const POWER: u32 = 10;
+    /// [`super::Node::two_sided`].
+    pub const TWO_SIDED: u32 = 11;
+    /// [`super::Node::next`], as bits.
+    pub const NEXT: u32 = 12;
+}
+
+impl Node {
+    /// As floats.
+    pub fn to_floats(self) -> [f32; NODE] {
+        let [x, y, z] = self.center;
+        let [a, b, c] = self.axis;
+        let next = f32::from_bits(self.next);
+        [
+            x,
+            y,
+            z,
+            self.radius_square,
+            a,
+            b,
+            c,
+            self.cos_spread,
+            self.sin_spread,
+            self.cos_emission,
+            self.power,
+            self.two_sided,
+            next,
+            0.0,
+            0.0,
+            0.0,
+        ]
+    }
+}
+
+/// The tree. Node 0 is the root, node 1 is empty, so that siblings share 128 bytes.
+#[derive(Clone, Debug, Default)]
+pub struct LightTree {
+    /// [`Node`]s as floats; none without lights.
+    pub nodes: Vec<[f32; NODE]>,
+    /// For each light the way to it from the root, the lowest bit first: 1 for the second child.
+    /// No path is longer than 32.
+    pub paths: Vec<u32>,
+}
+
+impl LightTree {
+    /// How many lights there are in it.
+    pub fn len(&self) -> usize {
+        self.paths.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.paths.is_empty()
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.paths.as_slice())
+    }
+}
