@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use crate::math::{NONE, Rgb, Vec3};
+use super::light_tree::{self, LightBounds};
+use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::principled::Principled;
@@ -35,6 +36,8 @@ pub(super) fn compile(
     }
     surfaces(&mut out, geometry, materials, &areas);
     out.finite = out.len() as u32;
+    let bounds: Vec<LightBounds> = (0..out.len()).map(|emitter| bounds(&out, emitter)).collect();
+    out.tree = light_tree::build(&bounds);
     for (index, light) in lights.iter().enumerate() {
         if let Light::Directional { to_light, irradiance } = light {
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
@@ -51,6 +54,58 @@ pub(super) fn compile(
 
 fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
     [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, 0.0, light.r, light.g, light.b]
+}
+
+/// Where an emitter is, where it shines to and how bright it is.
+fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
+    let row = &out.rows[emitter];
+    let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
+    let place = vector(0);
+    let light = Rgb::new(row[10], row[11], row[12]).luminance();
+    let two_sided = out.flags[emitter] & flag::TWO_SIDED != 0;
+    let pi = std::f32::consts::PI;
+    let around = |points: &[Vec3]| {
+        let min = points.iter().copied().fold(place, Vec3::min);
+        Aabb { min, max: points.iter().copied().fold(place, Vec3::max) }
+    };
+    let everywhere = |bounds: Aabb, power: f32| LightBounds {
+        bounds,
+        power,
+        axis: Vec3::Z,
+        cos_spread: -1.0,
+        cos_emission: 0.0,
+        two_sided: false,
+    };
+    match out.kinds[emitter] {
+        kind::TRIANGLE | kind::QUAD => {
+            let (e1, e2) = (vector(3), vector(6));
+            let cross = e1.cross(e2);
+            let part = if out.kinds[emitter] == kind::QUAD { 1.0 } else { 0.5 };
+            let corners = [place + e1, place + e2, if part == 1.0 { place + e1 + e2 } else { place }];
+            LightBounds {
+                bounds: around(&corners),
+                power: light * cross.length() * part * pi,
+                axis: cross,
+                cos_spread: 1.0,
+                cos_emission: 0.0,
+                two_sided,
+            }
+        }
+        kind::SPHERE => {
+            let radius = Vec3::splat(row[9]);
+            let box_of = Aabb { min: place - radius, max: place + radius };
+            everywhere(box_of, light * 4.0 * pi * pi * row[9] * row[9])
+        }
+        kind::SPOT => LightBounds {
+            bounds: around(&[]),
+            power: light * 4.0 * pi,
+            axis: vector(3),
+            cos_spread: 1.0,
+            cos_emission: row[6],
+            two_sided: false,
+        },
+        _ => everywhere(around(&[]), light * 4.0 * pi),
+    }
 }
 
 fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13], light: u32) -> u32 {

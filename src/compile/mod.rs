@@ -2,6 +2,7 @@
 //! The order of everything is that of the entities in the world.
 
 mod camera;
+mod classic;
 mod emitters;
 mod environment;
 mod geometry;

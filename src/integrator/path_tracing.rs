@@ -20,7 +20,7 @@ use crate::shading::light::SHADOW_END;
 use crate::shading::principled::bsdf::{Bsdf, Sampled};
 use crate::shading::principled::{Spot, Tables};
 use crate::shading::surface::leave;
-use crate::shading::{HitLanes, Surface, emitter, environment};
+use crate::shading::{HitLanes, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
 
 /// What comes of a hit.
@@ -76,7 +76,6 @@ fn chance_of_far(frame: &Frame) -> f32 {
 #[inline(always)]
 fn choose<F: Float>(frame: &Frame, position: Vector<F>, u: F, mask: F::Mask) -> (F::Int, F) {
     let emitters = &frame.scene.emitters;
-    let _ = (position, mask);
     let (all, finite) = (emitters.len() as u32, emitters.finite);
     let far = all - finite;
     let groups = far + u32::from(finite > 0);
@@ -85,17 +84,27 @@ fn choose<F: Float>(frame: &Frame, position: Vector<F>, u: F, mask: F::Mask) -> 
     let rest = (scaled - group).max(F::zero());
     let is_far = group.lt(F::splat(far as f32));
     let chance = F::splat(1.0 / groups as f32);
-    let place = (rest * F::splat(finite as f32)).floor().min(F::splat(finite.saturating_sub(1) as f32));
-    let index = F::Int::select(is_far, group.to_int() + F::Int::splat(finite), place.to_int());
-    let near = chance * F::splat(1.0 / finite.max(1) as f32);
-    (index, F::select(is_far, chance, near))
+    let far_index = group.to_int() + F::Int::splat(finite);
+    if finite < 2 {
+        // The only one is behind all that are far away, or there is none.
+        let index = F::Int::select(is_far, far_index, F::Int::splat(0));
+        return (index, chance);
+    }
+    let near = mask & !is_far;
+    let (place, share, _) = light_tree::sample(&emitters.tree, position, Vector::zero(), rest, near);
+    let index = F::Int::select(is_far, far_index, place);
+    (index, F::select(is_far, chance, chance * share))
 }
 
 /// The chance with which [`choose`] takes a finite emitter.
 #[inline(always)]
 fn chance_of<F: Float>(frame: &Frame, position: Vector<F>, index: F::Int, mask: F::Mask) -> F {
-    let _ = (position, index, mask);
-    F::splat(chance_of_far(frame) / frame.scene.emitters.finite.max(1) as f32)
+    let emitters = &frame.scene.emitters;
+    let chance = F::splat(chance_of_far(frame));
+    if emitters.finite < 2 {
+        return chance;
+    }
+    chance * light_tree::pmf(&emitters.tree, position, Vector::zero(), index, mask)
 }
 
 /// Looks up hits of one material.
@@ -271,7 +280,7 @@ fn to_light<F: Float>(
             t_max: sample.distance * F::splat(SHADOW_END),
         },
         contribution,
-        mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
+        mask: mask & chance.gt(zero) & density.gt(zero) & contribution.max_component().gt(zero),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Everything that lights a surface, as the path transport samples it.
 
+use super::light_tree::LightTree;
+
 /// Kinds of emitters: the rows of [`Emitters::rows`] mean different things.
 pub mod kind {
     /// A triangle: corner, two edges, radiance.
@@ -49,6 +51,8 @@ pub struct Emitters {
     /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
     /// [`crate::math::NONE`]; empty if there is none.
     pub of_primitive: Vec<u32>,
+    /// By what each finite emitter may bring to a point.
+    pub tree: LightTree,
 }
 
 impl Emitters {
