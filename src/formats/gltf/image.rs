@@ -96,6 +96,18 @@ impl Images {
         Ok(Some(id))
     }
 
+    /// An image's pixels; none, and a warning, if they cannot be had.
+    pub(super) fn picture(
+        &mut self,
+        document: &Document,
+        index: Index<json::Image>,
+        at: &str,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<Image>, LoadError> {
+        let place = place(document, index, at)?;
+        self.decode(document, index, &place, warnings)
+    }
+
     fn decode(
         &mut self,
         document: &Document,

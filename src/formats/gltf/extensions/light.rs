@@ -1,4 +1,4 @@
-//! `KHR_lights_punctual`.
+//! `KHR_lights_punctual` and `EXT_lights_image_based`.
 
 use serde::Deserialize;
 
@@ -41,4 +41,33 @@ pub(in super::super) struct Spot {
 
 fn usual_cone() -> f32 {
     std::f32::consts::FRAC_PI_4
+}
+
+/// `EXT_lights_image_based` of the file.
+#[derive(Deserialize)]
+pub(in super::super) struct ImageLights {
+    pub lights: Vec<ImageLight>,
+}
+
+/// The same of a scene.
+#[derive(Deserialize)]
+pub(in super::super) struct ImageLightOfScene {
+    pub light: usize,
+}
+
+/// One of [`ImageLights`].
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct ImageLight {
+    pub name: Option<String>,
+    #[serde(default = "unturned", deserialize_with = "all_finite")]
+    pub rotation: [f32; 4],
+    #[serde(default = "one", deserialize_with = "finite")]
+    pub intensity: f32,
+    /// For each level six images: +X, −X, +Y, −Y, +Z, −Z. The first is not blurred.
+    pub specular_images: Vec<Vec<u32>>,
+}
+
+fn unturned() -> [f32; 4] {
+    [0.0, 0.0, 0.0, 1.0]
 }

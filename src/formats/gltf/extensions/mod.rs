@@ -13,8 +13,10 @@ use super::document::Document;
 use crate::error::LoadError;
 
 /// Those that are not merely tolerated.
-const KNOWN: [&str; 20] = [
+const KNOWN: [&str; 23] = [
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -32,6 +34,7 @@ const KNOWN: [&str; 20] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
 ];
