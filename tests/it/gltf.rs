@@ -202,10 +202,6 @@ const EXPECTED_FAILURES: &Refusals = &[
         &[("Compatibility_04.gltf", "/asset: glTF of version 2.1: only 2.0 can be read")],
     ),
     (
-        "khronos-sample-assets/Models/Box/glTF-Draco",
-        &[("Box.gltf", "/extensionsRequired: not supported: KHR_draco_mesh_compression")],
-    ),
-    (
         "magnum-plugins/GltfImporter/Test",
         &[
             ("animation-invalid.gltf", "missing field `samplers`"),

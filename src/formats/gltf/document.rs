@@ -126,8 +126,19 @@ impl<'p> Document<'p> {
         // Twice, as indices are words before they are bytes.
         self.charge(length.saturating_mul(2), at)?;
         let bytes = compressed.decode(data).map_err(|reason| self.error(at, reason))?;
-        self.budget.set(self.budget.get().saturating_add(LARGEST_SECOND_EXPANSION * length));
+        self.allow_for(length);
         Ok(bytes)
+    }
+
+    /// Bytes that may still be made.
+    pub(super) fn affordable(&self) -> u64 {
+        self.budget.get()
+    }
+
+    /// Allows for what will be made of `bytes` that were decompressed.
+    pub(super) fn allow_for(&self, bytes: u64) {
+        let more = LARGEST_SECOND_EXPANSION.saturating_mul(bytes);
+        self.budget.set(self.budget.get().saturating_add(more));
     }
 
     /// A part of a buffer: offset and length.

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use gltf::json::{self, Index};
 
+use super::basis;
 use super::document::Document;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_encode;
-use crate::formats::picture;
 use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, Texels};
 
@@ -118,7 +118,10 @@ impl Images {
         let at = format!("/images/{}", index.value());
         let image = document.get(&document.root.images, index, &at, "image")?;
         let decoded = match place {
-            Place::File(file) => picture::load(file),
+            Place::File(file) => std::fs::read(file)
+                .map_err(LoadError::io(file))
+                .and_then(|bytes| basis::decode(&bytes, file))
+                .map(|image| Image { source: Some(file.clone()), ..image }),
             Place::Uri(_) => {
                 let uri = image.uri.as_deref().unwrap_or_default();
                 let bytes = match uri::resolve(uri, document.folder()) {
@@ -126,7 +129,7 @@ impl Images {
                     Ok(Resource::File(_)) => Vec::new(),
                     Err(reason) => return Err(document.error(at, reason)),
                 };
-                picture::decode(&bytes, &inside(document.path, &at))
+                basis::decode(&bytes, &inside(document.path, &at))
             }
             Place::Buffer(buffer, _, length) => {
                 let Some(view) = image.buffer_view else { return Ok(None) };
@@ -138,7 +141,7 @@ impl Images {
                 if *decoded > whole.saturating_mul(2) {
                     return Err(document.error(at, "the images of this buffer overlap"));
                 }
-                picture::decode(bytes, &inside(document.path, &at))
+                basis::decode(bytes, &inside(document.path, &at))
             }
         };
         decoded.map(Some).or_else(|error| {

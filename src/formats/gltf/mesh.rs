@@ -8,6 +8,7 @@ use gltf::json::{self, Index};
 
 use super::Import;
 use super::accessor;
+use super::draco;
 use super::extensions::variants::Mappings;
 use super::material::Lowered;
 use super::skin::Joints;
@@ -94,19 +95,25 @@ impl Import<'_> {
             .iter()
             .all(|semantic| primitive.attributes.contains_key(&Checked::Valid(semantic.clone())));
         let generated = material.tangents.filter(|_| !has_tangents);
+        let decoded = draco::decode(document, primitive, at)?;
         // Vertices are split by generated tangents: nobody else can use them.
-        let key = generated.is_none().then(|| vertex::accessors(primitive));
+        let is_shared = generated.is_none() && decoded.is_none();
+        let key = is_shared.then(|| vertex::accessors(primitive));
         let found = key.as_ref().and_then(|key| known.get(key)).copied();
         let count = match found {
             Some((_, count)) => count,
             None => {
-                part = vertex::read(document, primitive, shaping, at)?;
+                part = vertex::read(document, primitive, decoded.as_ref(), shaping, at)?;
                 part.positions.len()
             }
         };
-        let corners = match primitive.indices {
-            Some(indices) => accessor::indices(document, indices, count, format_args!("{at}/indices"))?,
-            None => {
+        let mode = if decoded.is_some() { Mode::Triangles } else { mode };
+        let corners = match (decoded, primitive.indices) {
+            (Some(decoded), _) => decoded.corners,
+            (None, Some(indices)) => {
+                accessor::indices(document, indices, count, format_args!("{at}/indices"))?
+            }
+            (None, None) => {
                 document.charge(count as u64 * 4, at)?;
                 (0..count as u32).collect()
             }
@@ -119,7 +126,7 @@ impl Import<'_> {
         document.charge(corners.len() as u64 * 16, at)?;
         each_triangle(mode, &corners, |triangle| part.triangles.push(triangle));
         if let Some(set) = generated {
-            tangent::generate(document, &mut part, set, at)?;
+            tangent::generate(document, &mut part, set, at, self.warnings)?;
         }
         let first = match found {
             Some((first, _)) => first,

@@ -15,8 +15,10 @@
 
 mod accessor;
 mod animation;
+mod basis;
 mod container;
 mod document;
+mod draco;
 mod emitter;
 mod environment;
 mod extensions;

@@ -10,6 +10,9 @@ use crate::error::LoadError;
 use crate::math::{Vec2, Vec3, Vec4};
 use crate::world::Mesh;
 
+/// Triangles around a vertex at most: the algorithm walks around it by recursion, and compares
+/// each two that share an edge.
+const MOST_AROUND: u32 = 1024;
 /// What a vertex more is charged with.
 const VERTEX_BYTES: u64 = 80;
 /// What the algorithm takes for a corner.
@@ -38,6 +41,19 @@ impl Corners<'_> {
     fn vertex(&self, face: usize, corner: usize) -> usize {
         self.mesh.triangles[face][corner] as usize
     }
+
+    /// Whether no vertex, as the algorithm tells them apart, has too many triangles.
+    fn is_fit(&self) -> bool {
+        let mut around: HashMap<[u32; 8], u32> = HashMap::new();
+        (0..self.tangents.len()).all(|corner| {
+            let (face, corner) = (corner / 3, corner % 3);
+            let ([a, b, c], [d, e, f]) = (self.position(face, corner), self.normal(face, corner));
+            let [g, h] = self.tex_coord(face, corner);
+            let count = around.entry([a, b, c, d, e, f, g, h].map(f32::to_bits)).or_default();
+            *count += 1;
+            *count <= MOST_AROUND
+        })
+    }
 }
 
 impl Geometry<Libm> for Corners<'_> {
@@ -50,7 +66,8 @@ impl Geometry<Libm> for Corners<'_> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.positions[self.vertex(face, corner)].to_array()
+        // No negative zeros: they would be other places.
+        (self.mesh.positions[self.vertex(face, corner)] + Vec3::ZERO).to_array()
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
@@ -82,6 +99,7 @@ pub(super) fn generate(
     mesh: &mut Mesh,
     set: u32,
     at: &str,
+    warnings: &mut Vec<String>,
 ) -> Result<(), LoadError> {
     let uvs = if set == 0 { &mesh.uvs } else { &mesh.uvs1 };
     if uvs.is_empty() || mesh.triangles.is_empty() {
@@ -90,6 +108,11 @@ pub(super) fn generate(
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
     let mut space = Corners { mesh, uvs, tangents: vec![None; corners] };
+    if !space.is_fit() {
+        let what = format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
+        warnings.push(document.warning(what));
+        return Ok(());
+    }
     // What it refuses are meshes without any area to speak of.
     let made = bevy_mikktspace::generate_tangents(&mut space);
     let tangents = space.tangents;

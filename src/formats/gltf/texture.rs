@@ -142,12 +142,20 @@ impl Import<'_> {
         let texture = document.get(&document.root.textures, index, at, "texture")?;
         let at = format!("/textures/{}", index.value());
         let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
-        let webp: Option<OtherSource> = document.extension(extensions, "EXT_texture_webp", &at)?;
-        if let Some(source) = webp.and_then(|webp| webp.source) {
-            return Ok(Some(Index::new(source)));
+        let mut others = vec!["EXT_texture_webp"];
+        // What cannot be decoded may have a picture of another kind beside it.
+        // The crate's number for none.
+        let has_own = texture.source.value() != u32::MAX as usize;
+        if cfg!(feature = "basisu") || !has_own {
+            others.push("KHR_texture_basisu");
         }
-        // What the crate says where there is none.
-        if texture.source.value() == u32::MAX as usize {
+        for name in others {
+            let other: Option<OtherSource> = document.extension(extensions, name, &at)?;
+            if let Some(source) = other.and_then(|other| other.source) {
+                return Ok(Some(Index::new(source)));
+            }
+        }
+        if !has_own {
             self.warnings.push(document.warning(format_args!("{at}: has no image that can be read")));
             return Ok(None);
         }

@@ -7,6 +7,7 @@ use gltf::json::{Accessor, Index};
 
 use super::accessor::{self, Rule};
 use super::document::Document;
+use super::draco::Decoded;
 use super::mesh::Shaping;
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
@@ -56,14 +57,16 @@ fn joint_sets(primitive: &Primitive) -> impl Iterator<Item = u32> {
     (0..MOST_JOINT_SETS).take_while(has)
 }
 
-/// Reads vertices and moves them as their node says.
+/// Reads vertices and moves them as their node says. What was `decoded` is not looked for in
+/// accessors.
 pub(super) fn read(
     document: &Document,
     primitive: &Primitive,
+    decoded: Option<&Decoded>,
     shaping: Shaping,
     at: &str,
 ) -> Result<Mesh, LoadError> {
-    let mut reader = Reader { document, primitive, at, count: 0 };
+    let mut reader = Reader { document, primitive, decoded, at, count: 0 };
     let Some(positions) = reader.attribute::<3>(Semantic::Positions, "POSITION", &POSITION)? else {
         return Ok(Mesh::default());
     };
@@ -108,6 +111,7 @@ pub(super) fn across(normal: Vec3) -> Vec3 {
 struct Reader<'r> {
     document: &'r Document<'r>,
     primitive: &'r Primitive,
+    decoded: Option<&'r Decoded>,
     at: &'r str,
     /// Vertices; 0 as long as nobody knows.
     count: usize,
@@ -121,7 +125,13 @@ impl Reader<'_> {
         rule: &Rule,
     ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
         let Some(index) = self.primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-        self.floats(*index, rule, &format!("{}/attributes/{name}", self.at)).map(Some)
+        let place = format!("{}/attributes/{name}", self.at);
+        if let Some(column) = self.decoded.and_then(|decoded| decoded.columns.get(name)) {
+            let document = self.document;
+            let accessor = document.get(&document.root.accessors, *index, &place, "accessor")?;
+            return Ok(Some(column.elements(accessor.normalized || rule.always_normalized)));
+        }
+        self.floats(*index, rule, &place).map(Some)
     }
 
     fn floats<const N: usize>(
@@ -147,7 +157,7 @@ impl Reader<'_> {
         let document = self.document;
         let place = format!("{}/attributes/COLOR_0", self.at);
         let accessor = document.get(&document.root.accessors, *index, &place, "accessor")?;
-        let colors = self.floats::<4>(*index, &COLOR, &place)?;
+        let colors = self.attribute::<4>(Semantic::Colors(0), "COLOR_0", &COLOR)?.unwrap_or_default();
         if accessor.type_ == Checked::Valid(Type::Vec4) {
             mesh.alphas = colors.iter().map(|color| color[3].clamp(0.0, 1.0)).collect();
         }

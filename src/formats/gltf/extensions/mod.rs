@@ -1,5 +1,6 @@
 //! The extensions that are read, as serde fills them, and what is said about all others.
 
+pub(super) mod draco;
 pub(super) mod light;
 pub(super) mod material;
 pub(super) mod node;
@@ -12,7 +13,7 @@ use gltf::json::Root;
 use super::document::Document;
 use crate::error::LoadError;
 
-/// Those that are not merely tolerated.
+/// Those that are not merely tolerated, besides those of [`is_known`].
 const KNOWN: [&str; 23] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
@@ -54,11 +55,19 @@ pub(super) fn check(document: &Document, warnings: &mut Vec<String>) -> Result<(
     Ok(())
 }
 
+fn is_known(name: &str) -> bool {
+    match name {
+        "KHR_draco_mesh_compression" => cfg!(feature = "draco"),
+        "KHR_texture_basisu" => cfg!(feature = "basisu"),
+        _ => KNOWN.contains(&name),
+    }
+}
+
 fn list(names: &[String]) -> String {
     const MOST: usize = 16;
     let mut unknown: Vec<String> = names
         .iter()
-        .filter(|name| !KNOWN.contains(&name.as_str()))
+        .filter(|name| !is_known(name))
         .map(|name| name.chars().take(64).flat_map(char::escape_debug).collect())
         .collect();
     if unknown.len() > MOST {

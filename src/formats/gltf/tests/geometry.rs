@@ -194,3 +194,34 @@ fn given_tangents_are_kept_and_made_units() {
     assert_eq!(tangents[0].to_array(), [0.0, 1.0, 0.0, -1.0]);
     assert!((tangents[1].truncate().length() - 1.0).abs() < 1e-6 && tangents[1].z == 0.0, "{}", tangents[1]);
 }
+
+#[test]
+fn tangents_of_strange_meshes_end() {
+    let strange = |positions: &[f32], uvs: &[f32], indices: &[u16]| {
+        let mut file = mirrored();
+        let count = positions.len() / 3;
+        let attributes = [
+            ("POSITION", floats(positions), "VEC3"),
+            ("NORMAL", floats(&[0.0, 0.0, 1.0].repeat(count)), "VEC3"),
+            ("TEXCOORD_0", floats(uvs), "VEC2"),
+        ];
+        for (name, bytes, kind) in attributes {
+            let accessor = add_accessor(&mut file, &bytes, 5126, kind, count);
+            set(&mut file, &format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor));
+        }
+        let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+        let indices = add_accessor(&mut file, &bytes, 5123, "SCALAR", indices.len());
+        set(&mut file, "/meshes/0/primitives/0/indices", json!(indices));
+        let read = read(&file);
+        assert!(read.mesh().tangents.iter().all(|tangent| tangent.is_finite()));
+        read.warnings.len()
+    };
+    let huge = [3e38, 0.0, 0.0, -3e38, 3e38, 0.0, 0.0, -3e38, 3e38];
+    assert_eq!(strange(&huge, &[1e30, -1e30, 3e38, 0.0, 0.0, 3e38], &[0, 1, 2]), 0);
+    let tiny = [1e-44, 0.0, 0.0, 0.0, 1e-44, 0.0, 0.0, 0.0, 1e-44];
+    assert_eq!(strange(&tiny, &[0.0; 6], &[0, 1, 2, 2, 1, 0]), 0);
+    assert_eq!(strange(&[0.0; 9], &[0.0; 6], &[0, 1, 2]), 0);
+    // All triangles around one edge, far too many.
+    let fan = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    assert_eq!(strange(&fan, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], &[0, 1, 2].repeat(20_000)), 1);
+}

@@ -10,7 +10,7 @@ fn at(file: &Value, time: Option<f32>) -> Read {
 }
 
 /// Animates a property of node 0 from one value to another between 0 s and 2 s.
-fn animate(file: &mut Value, path: &str, kind: &str, count: usize, values: &[f32]) {
+pub(super) fn animate(file: &mut Value, path: &str, kind: &str, count: usize, values: &[f32]) {
     let times = add_accessor(file, &floats(&[0.0, 2.0]), 5126, "SCALAR", 2);
     let output = add_accessor(file, &floats(values), 5126, kind, count);
     let target = json!({"node": 0, "path": path});
@@ -82,7 +82,7 @@ fn what_is_wrong_with_an_animation_is_told_if_it_is_asked_for() {
 }
 
 /// The triangle hangs on node 1, half of it; its own node is far away.
-fn skinned() -> Value {
+pub(super) fn skinned() -> Value {
     let mut file = triangle();
     let joints = add_accessor(&mut file, &[0u8, 1, 0, 0].repeat(3), 5121, "VEC4", 3);
     let weights = add_accessor(&mut file, &floats(&[0.5, 0.5, 0.0, 0.0].repeat(3)), 5126, "VEC4", 3);
