@@ -69,6 +69,9 @@ impl Import<'_> {
         at: &str,
     ) -> Result<Option<NormalMap>, LoadError> {
         let texture = self.lookup(slot, ColorSpace::Linear, at)?;
+        if slot.is_some_and(|slot| !slot.scale.is_finite()) {
+            return Err(self.document.error(format_args!("{at}/scale"), "a number is too large"));
+        }
         Ok(texture.zip(slot).map(|(texture, slot)| NormalMap {
             texture: self.texture_id(texture),
             scale: slot.scale,
