@@ -15,7 +15,8 @@ fn check(world: &World) {
         assert!(mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()));
         assert!(mesh.uvs.iter().all(|uv| uv.is_finite()));
         let (tangents, alphas) = (mesh.tangents.len(), mesh.alphas.len());
-        let columns = [mesh.normals.len(), mesh.uvs.len(), mesh.uvs1.len(), mesh.colors.len(), tangents, alphas];
+        let columns =
+            [mesh.normals.len(), mesh.uvs.len(), mesh.uvs1.len(), mesh.colors.len(), tangents, alphas];
         assert!(columns.iter().all(|length| *length == 0 || *length == vertices));
         let unit = |length: f32| (length - 1.0).abs() < 1e-3;
         assert!(mesh.tangents.iter().all(|t| unit(t.truncate().length()) && unit(t.w.abs())));
@@ -123,7 +124,8 @@ fn compressed_copies_hold_the_same() {
     let plain = load(&format!("{models}/glTF/Box.gltf"));
     assert_eq!(plain, load(&format!("{models}/glTF-Draco/Box.gltf")));
     let meshopt = "apache-bsd/gltf-pipeline/specs/data/2.0/extensions";
-    let ext = load(&format!("{meshopt}/EXT_meshopt_compression/meshopt-no-fallback/meshopt-no-fallback.gltf"));
+    let ext =
+        load(&format!("{meshopt}/EXT_meshopt_compression/meshopt-no-fallback/meshopt-no-fallback.gltf"));
     let khr = load(&format!("{meshopt}/KHR_meshopt_compression/meshopt-fallback/meshopt-fallback.gltf"));
     assert_eq!(ext, khr);
     // What the accessors say that they hold.
@@ -152,7 +154,10 @@ fn damaged_draco_data_are_refused_or_read() {
             std::fs::write(to.join("Box.bin"), data).unwrap();
             if let Err(error) = formats::load(&to.join("Box.gltf")) {
                 let message = error.to_string();
-                assert!(message.contains("KHR_draco_mesh_compression") && !message.contains('\n'), "{message}");
+                assert!(
+                    message.contains("KHR_draco_mesh_compression") && !message.contains('\n'),
+                    "{message}"
+                );
             }
         }
     }

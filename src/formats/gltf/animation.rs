@@ -13,13 +13,8 @@ use crate::error::LoadError;
 use crate::math::Vec3;
 
 const F32: &[ComponentType] = &[ComponentType::F32];
-const FRACTIONS: &[ComponentType] = &[
-    ComponentType::F32,
-    ComponentType::I8,
-    ComponentType::U8,
-    ComponentType::I16,
-    ComponentType::U16,
-];
+const FRACTIONS: &[ComponentType] =
+    &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 const TIMES: Rule = Rule { types: &[Type::Scalar], components: F32, always_normalized: false };
 const VECTORS: Rule = Rule { types: &[Type::Vec3], components: F32, always_normalized: false };
 const ROTATIONS: Rule = Rule { types: &[Type::Vec4], components: FRACTIONS, always_normalized: true };
@@ -67,12 +62,7 @@ struct Track {
 }
 
 impl Track {
-    fn read(
-        document: &Document,
-        sampler: &Sampler,
-        property: Property,
-        at: &str,
-    ) -> Result<Self, LoadError> {
+    fn read(document: &Document, sampler: &Sampler, property: Property, at: &str) -> Result<Self, LoadError> {
         let Checked::Valid(interpolation) = sampler.interpolation else {
             return Err(document.error(format_args!("{at}/interpolation"), "there is no such interpolation"));
         };

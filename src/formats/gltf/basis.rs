@@ -23,7 +23,8 @@ fn decode_ktx(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 
     use crate::world::Texels;
 
-    let refuse = |reason: String| LoadError::invalid(path, format!("the picture cannot be decoded: {reason}"));
+    let refuse =
+        |reason: String| LoadError::invalid(path, format!("the picture cannot be decoded: {reason}"));
     let damaged = |error: basisu::Error| refuse(format!("{error:?}"));
     let sizes = |at: usize| bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word));
     let (Some(width), Some(height)) = (sizes(20), sizes(24)) else {
@@ -44,7 +45,10 @@ fn decode_ktx(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 
 #[cfg(not(feature = "basisu"))]
 fn decode_ktx(_: &[u8], path: &Path) -> Result<Image, LoadError> {
-    Err(LoadError::invalid(path, "KTX 2.0 pictures need a program that was built with the feature \"basisu\""))
+    Err(LoadError::invalid(
+        path,
+        "KTX 2.0 pictures need a program that was built with the feature \"basisu\"",
+    ))
 }
 
 #[cfg(test)]
@@ -62,7 +66,19 @@ mod tests {
         // The level: where, how long, how long when decompressed.
         [148u64, 16, 16].iter().for_each(|number| file.extend(number.to_le_bytes()));
         // The descriptor: UASTC, BT.709, linear; four by four texels; RGBA.
-        let words: [u32; 11] = [44, 0, 40 << 16 | 2, 166 | 1 << 8 | 1 << 16, 3 | 3 << 8, 16, 0, 127 << 16 | 3 << 24, 0, 0, u32::MAX];
+        let words: [u32; 11] = [
+            44,
+            0,
+            40 << 16 | 2,
+            166 | 1 << 8 | 1 << 16,
+            3 | 3 << 8,
+            16,
+            0,
+            127 << 16 | 3 << 24,
+            0,
+            0,
+            u32::MAX,
+        ];
         words.iter().for_each(|word| file.extend(word.to_le_bytes()));
         // Mode 8 is five bits, 0b10111 with the least first, then red, green, blue, alpha.
         let block = SOLID | 255u128 << 5 | 255u128 << 29;

@@ -76,7 +76,8 @@ impl<'b> Container<'b> {
             let reason = format!("/asset: glTF of version {version}: only 2.0 can be read, convert it first");
             return Err(invalid(reason));
         }
-        serde_json::from_slice(self.json).or_else(|error| self.without_pointers().ok_or_else(|| refuse(error)))
+        serde_json::from_slice(self.json)
+            .or_else(|error| self.without_pointers().ok_or_else(|| refuse(error)))
     }
 
     /// The JSON without the channels of animations that are for an extension

@@ -149,9 +149,10 @@ impl<'p> Document<'p> {
         what: &str,
         place: &dyn Display,
     ) -> Result<&[u8], LoadError> {
-        let buffer = self.buffers.get(number).ok_or_else(|| {
-            self.error(place, format!("{what} is of buffer {number}, which is not there"))
-        })?;
+        let buffer = self
+            .buffers
+            .get(number)
+            .ok_or_else(|| self.error(place, format!("{what} is of buffer {number}, which is not there")))?;
         let bytes =
             buffer.as_ref().map_err(|reason| self.error(place, format!("buffer {number}: {reason}")))?;
         let range = usize::try_from(offset).ok().zip(usize::try_from(length).ok());

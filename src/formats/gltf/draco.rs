@@ -34,9 +34,8 @@ impl Column {
             true => (number / self.one).max(-1.0),
             false => number,
         };
-        let element = |numbers: &[f32]| {
-            std::array::from_fn(|i| numbers.get(i).copied().map_or(0.0, fraction))
-        };
+        let element =
+            |numbers: &[f32]| std::array::from_fn(|i| numbers.get(i).copied().map_or(0.0, fraction));
         self.numbers.chunks_exact(self.width).map(element).collect()
     }
 }

@@ -26,7 +26,10 @@ impl Losses {
             (self.points_and_lines, "primitives without triangles (points, lines) are left out"),
             (self.flat_nodes, "nodes have a scale of 0 and are left out with their children"),
             (self.glosses, "materials share a texture of gloss with others: only their factors count"),
-            (self.other_sets, "textures use a third set of coordinates or a later one: they are looked up by the first"),
+            (
+                self.other_sets,
+                "textures use a third set of coordinates or a later one: they are looked up by the first",
+            ),
         ];
         lines.extend(
             counted.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")),

@@ -11,9 +11,7 @@ use super::extensions::texture::Slot;
 use crate::error::LoadError;
 use crate::math::Rgb;
 use crate::world::assets::ColorSpace;
-use crate::world::{
-    AlphaMode, Channel, ColorInput, Material, MaterialId, Principled, ScalarInput, Texture,
-};
+use crate::world::{AlphaMode, Channel, ColorInput, Material, MaterialId, Principled, ScalarInput, Texture};
 
 /// A material of the file and what a mesh must know of it.
 #[derive(Clone, Copy)]

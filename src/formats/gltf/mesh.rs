@@ -149,8 +149,7 @@ impl Import<'_> {
         let mut index = primitive.material;
         if let Some(variant) = self.variant {
             let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-            let read: Option<Mappings> =
-                self.document.extension(extensions, "KHR_materials_variants", at)?;
+            let read: Option<Mappings> = self.document.extension(extensions, "KHR_materials_variants", at)?;
             let mappings = read.map_or_else(Vec::new, |read| read.mappings);
             let mapping = mappings.into_iter().find(|mapping| mapping.variants.contains(&variant));
             index = mapping.map(|mapping| Index::new(mapping.material)).or(index);

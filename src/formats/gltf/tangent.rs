@@ -71,7 +71,8 @@ impl Geometry<Libm> for Corners<'_> {
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        let normal = self.mesh.normals.get(self.vertex(face, corner)).and_then(|normal| normal.try_normalize());
+        let normal =
+            self.mesh.normals.get(self.vertex(face, corner)).and_then(|normal| normal.try_normalize());
         let flat = || {
             let [a, b, c] = self.mesh.triangles[face].map(|vertex| self.mesh.positions[vertex as usize]);
             (b - a).cross(c - a).normalize_or(Vec3::Z)
@@ -154,9 +155,10 @@ fn split(
         }
     }
     let normal = |vertex: usize| mesh.normals.get(vertex).copied().unwrap_or_default();
-    let filled = first.iter().enumerate().map(|(vertex, tangent)| {
-        tangent.unwrap_or_else(|| across(normal(vertex)).extend(1.0))
-    });
+    let filled = first
+        .iter()
+        .enumerate()
+        .map(|(vertex, tangent)| tangent.unwrap_or_else(|| across(normal(vertex)).extend(1.0)));
     mesh.tangents = filled.chain(more.iter().map(|(_, tangent)| *tangent)).collect();
     extend(&mut mesh.positions, &more);
     extend(&mut mesh.normals, &more);

@@ -72,10 +72,9 @@ impl Import<'_> {
         if slot.is_some_and(|slot| !slot.scale.is_finite()) {
             return Err(self.document.error(format_args!("{at}/scale"), "a number is too large"));
         }
-        Ok(texture.zip(slot).map(|(texture, slot)| NormalMap {
-            texture: self.texture_id(texture),
-            scale: slot.scale,
-        }))
+        Ok(texture
+            .zip(slot)
+            .map(|(texture, slot)| NormalMap { texture: self.texture_id(texture), scale: slot.scale }))
     }
 
     /// What a texture is called from now on.
@@ -113,12 +112,7 @@ impl Import<'_> {
     }
 
     /// Between texels and outside the unit square, as a texture's sampler says.
-    fn sample(
-        &self,
-        index: Index<json::Texture>,
-        texture: &mut Texture,
-        at: &str,
-    ) -> Result<(), LoadError> {
+    fn sample(&self, index: Index<json::Texture>, texture: &mut Texture, at: &str) -> Result<(), LoadError> {
         let document = self.document;
         texture.filter = TextureFilter::Trilinear;
         let Some(sampler) = document.get(&document.root.textures, index, at, "texture")?.sampler else {

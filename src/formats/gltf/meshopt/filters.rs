@@ -10,9 +10,9 @@ pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(
         (Filter::Octahedral, 4) => each::<4>(bytes, |e| {
             octahedral(e.map(|byte| f32::from(byte as i8)), 127.0).map(|n| n as i8 as u8)
         }),
-        (Filter::Octahedral, 8) => each::<8>(bytes, |e| {
-            words(octahedral(of_words(e).map(f32::from), 32_767.0).map(|n| n as i16))
-        }),
+        (Filter::Octahedral, 8) => {
+            each::<8>(bytes, |e| words(octahedral(of_words(e).map(f32::from), 32_767.0).map(|n| n as i16)))
+        }
         (Filter::Quaternion, 8) => each::<8>(bytes, |e| words(quaternion(of_words(e)))),
         (Filter::Exponential, _) => each::<4>(bytes, |e| exponential(i32::from_le_bytes(e)).to_le_bytes()),
         (Filter::Color, 4) => each::<4>(bytes, |e| {

@@ -136,7 +136,8 @@ fn primitives_of_a_mesh_are_merged_with_their_materials() {
 #[test]
 fn both_sets_of_texture_coordinates_and_alphas_are_read() {
     let mut file = with_attribute("TEXCOORD_1", &floats(&[0.5; 6]), 5126, "VEC2");
-    let alphas = add_accessor(&mut file, &[255, 255, 255, 0, 255, 255, 255, 255, 0, 0, 0, 255], 5121, "VEC4", 3);
+    let alphas =
+        add_accessor(&mut file, &[255, 255, 255, 0, 255, 255, 255, 255, 0, 0, 0, 255], 5121, "VEC4", 3);
     set(&mut file, "/meshes/0/primitives/0/attributes/COLOR_0", json!(alphas));
     let read = read(&file);
     assert_eq!(read.mesh().uvs1, [Vec2::splat(0.5); 3]);

@@ -140,10 +140,7 @@ fn glass_has_an_inside_if_it_is_thick() {
     assert_eq!((solid.ior, solid.dispersion), (1.25, 0.5));
     assert_eq!(solid.transmission, ScalarInput::constant(0.75));
     let volume = solid.volume.unwrap();
-    assert_eq!(
-        (volume.attenuation_color, volume.attenuation_distance),
-        (Rgb::new(1.0, 0.5, 0.0), 2.0)
-    );
+    assert_eq!((volume.attenuation_color, volume.attenuation_distance), (Rgb::new(1.0, 0.5, 0.0), 2.0));
     assert_eq!(glass(0.0).volume, None);
     let clear = material(json!({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1}}}));
     assert_eq!(clear.volume.unwrap().attenuation_distance, f32::INFINITY);
@@ -242,7 +239,10 @@ fn variants_replace_materials_by_name() {
     };
     assert_eq!([name(None), name(Some("red")), name(Some("blue"))].map(Result::unwrap), ["a", "a", "b"]);
     let message = name(Some("bleu")).unwrap_err();
-    assert!(message.contains("did you mean \"blue\"") && message.contains("variants: red, blue"), "{message}");
+    assert!(
+        message.contains("did you mean \"blue\"") && message.contains("variants: red, blue"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -161,7 +161,8 @@ fn instances_share_a_mesh() {
 
 #[test]
 fn a_camera_says_what_shape_the_picture_has() {
-    let cameras = json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 2}}]);
+    let cameras =
+        json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 2}}]);
     let read = read(&with(&[("/cameras", cameras), ("/nodes/0/camera", json!(0))]));
     assert_eq!(read.model.aspect, Some(2.0));
 }
