@@ -21,7 +21,7 @@ use crate::world::{Mesh, MeshId};
 /// How the node that shows a mesh bends it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Shaping<'s> {
-    /// Of the morph targets; those of the mesh where the node has none.
+    /// Of the morph targets; none for those of the mesh.
     pub weights: Option<&'s [f32]>,
     /// The node and its joints if it has a skin.
     pub joints: Option<(usize, &'s Joints)>,
@@ -45,12 +45,14 @@ impl Import<'_> {
         let document = self.document;
         let source = document.get(&document.root.meshes, index, place, "mesh")?;
         let morphs = source.primitives.iter().any(|primitive| primitive.targets.is_some());
-        let weights = shaping.weights.or(source.weights.as_deref()).filter(|_| morphs);
+        // The mesh's own weights are no part of its key: thousands of nodes may share them.
+        let weights = shaping.weights.filter(|_| morphs);
         let bits = weights.map(|weights| weights.iter().map(|weight| weight.to_bits()).collect());
         let key: MeshKey = (index.value(), bits, shaping.joints.map(|(node, _)| node));
         if let Some(known) = self.meshes.get(&key) {
             return Ok(*known);
         }
+        let weights = weights.or(source.weights.as_deref());
         let shaping = Shaping { weights, ..shaping };
         let (mut mesh, mut known) = (Mesh::default(), Known::new());
         for (number, primitive) in source.primitives.iter().enumerate() {
