@@ -131,6 +131,7 @@ impl<'p> Document<'p> {
     }
 
     /// Bytes that may still be made.
+    #[cfg(feature = "draco")]
     pub(super) fn affordable(&self) -> u64 {
         self.budget.get()
     }

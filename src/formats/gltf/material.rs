@@ -55,9 +55,7 @@ impl Import<'_> {
     fn principled(&mut self, source: &json::Material, at: &str) -> Result<Principled, LoadError> {
         let document = self.document;
         let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
-        let mut material = Principled::default();
-        material.double_sided = source.double_sided;
-        material.alpha_mode = match source.alpha_mode {
+        let alpha_mode = match source.alpha_mode {
             Checked::Valid(Mode::Opaque) => AlphaMode::Opaque,
             Checked::Valid(Mode::Mask) => {
                 AlphaMode::Mask { cutoff: source.alpha_cutoff.unwrap_or_default().0 }
@@ -68,6 +66,8 @@ impl Import<'_> {
                 return Err(document.error(format_args!("{at}/alphaMode"), reason));
             }
         };
+        let double_sided = source.double_sided;
+        let mut material = Principled { alpha_mode, double_sided, ..Principled::default() };
         let older: Option<SpecularGlossiness> =
             document.extension(extensions, "KHR_materials_pbrSpecularGlossiness", at)?;
         match older {

@@ -1,5 +1,6 @@
 //! The extensions that are read, as serde fills them, and what is said about all others.
 
+#[cfg(feature = "draco")]
 pub(super) mod draco;
 pub(super) mod light;
 pub(super) mod material;
