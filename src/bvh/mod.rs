@@ -22,6 +22,7 @@ pub mod build;
 pub mod check;
 pub mod clip;
 pub mod collapse;
+mod few;
 mod flight;
 pub mod layout;
 mod leaf;

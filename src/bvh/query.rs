@@ -1,5 +1,6 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
+use super::few::Few;
 use super::flight::Flight;
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
@@ -24,6 +25,7 @@ pub enum Coherence {
 /// A thread's buffers for queries on one tree, made once, so that no query allocates.
 pub struct Stack {
     pub(super) single: traverse::Keys,
+    few: Option<Few>,
     prepared: Box<Prepared>,
     flight: Flight,
     packet: Box<Packet>,
@@ -36,6 +38,7 @@ impl Stack {
     pub fn new(bvh: &Bvh) -> Self {
         Self {
             single: traverse::Keys::new(bvh),
+            few: Few::new(bvh),
             prepared: Box::default(),
             flight: Flight::new(),
             packet: Box::new(Packet::new(bvh)),
@@ -86,6 +89,11 @@ impl<A: Answers> Kernel for Query<'_, A> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let count = self.rays.len();
+        if self.is_wide::<L>()
+            && let Some(few) = &self.stack.few
+        {
+            return few.trace::<L, A>(self.bvh, &self.rays, &mut self.answers);
+        }
         // The first ray that no packet has taken.
         let mut behind = 0;
         let packets = self.is_wide::<L>() && self.coherence != Coherence::Scattered;

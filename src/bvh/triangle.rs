@@ -90,8 +90,8 @@ pub fn intersect<T: Float>(
     hits
 }
 
-/// Tests one triangle against a ray in each lane; all rays have the same axis renamed z.
-/// `seen` are its corners with renamed axes, seen from the rays' origins; `shear` is what
+/// Tests one triangle against a ray in each lane.
+/// `seen` are its corners with renamed axes (each ray's own), seen from the rays' origins; `shear` is what
 /// [`Shear`] holds for one ray, `exact` gives [`exact_t`] for a lane.
 #[inline(always)]
 pub fn intersect_rays<T: Float>(

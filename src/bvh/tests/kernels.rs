@@ -75,6 +75,22 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    /// Trees that are not walked.
+    #[test]
+    fn a_few_triangles_are_hit_as_the_oracle_says(
+        seed: u64, count in 1usize..60, kind in 0usize..4, length in 1usize..80, coarse: bool, odd: bool,
+    ) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse);
+        let mut rays = bundle(&mut random, BUNDLES[kind], length, odd);
+        rays.extend((0..length).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
+        agree(&soup, &rays);
+    }
+}
+
 /// Where rays of a packet run along an axis, an edge or a plane of a box.
 #[test]
 fn packets_along_axes_agree() {
