@@ -95,6 +95,38 @@ fn its_materials_are_overridden_by_name() {
 }
 
 #[test]
+fn a_mesh_of_several_materials_is_copied_to_change_some() {
+    let text = r#"(entities: [
+        (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.25)}), (gltf: "two.gltf"),
+        (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.5), "paint": (diffuse: 0.75)}),
+    ])"#;
+    let two = super::MODEL
+        .replace(r#"{"name": "paint"}"#, r#"{"name": "paint"}, {"name": "metal"}"#)
+        .replace(r#""material": 0}]"#, r#""material": 0}, {"attributes": {"POSITION": 0}, "material": 1}]"#);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("two.gltf"), two).unwrap();
+    let scene = folder.path().join("scene.ron");
+    std::fs::write(&scene, text).unwrap();
+    let world = crate::formats::load(&scene).unwrap();
+    let mut meshes = Vec::new();
+    for entity in world.in_order() {
+        if let Ok(shape) = world.entities.get::<&Shape>(entity) {
+            let Shape::Mesh(id) = *shape else { panic!("no mesh") };
+            meshes.push(id);
+            assert!(world.entities.get::<&MaterialId>(entity).is_err());
+        }
+    }
+    let materials = |at: usize| {
+        let ids = &world.assets.meshes[meshes[at].0 as usize].triangle_materials;
+        ids.iter().map(|id| world.assets.materials[id.0 as usize].name.as_deref()).collect::<Vec<_>>()
+    };
+    assert_eq!(materials(0), [Some("paint"), None]);
+    assert_eq!(materials(1), [Some("paint"), Some("metal")]);
+    assert_eq!(materials(2), [None, None]);
+    assert_eq!(world.assets.meshes.len(), 3);
+}
+
+#[test]
 fn overrides_of_nothing_are_refused() {
     let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
     let found = message("gltf: \"room.glb\", overrides: {\"piant\": (diffuse: 1)}");
