@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bvh::Coherence;
 use crate::film::Region;
+use crate::formats::LoadOptions;
 use crate::integrator::Schedule;
 use crate::simd::Level;
 use crate::world::{BuildQuality, Sampler, Settings, Tonemap, Transport};
@@ -38,6 +39,9 @@ pub enum Command {
 pub struct Info {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
@@ -48,6 +52,9 @@ pub struct Info {
 pub struct Trace {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// The rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
     #[arg(long, value_name = "FILE")]
     pub rays: PathBuf,
@@ -86,6 +93,9 @@ pub struct Render {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
     /// Where the image goes: .png, .exr or .hdr; may be given several times [default: the scene's name with .png, here]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
@@ -144,6 +154,27 @@ pub struct Render {
     /// Print statistics as one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// What of a glTF file is shown.
+#[derive(Args, Debug)]
+pub struct ModelOptions {
+    /// Moment of a model's animations in seconds [default: as it stands without them]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
+    pub time: Option<f32>,
+    /// Variant of a model's materials
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Which of a model's scenes [default: the one that it says]
+    #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+}
+
+impl From<&ModelOptions> for LoadOptions {
+    fn from(options: &ModelOptions) -> Self {
+        let ModelOptions { time, variant, scene } = options;
+        Self { time_s: *time, variant: variant.clone(), scene: scene.clone() }
+    }
 }
 
 impl Render {
@@ -310,6 +341,11 @@ fn parse_crop(text: &str) -> Result<Region, String> {
 fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
+}
+
+fn parse_time(text: &str) -> Result<f32, String> {
+    let seconds = text.parse().ok().filter(|s: &f32| s.is_finite());
+    seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
 }
 
 fn parse_bits(text: &str) -> Result<u8, String> {

@@ -10,7 +10,7 @@ use crate::scene::{CompiledScene, Light};
 use crate::world::World;
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
-    let world = crate::formats::load(&arguments.scene)?;
+    let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let scene = crate::compile::compile(&world, None)
         .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
     let facts = facts(&world, &scene);

@@ -39,7 +39,7 @@ fn outputs(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
 fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCode, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
-    let mut world = crate::formats::load(path)?;
+    let mut world = crate::formats::load_with(path, &(&arguments.model).into())?;
     arguments.apply(&mut world.settings);
     phases.load = start.elapsed();
 

@@ -88,7 +88,7 @@ struct Scene {
 
 fn load(arguments: &Trace) -> Result<Scene, Failure> {
     let start = Instant::now();
-    let mut world = crate::formats::load(&arguments.scene)?;
+    let mut world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let quality = arguments.quality.map(Into::into);
     world.settings.build_quality = quality.unwrap_or(world.settings.build_quality);
     let load = start.elapsed();

@@ -91,7 +91,7 @@ fn mesh_of(world: &World, id: MeshId) -> &Mesh {
 }
 
 fn plain_part(material: MaterialId) -> Part {
-    Part { material: material.0, normals: NONE, uvs: NONE, colors: NONE, mirrored: false, entity: 0 }
+    Part { material: material.0, normals: NONE, uvs: NONE, uvs1: NONE, tangents: NONE, colors: NONE, alphas: NONE, mirrored: false, entity: 0 }
 }
 
 fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[Vec2; 3]>) -> Mesh {
@@ -158,7 +158,10 @@ impl Builder {
         let shared = Part {
             normals: base(!mesh.normals.is_empty(), g.normals.len()),
             uvs: base(!mesh.uvs.is_empty(), g.uvs.len()),
+            uvs1: base(!mesh.uvs1.is_empty(), g.uvs1.len()),
+            tangents: base(!mesh.tangents.is_empty(), g.tangents.len()),
             colors: base(!mesh.colors.is_empty(), g.colors.len()),
+            alphas: base(!mesh.alphas.is_empty(), g.alphas.len()),
             mirrored: matrix.matrix3.determinant() < 0.0,
             ..plain_part(MaterialId::DEFAULT)
         };
@@ -170,7 +173,14 @@ impl Builder {
         let normals = relative(normal_matrix(matrix));
         g.normals.extend(mesh.normals.iter().map(|n| transform_normal(&normals, *n)));
         g.uvs.extend(mesh.uvs.iter().map(|uv| uv.to_array()));
+        g.uvs1.extend(mesh.uvs1.iter().map(|uv| uv.to_array()));
+        let along = relative(matrix.matrix3);
+        g.tangents.extend(mesh.tangents.iter().map(|t| {
+            let [x, y, z] = (along * t.truncate().as_dvec3()).as_vec3().to_array();
+            [x, y, z, t.w]
+        }));
         g.colors.extend(mesh.colors.iter().map(|c| c.to_array()));
+        g.alphas.extend_from_slice(&mesh.alphas);
         g.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
         let mut parts = std::collections::HashMap::new();
         let mut part_of = |g: &mut Geometry, material: MaterialId| {
@@ -197,6 +207,7 @@ impl Builder {
         placed: Vec<(Subtree, DAffine3, MaterialId)>,
     ) -> Result<(Geometry, Bvh), CompileError> {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
+        (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
         let quality = world.settings.build_quality;
         let mut bvh = Bvh { quality, ..Bvh::default() };
         let mut subtrees = std::collections::HashMap::new();

@@ -2,14 +2,16 @@
 
 use hecs::Entity;
 
-use super::materials;
+use super::emitters::VisibleArea;
+use super::{materials, principled};
 use super::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::sampling::pattern::{Grid, MAX_STRATA};
 use crate::scene::materials::flag;
+use crate::scene::principled::Principled;
 use crate::scene::{Light, Materials};
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, World};
+use crate::world::{self, BlinnPhong, ColorInput, Falloff, Material, World};
 
 /// The rectangle of a visible area light.
 pub(super) struct Emitter {
@@ -21,13 +23,27 @@ pub(super) struct Emitter {
     pub entity: Entity,
 }
 
+/// What light entities come to.
+#[derive(Default)]
+pub(super) struct Compiled {
+    pub lights: Vec<Light>,
+    /// Rectangles that rays can hit.
+    pub rectangles: Vec<Emitter>,
+    /// Which lights these are.
+    pub visible: Vec<VisibleArea>,
+    /// Full angle of each light in the sky, 0 for all that are not there.
+    pub angles: Vec<f32>,
+}
+
 pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
     materials: &mut Materials,
-) -> Result<(Vec<Light>, Vec<Emitter>), CompileError> {
-    let (mut lights, mut emitters) = (Vec::new(), Vec::new());
+    principled: &mut Vec<Principled>,
+) -> Result<Compiled, CompileError> {
+    let mut out = Compiled::default();
+    let Compiled { lights, rectangles: emitters, visible: seen, angles } = &mut out;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
         let matrix = &transforms[&entity];
@@ -63,14 +79,22 @@ pub(super) fn compile(
                     if edge_u.cross(edge_v).dot(normal) > 0.0 {
                         corners.reverse();
                     }
-                    emitters.push(emitter(world, entity, corners, radiance, materials));
+                    let emitter = emitter(world, entity, corners, radiance, materials, principled);
+                    let light = lights.len() as u32 - 1;
+                    seen.push(VisibleArea { material: emitter.material, light });
+                    emitters.push(emitter);
                 }
             }
             world::Light::Environment { .. } => {}
             other => lights.push(punctual(other, matrix)),
         }
+        let angle = match &*light {
+            world::Light::Directional { angle, .. } => *angle,
+            _ => 0.0,
+        };
+        angles.resize(lights.len(), angle);
     }
-    Ok((lights, emitters))
+    Ok(out)
 }
 
 /// Perpendicular to both edges on the side of `hint`; a sheared rectangle's is not its −Z.
@@ -85,14 +109,17 @@ fn emitter(
     corners: [Vec3; 4],
     radiance: Rgb,
     materials: &mut Materials,
+    principled: &mut Vec<Principled>,
 ) -> Emitter {
-    let material = BlinnPhong {
+    let material_of_light = BlinnPhong {
         diffuse: ColorInput::Constant(Rgb::BLACK),
         emission: ColorInput::Constant(radiance),
         ..BlinnPhong::default()
     };
-    let material = materials::push(materials, &material, format!("light of {}", world.name_of(entity)));
+    let material = materials::push(materials, &material_of_light, format!("light of {}", world.name_of(entity)));
     materials.flags[material as usize] |= flag::ONE_SIDED_EMISSION;
+    let record = principled::record(&Material::BlinnPhong(material_of_light));
+    principled.push(Principled { one_sided_emission: true, ..record });
     Emitter { corners, material, entity }
 }
 

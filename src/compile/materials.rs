@@ -1,23 +1,31 @@
-//! Materials to columns.
+//! Materials to columns of the Whitted transport.
 
+use super::classic;
 use crate::math::{NONE, Rgb};
 use crate::scene::Materials;
 use crate::scene::materials::{ColorColumn, flag};
 use crate::world::assets::Assets;
-use crate::world::{BlinnPhong, ColorInput, Highlight, Material, Principled};
+use crate::world::{BlinnPhong, ColorInput, Highlight, Material};
 
 pub(super) fn compile(assets: &Assets) -> Materials {
     let mut out = Materials::default();
     for (index, named) in assets.materials.iter().enumerate() {
-        let material = match &named.material {
-            Material::BlinnPhong(material) => material.clone(),
-            Material::Principled(material) => classic(material),
-        };
         let name = named.name.clone().unwrap_or_else(|| match index {
             0 => "default".into(),
             _ => format!("material {index}"),
         });
-        push(&mut out, &material, name);
+        match &named.material {
+            Material::BlinnPhong(material) => {
+                push(&mut out, material, name);
+            }
+            Material::Principled(material) => {
+                let classic = classic::from_principled(material, assets);
+                let row = push(&mut out, &classic.material, name) as usize;
+                out.diffuse.constant[row] = classic.diffuse.to_array();
+                out.specular.constant[row] = classic.specular.to_array();
+                out.kr.constant[row] = classic.kr.to_array();
+            }
+        }
     }
     out
 }
@@ -43,9 +51,4 @@ fn push_color(column: &mut ColorColumn, input: ColorInput) {
     };
     column.constant.push(constant.to_array());
     column.texture.push(texture);
-}
-
-/// What a physically based surface comes to under the Whitted transport.
-fn classic(material: &Principled) -> BlinnPhong {
-    BlinnPhong { diffuse: material.base_color, emission: material.emission, ..BlinnPhong::default() }
 }

@@ -2,10 +2,14 @@
 //! The order of everything is that of the entities in the world.
 
 mod camera;
+mod classic;
+mod emitters;
+mod environment;
 mod geometry;
 pub mod light_tree;
 mod lights;
 mod materials;
+mod principled;
 mod textures;
 pub mod transforms;
 
@@ -23,8 +27,15 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let camera = camera::compile(world, &order, &transforms, camera)?;
     let textures = textures::compile(&world.assets)?;
     let mut materials = materials::compile(&world.assets);
-    let (lights, emitters) = lights::compile(world, &order, &transforms, &mut materials)?;
-    let (geometry, bvh) = geometry::compile(world, &order, &transforms, &emitters)?;
+    let mut principled = principled::compile(&world.assets);
+    let lights::Compiled { lights, rectangles, visible, angles } =
+        lights::compile(world, &order, &transforms, &mut materials, &mut principled)?;
+    let (geometry, bvh) = geometry::compile(world, &order, &transforms, &rectangles)?;
+    let environment = environment::compile(world, &order, &transforms);
+    let emitters = emitters::compile(&geometry, &principled, &lights, &angles, &visible, &environment);
+    let has_cutouts = geometry.parts.material.iter().chain(&geometry.instance_materials).any(|m| {
+        principled.get(*m as usize).is_some_and(|m| m.may_pass())
+    });
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
         camera,
@@ -33,7 +44,10 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
         materials,
         textures,
         lights,
-        background: world.settings.background,
+        principled,
+        emitters,
+        environment,
+        has_cutouts,
         ambient: world.settings.ambient,
         bounds,
         warnings: Vec::new(),

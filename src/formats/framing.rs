@@ -4,10 +4,12 @@
 use std::path::Path;
 
 use super::names::Names;
-use super::{AssetFiles, Files};
+use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
-use crate::world::{Background, Camera, Light, Model, Name, Shape, Transform, World};
+use crate::world::{
+    Background, Camera, ColorInput, Light, Material, Model, Name, Shape, Tonemap, Transform, Transport, World,
+};
 
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
@@ -22,17 +24,64 @@ pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
 }
 
 /// Loads a model and adds camera and light where it has none.
-pub(super) fn load_model(path: &Path) -> Result<World, LoadError> {
+pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
     let mut world = World::default();
-    let model = Files.model(path, &mut world.assets, &mut world.warnings)?;
+    let model = gltf::load(path, options, &mut world.assets, &mut world.warnings)?;
     let root = world.entities.spawn((Transform::IDENTITY, Model(path.to_owned())));
     model.place(&mut world, Some(root));
-    complete(&mut world, model.bounds);
+    let settings = &mut world.settings;
+    settings.transport = Transport::Path;
+    settings.tonemap = Tonemap::PbrNeutral;
+    (settings.max_depth, settings.samples) = (16, 64);
+    if let Some(aspect) = model.aspect {
+        settings.size = of_aspect(settings.size, aspect);
+    }
+    frame(&mut world, model.bounds);
+    if is_dark(&world) {
+        let image = world.assets.add_image(studio::image());
+        let name = Names::of(&world).unique("studio");
+        let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
+        world.entities.spawn((name, light, Transform::IDENTITY));
+        world.warnings.push("there is no light: a studio was put around it".into());
+    }
     Ok(world)
+}
+
+/// The size with the same longer side whose width is `aspect` times its height.
+fn of_aspect(size: [u32; 2], aspect: f32) -> [u32; 2] {
+    let longer = size[0].max(size[1]);
+    let shorter = |ratio: f32| ((longer as f32 * ratio).round() as u32).clamp(1, longer);
+    if aspect >= 1.0 { [longer, shorter(1.0 / aspect)] } else { [shorter(aspect), longer] }
+}
+
+/// Whether nothing shines. Surfaces that give off no more than white does in daylight (1) are
+/// taken for displays and the like, which light nothing that is worth seeing.
+fn is_dark(world: &World) -> bool {
+    let shines = |material: &Material| match material {
+        Material::Principled(principled) => match principled.emission {
+            ColorInput::Constant(color) => color.max_component() > 1.0,
+            ColorInput::Texture(id) => {
+                let texture = world.assets.textures.get(id.0 as usize);
+                texture.is_some_and(|texture| texture.factor.max_component() > 1.0)
+            }
+        },
+        Material::BlinnPhong(_) => false,
+    };
+    world.entities.query::<&Light>().iter().next().is_none()
+        && !world.assets.materials.iter().any(|named| shines(&named.material))
 }
 
 /// Adds a camera and light if there are none, each with a warning. `bounds` hold all shapes.
 fn complete(world: &mut World, bounds: Aabb) {
+    let (center, radius) = frame(world, bounds);
+    if world.entities.query::<&Light>().iter().next().is_none() {
+        add_light(world, center, radius);
+        world.warnings.push("there is no light: key, fill and ambient light were added".into());
+    }
+}
+
+/// Adds a camera if there is none; says where what it sees lies and how large it is.
+fn frame(world: &mut World, bounds: Aabb) -> (DVec3, f64) {
     let bounds = if bounds.is_empty() { Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE } } else { bounds };
     let center = bounds.center().as_dvec3();
     let radius = (bounds.size().as_dvec3().length() * 0.5).max(1e-6);
@@ -40,10 +89,7 @@ fn complete(world: &mut World, bounds: Aabb) {
         add_camera(world, center, radius);
         world.warnings.push("there is no camera: one that sees everything was added".into());
     }
-    if world.entities.query::<&Light>().iter().next().is_none() {
-        add_light(world, center, radius);
-        world.warnings.push("there is no light: key, fill and ambient light were added".into());
-    }
+    (center, radius)
 }
 
 const HALF_FOV_DEGREES: f64 = 20.0;

@@ -9,6 +9,7 @@ pub mod picture;
 pub mod ply;
 pub mod rays;
 pub mod ron;
+mod studio;
 pub mod triangulate;
 
 use std::path::Path;
@@ -16,12 +17,33 @@ use std::path::Path;
 use crate::error::{LoadError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, World};
 
+/// What of a model is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The moment of its animations, in seconds; none: as its nodes stand without them.
+    pub time_s: Option<f32>,
+    /// The name of a variant of its materials.
+    pub variant: Option<String>,
+    /// The name of a scene or its number, from 0; none: the one that the file says.
+    pub scene: Option<String>,
+}
+
+/// [`load_with`] nothing special.
+pub fn load(path: &Path) -> Result<World, LoadError> {
+    load_with(path, &LoadOptions::default())
+}
+
 /// Reads a scene by its file name's extension: `.ron`, or a model (`.gltf`, `.glb`) or mesh
 /// (`.ply`, `.obj`), which get the camera and light that they lack.
-pub fn load(path: &Path) -> Result<World, LoadError> {
-    match extension(path).as_str() {
+pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
+    let extension = extension(path);
+    if !matches!(&extension[..], "gltf" | "glb") && *options != LoadOptions::default() {
+        let reason = "--time, --variant and --scene are for .gltf and .glb files";
+        return Err(LoadError::invalid(path, reason));
+    }
+    match &extension[..] {
         "ron" => ron::load(path, &mut Files),
-        "gltf" | "glb" => framing::load_model(path),
+        "gltf" | "glb" => framing::load_model(path, options),
         "ply" | "obj" => framing::load_mesh(path),
         other => {
             let hint = did_you_mean(other, ["ron", "gltf", "glb", "ply", "obj"]);
@@ -99,7 +121,7 @@ impl AssetFiles for Files {
         warnings: &mut Vec<String>,
     ) -> Result<gltf::Model, LoadError> {
         match extension(path).as_str() {
-            "gltf" | "glb" => gltf::load(path, assets, warnings),
+            "gltf" | "glb" => gltf::load(path, &LoadOptions::default(), assets, warnings),
             other => {
                 let hint = did_you_mean(other, ["gltf", "glb"]);
                 let reason = format!("models are .gltf or .glb files, not \".{other}\"{hint}");

@@ -1,9 +1,12 @@
-//! Light transport: what happens to light at one vertex ([`whitted`]), written once over
-//! lanes, and two schedules that move rays through it: [`recursive`], depth first and
+//! Light transport: what happens to light at one vertex ([`whitted`], [`path_tracing`]), written
+//! once over lanes, and two schedules that move rays through it: [`recursive`], depth first and
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
+pub mod begin;
 pub mod path;
+pub mod path_tracing;
 pub mod recursive;
+pub mod shadow;
 pub mod statistics;
 pub mod wavefront;
 pub mod whitted;
@@ -15,7 +18,7 @@ use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::CompiledScene;
 use crate::simd::Level;
-use crate::world::{Pattern, Settings};
+use crate::world::{Pattern, Sampler, Settings, Transport};
 pub use statistics::{RayCounts, Stage, Statistics};
 
 /// Everything that transport reads: the scene and how it is to be rendered.
@@ -36,6 +39,14 @@ pub struct Frame {
     pub max_depth: u32,
     /// A branch ends when no component of its throughput is above this.
     pub min_throughput: f32,
+    /// What happens to light at a vertex.
+    pub transport: Transport,
+    /// Which numbers the path transport draws.
+    pub sampler: Sampler,
+    /// The bounce at which its Russian roulette begins.
+    pub roulette_depth: Option<u32>,
+    /// What a path may add after its first bounce.
+    pub clamp: Option<f32>,
 }
 
 impl Frame {
@@ -50,6 +61,10 @@ impl Frame {
             seed: settings.seed,
             max_depth: settings.max_depth,
             min_throughput: settings.min_throughput,
+            transport: settings.transport,
+            sampler: settings.sampler,
+            roulette_depth: settings.roulette_depth,
+            clamp: settings.clamp,
         }
     }
 }

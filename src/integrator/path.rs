@@ -23,6 +23,17 @@ pub struct Path<F: Float> {
     pub branch: F::Int,
     /// Bounces so far.
     pub depth: F::Int,
+    /// Density per steradian with which the direction was drawn; 0 where nothing else could have
+    /// found it (the camera's, a mirror's). With all that follows for the path transport alone.
+    pub pdf: F,
+    /// Where the next ray begins to count: behind what was not there.
+    pub t_min: F,
+    /// How wide the ray is at its origin, in metres.
+    pub width: F,
+    /// How much wider it becomes with every metre.
+    pub spread: F,
+    /// The material of the absorbing body that the path is in, or [`crate::math::NONE`].
+    pub medium: F::Int,
 }
 
 impl<F: Float> Path<F> {
@@ -32,8 +43,28 @@ impl<F: Float> Path<F> {
         Ray {
             origin: self.origin,
             direction: self.direction,
-            t_min: F::zero(),
+            t_min: self.t_min,
             t_max: F::splat(f32::INFINITY),
+        }
+    }
+
+    /// `yes` where `mask` is set, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            origin: Vector::select(mask, yes.origin, no.origin),
+            direction: Vector::select(mask, yes.direction, no.direction),
+            throughput: Color::select(mask, yes.throughput, no.throughput),
+            radiance: Color::select(mask, yes.radiance, no.radiance),
+            pixel: F::Int::select(mask, yes.pixel, no.pixel),
+            sample: F::Int::select(mask, yes.sample, no.sample),
+            branch: F::Int::select(mask, yes.branch, no.branch),
+            depth: F::Int::select(mask, yes.depth, no.depth),
+            pdf: F::select(mask, yes.pdf, no.pdf),
+            t_min: F::select(mask, yes.t_min, no.t_min),
+            width: F::select(mask, yes.width, no.width),
+            spread: F::select(mask, yes.spread, no.spread),
+            medium: F::Int::select(mask, yes.medium, no.medium),
         }
     }
 

@@ -8,14 +8,15 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use super::path::{Path, pack_pixel};
-use super::whitted;
-use super::{Frame, Statistics};
+use super::shadow::{ShadowRay, connect};
+use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::Stack;
 use crate::bvh::traverse::{any_one, closest_one};
 use crate::film::Film;
-use crate::math::{Hit, Rgb};
+use crate::math::{Color, Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::world::Transport;
 
 /// A worker's buffers.
 pub struct Recursion {
@@ -59,12 +60,15 @@ impl Kernel for Tile<'_> {
             for x in region.x0..region.x1 {
                 for sample in self.samples.clone() {
                     let pixel = Wrapping(pack_pixel(x, y));
-                    let path = whitted::begin::<f32>(self.frame, pixel, Wrapping(sample));
+                    let path = begin::begin::<f32>(self.frame, pixel, Wrapping(sample));
                     self.film.count(x, y, sample);
                     self.statistics.rays.camera += 1;
                     self.recursion.forks.push(path);
                     while let Some(path) = self.recursion.forks.pop() {
-                        let radiance = self.follow::<L>(path);
+                        let radiance = match self.frame.transport {
+                            Transport::Whitted => self.follow::<L>(path),
+                            Transport::Path => self.trace::<L>(path),
+                        };
                         self.film.add(x, y, sample, radiance);
                     }
                 }
@@ -102,6 +106,56 @@ impl Tile<'_> {
         }
     }
 
+    /// The same under the path transport, which never forks.
+    #[inline(always)]
+    fn trace<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
+        let frame = self.frame;
+        let scene = &frame.scene;
+        loop {
+            let hit = closest_one::<L>(&scene.bvh, &path.ray(), &mut self.recursion.stack);
+            if hit.is_miss() {
+                return to_rgb(path_tracing::miss(frame, &path, true));
+            }
+            let material = scene.geometry.material_of(hit.primitive, hit.instance);
+            let outcome = path_tracing::hit(frame, &path, &one_lane(&hit), material, true);
+            path.radiance = outcome.radiance;
+            if outcome.shadow.mask {
+                self.statistics.rays.shadow += 1;
+                let arrives = self.arriving::<L>(outcome.shadow);
+                path.radiance = arrives.map_or(path.radiance, |light| connect(path.radiance, light));
+            }
+            if !outcome.goes_on {
+                return to_rgb(path.radiance);
+            }
+            self.statistics.rays.scatter += 1;
+            path = Path { radiance: path.radiance, ..outcome.next };
+        }
+    }
+
+    /// What reaches the end of a shadow ray, if anything.
+    #[inline(always)]
+    fn arriving<L: Lanes>(&mut self, mut shadow: ShadowRay<f32>) -> Option<Color<f32>> {
+        let (frame, stack) = (self.frame, &mut self.recursion.stack);
+        let scene = &frame.scene;
+        if !scene.has_cutouts {
+            let blocked = any_one::<L>(&scene.bvh, &shadow.ray, stack);
+            return (!blocked).then_some(shadow.contribution);
+        }
+        loop {
+            let hit = closest_one::<L>(&scene.bvh, &shadow.ray, stack);
+            if hit.is_miss() {
+                return Some(shadow.contribution);
+            }
+            let material = scene.geometry.material_of(hit.primitive, hit.instance);
+            let (left, passes) = path_tracing::shadow_hit(frame, &shadow, &one_lane(&hit), material, true);
+            if !passes {
+                return None;
+            }
+            shadow.contribution = left;
+            shadow.ray.t_min = hit.t;
+        }
+    }
+
     /// Adds what arrives from every sample of every light.
     #[inline(always)]
     fn lights<L: Lanes>(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
@@ -114,7 +168,7 @@ impl Tile<'_> {
                 }
                 self.statistics.rays.shadow += 1;
                 if !any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack) {
-                    path.radiance = whitted::connect(path.radiance, shadow.contribution);
+                    path.radiance = connect(path.radiance, shadow.contribution);
                 }
             }
         }
@@ -133,6 +187,6 @@ fn one_lane(hit: &Hit) -> HitLanes<f32> {
 }
 
 #[inline(always)]
-fn to_rgb(color: crate::math::Color<f32>) -> Rgb {
+fn to_rgb(color: Color<f32>) -> Rgb {
     Rgb::new(color.r, color.g, color.b)
 }

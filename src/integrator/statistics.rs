@@ -11,6 +11,8 @@ pub struct RayCounts {
     pub reflect: u64,
     /// Into or out of what light passes.
     pub refract: u64,
+    /// Wherever surfaces scatter light to, under the path transport.
+    pub scatter: u64,
     /// To lights.
     pub shadow: u64,
 }
@@ -18,7 +20,7 @@ pub struct RayCounts {
 impl RayCounts {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.camera + self.reflect + self.refract + self.shadow
+        self.camera + self.reflect + self.refract + self.scatter + self.shadow
     }
 }
 

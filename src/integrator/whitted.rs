@@ -7,47 +7,19 @@
 //! A fork begins with no radiance and needs no join: the film's sums are exact.
 
 use super::Frame;
-use super::path::{Path, pixel_place};
+use super::path::Path;
+use super::shadow::ShadowRay;
 use crate::math::{Color, Ray, Vector};
 use crate::sampling::hash::combine;
-use crate::sampling::pattern::point;
-use crate::sampling::{Dimension, Key};
 use crate::shading::blinn_phong::BlinnPhong;
 use crate::shading::surface::leave;
-use crate::shading::{HitLanes, Shaded, Surface, camera, environment, fresnel, sample_light};
+use crate::shading::{HitLanes, Shaded, Surface, environment, fresnel, sample_light};
 use crate::simd::{Float, Int, Mask};
-
-/// The camera's path for a sample of a pixel.
-#[inline(always)]
-pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> {
-    let key = Key::new(frame.seed, pixel, sample, F::Int::splat(0));
-    let dimension = Dimension::Pixel.at(F::Int::splat(0));
-    let (u, v) = point::<F>(frame.pattern, frame.samples, key, dimension);
-    let (column, row) = pixel_place::<F>(pixel);
-    let half = F::splat(0.5);
-    let across = column + half + frame.filter.sample(u);
-    let down = row + half + frame.filter.sample(v);
-    let [width, height] = frame.size.map(|s| s as f32);
-    let scale = F::splat(2.0 / height);
-    let x = across * scale - F::splat(width / height);
-    let y = F::one() - down * scale;
-    let ray = camera::ray(&frame.scene.camera, x, y, key, frame.samples);
-    Path {
-        origin: ray.origin,
-        direction: ray.direction,
-        throughput: Color::new(F::one(), F::one(), F::one()),
-        radiance: Color::black(),
-        pixel,
-        sample,
-        branch: F::Int::splat(0),
-        depth: F::Int::splat(0),
-    }
-}
 
 /// Its radiance when the path has hit nothing; it ends there.
 #[inline(always)]
 pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
-    path.radiance + path.throughput * environment::radiance(&frame.scene.background, path.direction)
+    path.radiance + path.throughput * environment::radiance(&frame.scene.environment, path.direction, F::Mask::first(F::WIDTH))
 }
 
 /// What is left of a hit for its lights.
@@ -203,16 +175,6 @@ fn follow<F: Float>(
     }
 }
 
-/// A ray to a light and what arrives along it if nothing is between.
-pub struct ShadowRay<F: Float> {
-    /// Ends just before the light.
-    pub ray: Ray<F>,
-    /// To be added to the path's radiance.
-    pub contribution: Color<F>,
-    /// Lanes in which there is something to gain.
-    pub mask: F::Mask,
-}
-
 /// The shadow ray from a vertex to sample `which` of a light.
 #[inline(always)]
 pub fn light_ray<F: Float>(
@@ -249,10 +211,4 @@ pub fn light_ray<F: Float>(
         contribution,
         mask: mask & lit & contribution.max_component().gt(zero),
     }
-}
-
-/// Adds what has arrived from a light.
-#[inline(always)]
-pub fn connect<F: Float>(radiance: Color<F>, contribution: Color<F>) -> Color<F> {
-    radiance + contribution
 }

@@ -159,6 +159,39 @@ impl<F: Float> Color<F> {
     }
 }
 
+impl<F: Float> Color<F> {
+    /// Relative luminance (Rec. 709 weights).
+    #[inline(always)]
+    pub fn luminance(self) -> F {
+        self.r * F::splat(0.2126) + self.g * F::splat(0.7152) + self.b * F::splat(0.0722)
+    }
+    /// 1 − c for each component.
+    #[inline(always)]
+    pub fn complement(self) -> Self {
+        Self::new(F::one() - self.r, F::one() - self.g, F::one() - self.b)
+    }
+    /// No component below `low` or above `high`.
+    #[inline(always)]
+    pub fn clamp(self, low: f32, high: f32) -> Self {
+        Self::new(self.r.clamp(low, high), self.g.clamp(low, high), self.b.clamp(low, high))
+    }
+    /// The component-wise quotient.
+    #[inline(always)]
+    pub fn over(self, other: Self) -> Self {
+        Self::new(self.r / other.r, self.g / other.g, self.b / other.b)
+    }
+    /// The same value in all components.
+    #[inline(always)]
+    pub fn grey(value: F) -> Self {
+        Self::new(value, value, value)
+    }
+    /// `self` where `weight` is 0, `other` where it is 1.
+    #[inline(always)]
+    pub fn mix(self, other: Self, weight: F) -> Self {
+        self * (F::one() - weight) + other * weight
+    }
+}
+
 impl<F: Float> Add for Color<F> {
     type Output = Self;
     #[inline(always)]

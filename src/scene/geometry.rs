@@ -12,8 +12,14 @@ pub struct Geometry {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates of the parts that have them.
     pub uvs: Vec<[f32; 2]>,
+    /// A second set of texture coordinates of the parts that have them.
+    pub uvs1: Vec<[f32; 2]>,
+    /// Tangents of the parts that have them, not of unit length, and the bitangent's sign.
+    pub tangents: Vec<[f32; 4]>,
     /// Vertex colours of the parts that have them.
     pub colors: Vec<[f32; 3]>,
+    /// Vertex alphas of the parts that have them.
+    pub alphas: Vec<f32>,
     /// Vertex indices by triangle id.
     pub triangles: Vec<[u32; 3]>,
     /// The part of each triangle.
@@ -26,6 +32,10 @@ pub struct Geometry {
     pub sphere_parts: Vec<u32>,
     /// What the primitives of one shape and material share.
     pub parts: Parts,
+    /// How many triangles lie in world space: the first ones.
+    pub world_triangles: u32,
+    /// How many spheres do.
+    pub world_spheres: u32,
     /// To-world (12) and to-local (12) matrices of each instance, by rows.
     pub instances: Vec<[f32; 24]>,
     /// The material that an instance gives to all of its subtree, or [`NONE`].
@@ -41,8 +51,14 @@ pub struct Parts {
     pub normals: Vec<u32>,
     /// See [`Part::uvs`].
     pub uvs: Vec<u32>,
+    /// See [`Part::uvs1`].
+    pub uvs1: Vec<u32>,
+    /// See [`Part::tangents`].
+    pub tangents: Vec<u32>,
     /// See [`Part::colors`].
     pub colors: Vec<u32>,
+    /// See [`Part::alphas`].
+    pub alphas: Vec<u32>,
     /// 1 or, see [`Part::mirrored`], −1.
     pub sign: Vec<f32>,
     /// The entity's number in the world, for people.
@@ -58,8 +74,14 @@ pub struct Part {
     pub normals: u32,
     /// The same for texture coordinates.
     pub uvs: u32,
+    /// The same for the second set.
+    pub uvs1: u32,
+    /// The same for tangents.
+    pub tangents: u32,
     /// The same for colours.
     pub colors: u32,
+    /// The same for alphas.
+    pub alphas: u32,
     /// Whether its transform turned counter-clockwise into clockwise.
     pub mirrored: bool,
     /// The entity's number in the world.
@@ -72,7 +94,10 @@ impl Geometry {
         self.parts.material.push(part.material);
         self.parts.normals.push(part.normals);
         self.parts.uvs.push(part.uvs);
+        self.parts.uvs1.push(part.uvs1);
+        self.parts.tangents.push(part.tangents);
         self.parts.colors.push(part.colors);
+        self.parts.alphas.push(part.alphas);
         self.parts.sign.push(if part.mirrored { -1.0 } else { 1.0 });
         self.parts.entity.push(part.entity);
         self.parts.material.len() as u32 - 1
@@ -95,12 +120,15 @@ impl Geometry {
                 return own;
             }
         }
-        let part = if primitive & crate::bvh::SPHERE != 0 {
+        self.parts.material[self.part_of(primitive) as usize]
+    }
+
+    /// The part of a primitive.
+    pub fn part_of(&self, primitive: u32) -> u32 { if primitive & crate::bvh::SPHERE != 0 {
             self.sphere_parts[(primitive & !crate::bvh::SPHERE) as usize]
         } else {
             self.triangle_parts[primitive as usize]
-        };
-        self.parts.material[part as usize]
+        }
     }
 
     /// Bytes that it takes.
@@ -108,7 +136,10 @@ impl Geometry {
         size_of_val(&self.positions[..])
             + size_of_val(&self.normals[..])
             + size_of_val(&self.uvs[..])
+            + size_of_val(&self.uvs1[..])
+            + size_of_val(&self.tangents[..])
             + size_of_val(&self.colors[..])
+            + size_of_val(&self.alphas[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.triangle_parts[..])
             + size_of_val(&self.spheres[..])

@@ -2,13 +2,18 @@
 //! read. Nothing in here knows about entities. Filled by [`crate::compile`].
 
 pub mod camera;
+pub mod emitters;
+pub mod environment;
 pub mod geometry;
 pub mod light_tree;
 pub mod lights;
 pub mod materials;
+pub mod principled;
 pub mod textures;
 
 pub use camera::{Camera, Projection};
+pub use emitters::Emitters;
+pub use environment::Environment;
 pub use geometry::{Geometry, Part};
 pub use light_tree::LightTree;
 pub use lights::Light;
@@ -17,7 +22,6 @@ pub use textures::Textures;
 
 use crate::bvh::Bvh;
 use crate::math::{Aabb, Rgb};
-use crate::world::Background;
 
 /// All that rendering needs to know of a world.
 #[derive(Debug)]
@@ -34,8 +38,14 @@ pub struct CompiledScene {
     pub textures: Textures,
     /// In the order of their entities.
     pub lights: Vec<Light>,
+    /// How surfaces answer light under the path transport, by material id.
+    pub principled: Vec<principled::Principled>,
+    /// Everything that lights a surface, for the path transport.
+    pub emitters: Emitters,
     /// What rays see that hit nothing.
-    pub background: Background,
+    pub environment: Environment,
+    /// Whether rays may have to go on behind a surface as if it were not there.
+    pub has_cutouts: bool,
     /// Radiance that every surface sends back times its diffuse colour.
     pub ambient: Rgb,
     /// Around everything that can be hit.

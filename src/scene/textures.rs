@@ -33,6 +33,47 @@ pub struct Textures {
     pub texels32: Vec<[f32; 3]>,
     /// Value / 255 (0 to 255), then the same through the sRGB curve (256 to 511).
     pub decode: Vec<f32>,
+    /// For the path transport, by texture id.
+    pub sampled: Vec<Sampled>,
+    /// Of all images.
+    pub levels: Levels,
+}
+
+/// How the path transport looks a texture up: one record each, because all lanes that are shaded
+/// together have the same material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampled {
+    /// Rows of the matrix from mesh coordinates to the image's, then what is added.
+    pub matrix: [[f32; 3]; 2],
+    /// Which of the mesh's sets of coordinates.
+    pub uv_set: u32,
+    /// A factor on red, green and blue.
+    pub factor: [f32; 3],
+    /// Blend four texels.
+    pub blends: bool,
+    /// Eight-bit values go through the sRGB curve.
+    pub srgb: bool,
+    /// Texels are floats.
+    pub float: bool,
+    /// Along u and v: 0 repeat, 1 clamp, 2 mirror.
+    pub wrap: [u32; 2],
+    /// The image's first entry in the tables of levels.
+    pub first_level: u32,
+    /// Levels after that one, 0 for none.
+    pub smaller_levels: u32,
+    /// Texels that a unit square of mesh coordinates has, to the power of ½.
+    pub texels_per_uv: f32,
+}
+
+/// Images in smaller and smaller copies.
+#[derive(Debug, Default)]
+pub struct Levels {
+    /// The first texel.
+    pub first: Vec<u32>,
+    /// Width in texels.
+    pub width: Vec<f32>,
+    /// Height in texels.
+    pub height: Vec<f32>,
 }
 
 impl Textures {

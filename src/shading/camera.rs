@@ -6,6 +6,16 @@ use crate::sampling::{Dimension, Key, warp};
 use crate::scene::{Camera, Projection};
 use crate::simd::{Float, Int};
 
+/// How wide a pixel's ray is at the camera, in metres, and how much wider it becomes with every
+/// metre; `height` is that of the image in pixels.
+pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
+    match camera.projection {
+        Projection::Pinhole { tan_half_fov } => (0.0, 2.0 * tan_half_fov / height),
+        Projection::ThinLens { tan_half_fov, .. } => (0.0, 2.0 * tan_half_fov / height),
+        Projection::Orthographic { half_height } => (2.0 * half_height / height, 0.0),
+    }
+}
+
 /// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
 /// and y up (PBRT 4th ed., 5.2). `pixel` says how many samples the pixel has.
 #[inline(always)]

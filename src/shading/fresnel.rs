@@ -39,6 +39,19 @@ pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> Bo
     }
 }
 
+/// Part of unpolarised light that a smooth boundary reflects, 1 beyond the critical angle. `cos`
+/// to the normal on the side that light comes from; `eta` as in [`boundary`].
+#[inline(always)]
+pub fn reflectance<F: Float>(cos: F, eta: F) -> F {
+    let cos_i = cos.clamp(0.0, 1.0);
+    let sin2_t = eta * eta * (F::one() - cos_i * cos_i);
+    let cos_t = (F::one() - sin2_t).max(F::zero()).sqrt();
+    let across = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let along = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    let reflectance = (across * across + along * along) * F::splat(0.5);
+    F::select(sin2_t.ge(F::one()), F::one(), reflectance.clamp(0.0, 1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,11 +3,15 @@
 
 pub mod blinn_phong;
 pub mod camera;
+pub mod details;
+pub mod emitter;
 pub mod environment;
 pub mod fresnel;
 pub mod light;
 pub mod light_tree;
 pub mod material;
+pub mod principled;
+pub mod sampled;
 pub mod surface;
 pub mod texture;
 

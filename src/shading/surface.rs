@@ -195,7 +195,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
 
 /// An entry of a table for each vertex.
 #[inline(always)]
-fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask: F::Mask) -> [Vector<F>; 3] {
+pub(super) fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask: F::Mask) -> [Vector<F>; 3] {
     [
         Vector::gather(table, vertices[0], mask),
         Vector::gather(table, vertices[1], mask),
@@ -219,7 +219,7 @@ fn interpolate<F: Float>(
 
 /// v / |v|, or `other` where v is too short (or not a number).
 #[inline(always)]
-fn unit_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
+pub(super) fn unit_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
     let square = v.dot(v);
     let long = square.gt(F::splat(1e-36));
     let length = F::select(long, square, F::one()).sqrt();
@@ -262,7 +262,7 @@ fn sphere<F: Float>(
 
 /// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.
 #[inline(always)]
-fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Mask) -> Rows<F> {
+pub(super) fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Mask) -> Rows<F> {
     let (table, start) = (geometry.instances.as_flattened(), instance * F::Int::splat(24));
     let start = start + F::Int::splat(4 * first);
     let (second, third) = (start + F::Int::splat(4), start + F::Int::splat(8));
@@ -279,7 +279,7 @@ fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Ma
 }
 
 /// An affine transform.
-struct Rows<F> {
+pub(super) struct Rows<F> {
     x: Vector<F>,
     y: Vector<F>,
     z: Vector<F>,
@@ -288,7 +288,7 @@ struct Rows<F> {
 
 impl<F: Float> Rows<F> {
     #[inline(always)]
-    fn apply(&self, v: Vector<F>) -> Vector<F> {
+    pub(super) fn apply(&self, v: Vector<F>) -> Vector<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 

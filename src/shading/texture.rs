@@ -6,7 +6,7 @@ use crate::scene::materials::ColorColumn;
 use crate::scene::textures::flag;
 use crate::simd::{Float, Int, Mask};
 
-/// A material's colour at a point: its constant, or its texture there.
+/// A material's colour at a point: its constant, times its texture there if it has one.
 #[inline(always)]
 pub fn color<F: Float>(
     column: &ColorColumn,
@@ -21,7 +21,7 @@ pub fn color<F: Float>(
     if !textured.any() {
         return constant;
     }
-    Color::select(textured, lookup(textures, texture, uv, textured), constant)
+    Color::select(textured, constant * lookup(textures, texture, uv, textured), constant)
 }
 
 /// A texture's colour at a point.

@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::{self, Sixteen};
-use super::{Float, Int, Kernel, Lanes, Mask};
+use super::{Float, Int, Kernel, Lanes, Mask, Part};
 
 /// AVX2.
 pub(super) struct Set;
@@ -50,6 +50,17 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
+}
+
+/// A part of a kernel, never inlined.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn part_apart<P: Part>(part: P) -> P::Output {
+    part.run()
 }
 
 /// 8 floats.
@@ -137,6 +148,11 @@ impl Float for F32x8 {
     type Mask = M32x8;
     type Int = I32x8;
 
+    #[inline(always)]
+    fn apart<P: Part>(part: P) -> P::Output {
+        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        unsafe { part_apart(part) }
+    }
     #[inline(always)]
     fn splat(value: f32) -> Self {
         // SAFETY: as for the operators.

@@ -5,7 +5,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::avx2::F32x8;
 use super::sixteen::{self, Sixteen};
-use super::{Float, Int, Kernel, Lanes, Mask};
+use super::{Float, Int, Kernel, Lanes, Mask, Part};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
 pub(super) struct Set;
@@ -49,6 +49,17 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
+}
+
+/// A part of a kernel, never inlined.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+unsafe fn part_apart<P: Part>(part: P) -> P::Output {
+    part.run()
 }
 
 /// 16 floats.
@@ -139,6 +150,11 @@ impl Float for F32x16 {
     type Mask = M32x16;
     type Int = I32x16;
 
+    #[inline(always)]
+    fn apart<P: Part>(part: P) -> P::Output {
+        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        unsafe { part_apart(part) }
+    }
     #[inline(always)]
     fn splat(value: f32) -> Self {
         // SAFETY: as for the operators.

@@ -64,6 +64,10 @@ pub trait Float:
     /// Integers of the same width.
     type Int: Int<Float = Self, Mask = Self::Mask>;
 
+    /// Runs a part of a computation as a function of its own, compiled for the same instructions:
+    /// as [`Lanes::apart`], for code that knows its lanes alone.
+    fn apart<P: Part>(part: P) -> P::Output;
+
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
     /// The first `WIDTH` values of a slice. Panics if there are fewer.
@@ -182,6 +186,14 @@ pub trait Lanes: 'static {
     /// Runs a part of a kernel as a function of its own. What a kernel calls is inlined wherever
     /// it is called; this keeps what is large and called from several places from multiplying.
     fn apart<K: Kernel>(kernel: K) -> K::Output;
+}
+
+/// A part of a computation over lanes that [`Float::apart`] runs.
+pub trait Part {
+    /// What comes out.
+    type Output;
+    /// Does it. Implementations must be `#[inline(always)]`.
+    fn run(self) -> Self::Output;
 }
 
 /// Work that can run with the lanes of any instruction set.

@@ -2,7 +2,7 @@
 
 use std::num::Wrapping;
 
-use super::{Float, Int, Kernel, Lanes, Mask};
+use super::{Float, Int, Kernel, Lanes, Mask, Part};
 
 /// Works on any processor.
 pub(super) struct Portable;
@@ -34,6 +34,10 @@ impl Float for f32 {
     type Mask = bool;
     type Int = Wrapping<u32>;
 
+    #[inline(never)]
+    fn apart<P: Part>(part: P) -> P::Output {
+        part.run()
+    }
     #[inline(always)]
     fn splat(value: f32) -> Self {
         value

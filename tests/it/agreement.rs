@@ -6,7 +6,7 @@ use rayfront::film::{Film, Region};
 use rayfront::integrator::{RayCounts, Schedule};
 use rayfront::render::{Options, Session};
 use rayfront::simd::Level;
-use rayfront::world::World;
+use rayfront::world::{Transport, World};
 
 use crate::support;
 
@@ -151,8 +151,20 @@ fn is_worth_comparing(film: &Film) {
     assert!(film.pixels().iter().all(|pixel| pixel.count == [2, 2]));
 }
 
+/// Under both transports.
 fn check(text: &str) {
-    let world = support::world(text);
+    for transport in [Transport::Whitted, Transport::Path] {
+        let world = || {
+            let mut world = support::world(text);
+            world.settings.transport = transport;
+            world
+        };
+        check_world(&world);
+    }
+}
+
+fn check_world(made: &dyn Fn() -> World) {
+    let world = made();
     let base = Options { level: Level::PORTABLE, schedule: Schedule::Recursive, ..Options::default() };
     let expected = render(&world, base, 1, &[]);
     is_worth_comparing(&expected.film);
@@ -184,7 +196,7 @@ fn check(text: &str) {
         equal(Options { wave, tile: 8, level: Level::PORTABLE, ..Options::default() }, 2, &[2]);
     }
 
-    let mut other = support::world(text);
+    let mut other = made();
     other.settings.seed += 1;
     let other = render(&other, base, 1, &[]);
     assert_ne!(other.film.hash(), expected.film.hash(), "another seed, the same film");

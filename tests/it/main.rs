@@ -6,6 +6,7 @@ mod corpus;
 mod gltf;
 mod images;
 mod meshes;
+mod path;
 mod pictures;
 mod scenes;
 mod support;

@@ -22,10 +22,13 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 20] = [
+const CRATES: [(&str, &[&str]); 23] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
+    ("basisu", &["formats"]),
+    ("bevy_mikktspace", &["formats"]),
+    ("draco_core", &["formats"]),
     ("gltf", &["formats"]),
     ("tobj", &["formats"]),
     ("image", &["formats"]),

@@ -76,7 +76,26 @@ impl<'b> Container<'b> {
             let reason = format!("/asset: glTF of version {version}: only 2.0 can be read, convert it first");
             return Err(invalid(reason));
         }
-        serde_json::from_slice(self.json).map_err(refuse)
+        serde_json::from_slice(self.json)
+            .or_else(|error| self.without_pointers().ok_or_else(|| refuse(error)))
+    }
+
+    /// The JSON without the channels of animations that are for an extension
+    /// (KHR_animation_pointer) and have no node, which the crate does not expect. None if that is
+    /// not what is wrong with it.
+    fn without_pointers(&self) -> Option<Root> {
+        let mut json: Value = serde_json::from_slice(self.json).ok()?;
+        let animations = json.get_mut("animations")?.as_array_mut()?;
+        for animation in animations {
+            if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
+                let is_pointer = |target: &Value| {
+                    target.get("node").is_none()
+                        && target.get("extensions").is_some_and(|e| e.get("KHR_animation_pointer").is_some())
+                };
+                channels.retain(|channel| !channel.get("target").is_some_and(is_pointer));
+            }
+        }
+        Root::deserialize(json).ok()
     }
 
     fn json_error(&self, error: &serde_json::Error, path: &Path) -> LoadError {

@@ -1,6 +1,6 @@
 //! A parsed file: its JSON, its buffers, and errors that name the place in it.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,15 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::container::Container;
+use super::meshopt::Compressed;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
 
 /// Bytes that may be made of each byte of the files. Exporters share vertices between a
 /// handful of meshes; files made to exhaust memory share them between thousands.
 const LARGEST_EXPANSION: u64 = 64;
+/// The same of each byte that was decompressed before, which was counted once.
+const LARGEST_SECOND_EXPANSION: u64 = 16;
 /// Bytes that may always be made.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
 
@@ -27,6 +30,8 @@ pub(super) struct Document<'p> {
     pub root: Root,
     /// Each buffer's bytes, or why there are none.
     buffers: Vec<Result<Rc<[u8]>, String>>,
+    /// Buffer views that were compressed.
+    decompressed: Vec<OnceCell<Vec<u8>>>,
     /// Bytes that may still be made of the file's.
     budget: Cell<u64>,
 }
@@ -55,7 +60,8 @@ impl<'p> Document<'p> {
         }
         let in_files: u64 = files.values().flatten().map(|bytes| bytes.len() as u64).sum();
         let budget = ALWAYS_ALLOWED + LARGEST_EXPANSION * (bytes.len() as u64 + in_files);
-        Ok(Self { path, root, buffers, budget: Cell::new(budget) })
+        let decompressed = vec![OnceCell::new(); root.buffer_views.len()];
+        Ok(Self { path, root, buffers, decompressed, budget: Cell::new(budget) })
     }
 
     /// What is wrong at a place in the JSON, given as in `/meshes/0/primitives/1`.
@@ -91,29 +97,70 @@ impl<'p> Document<'p> {
         Ok(())
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of a buffer view, decompressed.
     pub(super) fn view(&self, index: Index<View>, place: impl Display) -> Result<&[u8], LoadError> {
         let view = self.get(&self.root.buffer_views, index, &place, "buffer view")?;
-        let number = view.buffer.value();
+        let known = self.decompressed.get(index.value());
+        if let Some(bytes) = known.and_then(OnceCell::get) {
+            return Ok(bytes);
+        }
+        let what = format!("buffer view {}", index.value());
+        let extensions = view.extensions.as_ref().map(|extensions| &extensions.others);
+        for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
+            let at = format!("/bufferViews/{}", index.value());
+            let Some(compressed) = self.extension::<Compressed>(extensions, name, &at)? else { continue };
+            let at = format!("{at}/extensions/{name}");
+            let bytes = self.decompress(&compressed, &at)?;
+            if let Some(known) = known {
+                return Ok(known.get_or_init(|| bytes));
+            }
+        }
         let (offset, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
-        let buffer = self.buffers.get(number).ok_or_else(|| {
-            self.error(
-                &place,
-                format!("buffer view {} is of buffer {number}, which is not there", index.value()),
-            )
-        })?;
+        self.range(view.buffer.value(), [offset, length], &what, &place)
+    }
+
+    fn decompress(&self, compressed: &Compressed, at: &str) -> Result<Vec<u8>, LoadError> {
+        let range = [compressed.byte_offset, compressed.byte_length];
+        let data = self.range(compressed.buffer, range, "the compressed view", &at)?;
+        let length = compressed.decoded_length().unwrap_or(usize::MAX) as u64;
+        // Twice, as indices are words before they are bytes.
+        self.charge(length.saturating_mul(2), at)?;
+        let bytes = compressed.decode(data).map_err(|reason| self.error(at, reason))?;
+        self.allow_for(length);
+        Ok(bytes)
+    }
+
+    /// Bytes that may still be made.
+    pub(super) fn affordable(&self) -> u64 {
+        self.budget.get()
+    }
+
+    /// Allows for what will be made of `bytes` that were decompressed.
+    pub(super) fn allow_for(&self, bytes: u64) {
+        let more = LARGEST_SECOND_EXPANSION.saturating_mul(bytes);
+        self.budget.set(self.budget.get().saturating_add(more));
+    }
+
+    /// A part of a buffer: offset and length.
+    fn range(
+        &self,
+        number: usize,
+        [offset, length]: [u64; 2],
+        what: &str,
+        place: &dyn Display,
+    ) -> Result<&[u8], LoadError> {
+        let buffer = self
+            .buffers
+            .get(number)
+            .ok_or_else(|| self.error(place, format!("{what} is of buffer {number}, which is not there")))?;
         let bytes =
-            buffer.as_ref().map_err(|reason| self.error(&place, format!("buffer {number}: {reason}")))?;
+            buffer.as_ref().map_err(|reason| self.error(place, format!("buffer {number}: {reason}")))?;
         let range = usize::try_from(offset).ok().zip(usize::try_from(length).ok());
         let view = range.and_then(|(offset, length)| bytes.get(offset..)?.get(..length));
         view.ok_or_else(|| {
-            let index = index.value();
             let end = u128::from(offset) + u128::from(length);
-            let reason = format!(
-                "buffer view {index} reaches byte {end} of buffer {number}, which has {}",
-                bytes.len()
-            );
-            self.error(&place, reason)
+            let reason = format!("{what} reaches byte {end} of buffer {number}, which has {}", bytes.len());
+            self.error(place, reason)
         })
     }
 

@@ -1,9 +1,7 @@
 //! Cameras and lights of nodes.
 //!
 //! Lights are photometric: candela and lux. We have no spectra to weigh, so a lumen counts
-//! as a watt. A Lambertian surface of albedo ρ under E lux shows ρ E/π; our surfaces show
-//! kd E, without 1/π; so intensities and irradiances are divided by π, and what a surface
-//! gives off (in nits) stays as it is.
+//! as a watt, and a nit as a watt a square metre and steradian.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -12,7 +10,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
 use super::Import;
-use super::extensions::{self, LightOfNode};
+use super::extensions::light::{self, LightOfNode};
 use crate::error::LoadError;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
@@ -53,6 +51,17 @@ impl Import<'_> {
         Ok((camera_of, camera.name.clone()))
     }
 
+    /// Width over height of a camera's picture, if it says so and means it.
+    pub(super) fn aspect_of(&self, index: Index<json::Camera>) -> Option<f32> {
+        let camera = self.document.root.cameras.get(index.value())?;
+        let aspect = match (&camera.perspective, &camera.orthographic) {
+            (Some(perspective), _) => perspective.aspect_ratio?,
+            (None, Some(orthographic)) => (orthographic.xmag / orthographic.ymag).abs(),
+            (None, None) => return None,
+        };
+        (0.01..=100.0).contains(&aspect).then_some(aspect)
+    }
+
     /// The light of the node at `place`, if it has one, and its name.
     pub(super) fn light(
         &self,
@@ -71,19 +80,18 @@ impl Import<'_> {
         Ok(Some((self.punctual(light, &at)?, light.name.clone())))
     }
 
-    fn punctual(&self, light: &extensions::Light, at: &str) -> Result<Light, LoadError> {
+    fn punctual(&self, light: &light::Light, at: &str) -> Result<Light, LoadError> {
         let document = self.document;
         let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * light.intensity.max(0.0);
-        // Φ/4π is the intensity of a point light, I/π that of ours: see above.
-        let power_w = flux * 4.0;
-        let irradiance = flux * (1.0 / PI);
+        // A point light of power Φ has the intensity Φ/4π.
+        let power_w = flux * (4.0 * PI);
         if !power_w.is_finite() {
             return Err(document.error(at, "the light is too bright for a number"));
         }
         let falloff = Falloff::InverseSquare;
         match &light.kind[..] {
             "point" => Ok(Light::Point { power_w, falloff }),
-            "directional" => Ok(Light::Directional { irradiance, angle: 0.0 }),
+            "directional" => Ok(Light::Directional { irradiance: flux, angle: 0.0 }),
             "spot" => {
                 let spot = light.spot.as_ref();
                 let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use gltf::json::{self, Index};
 
+use super::basis;
 use super::document::Document;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
-use crate::film::tonemap::{srgb_decode, srgb_encode};
-use crate::formats::picture;
-use crate::math::Rgb;
+use crate::film::tonemap::srgb_encode;
+use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, Texels};
 
 /// Where an image's bytes are, the same for the same image.
@@ -26,8 +26,10 @@ enum Place {
 /// The pictures that were asked for so far.
 #[derive(Default)]
 pub(super) struct Images {
-    ids: HashMap<Place, Option<ImageId>>,
-    means: HashMap<Place, Option<[f32; 3]>>,
+    /// By how they are read: see [`Images::id`].
+    ids: HashMap<(Place, bool), Option<ImageId>>,
+    /// Those whose gloss became roughness, and by which factor.
+    rough: HashMap<Place, (u32, ImageId)>,
     /// Encoded bytes of buffers that were decoded: views that overlap would be a way to make
     /// much of little.
     decoded: HashMap<usize, u64>,
@@ -36,39 +38,74 @@ pub(super) struct Images {
 
 impl Images {
     /// An image as an asset; none, and a warning, if it cannot be had.
+    ///
+    /// Pictures of more than eight bits a channel are made linear when they are decoded. Where
+    /// they hold no colours the values as they are stored are what counts: that is another image.
     pub(super) fn id(
         &mut self,
         document: &Document,
         index: Index<json::Image>,
+        color_space: ColorSpace,
         at: &str,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
     ) -> Result<Option<ImageId>, LoadError> {
         let place = place(document, index, at)?;
-        if let Some(id) = self.ids.get(&place) {
+        let linear = color_space == ColorSpace::Linear;
+        if let Some(id) = self.ids.get(&(place.clone(), linear)) {
             return Ok(*id);
         }
         let image = self.decode(document, index, &place, warnings)?;
-        let id = image.map(|image| assets.add_image(image));
-        self.ids.insert(place, id);
+        let wide = matches!(image, Some(Image { texels: Texels::Rgb32(_), .. }));
+        let id = image.map(|mut image| {
+            if linear {
+                as_stored(&mut image);
+            }
+            assets.add_image(image)
+        });
+        // The same bytes serve both.
+        if !wide {
+            self.ids.insert((place.clone(), !linear), id);
+        }
+        self.ids.insert((place, linear), id);
         Ok(id)
     }
 
-    /// The mean over an image, each channel from 0 to 1 as it is stored (not through a curve).
-    pub(super) fn mean(
+    /// The image of a texture whose alpha is gloss as one whose red is roughness: 1 − gloss ·
+    /// `factor`. There is one such for each picture, so that files cannot make many of one.
+    pub(super) fn rough(
+        &mut self,
+        document: &Document,
+        index: Index<json::Image>,
+        glossy: ImageId,
+        factor: f32,
+        assets: &mut Assets,
+    ) -> Result<Option<ImageId>, LoadError> {
+        let place = place(document, index, "")?;
+        if let Some((known, id)) = self.rough.get(&place) {
+            return Ok((*known == factor.to_bits()).then_some(*id));
+        }
+        let Some(image) = assets.images.get(glossy.0 as usize) else { return Ok(None) };
+        let Texels::Rgba8(texels) = &image.texels else { return Ok(None) };
+        let rough = |gloss: u8| (255.0 - f32::from(gloss) * factor.clamp(0.0, 1.0)).round() as u8;
+        let texels = texels.iter().map(|texel| [rough(texel[3]), 0, 0, 255]).collect();
+        let texels = Texels::Rgba8(texels);
+        let image = Image { source: None, width: image.width, height: image.height, texels };
+        let id = assets.add_image(image);
+        self.rough.insert(place, (factor.to_bits(), id));
+        Ok(Some(id))
+    }
+
+    /// An image's pixels; none, and a warning, if they cannot be had.
+    pub(super) fn picture(
         &mut self,
         document: &Document,
         index: Index<json::Image>,
         at: &str,
         warnings: &mut Vec<String>,
-    ) -> Result<Option<[f32; 3]>, LoadError> {
+    ) -> Result<Option<Image>, LoadError> {
         let place = place(document, index, at)?;
-        if let Some(mean) = self.means.get(&place) {
-            return Ok(*mean);
-        }
-        let mean = self.decode(document, index, &place, warnings)?.map(|image| mean(&image, |byte| byte));
-        self.means.insert(place, mean);
-        Ok(mean)
+        self.decode(document, index, &place, warnings)
     }
 
     fn decode(
@@ -81,7 +118,10 @@ impl Images {
         let at = format!("/images/{}", index.value());
         let image = document.get(&document.root.images, index, &at, "image")?;
         let decoded = match place {
-            Place::File(file) => picture::load(file),
+            Place::File(file) => std::fs::read(file)
+                .map_err(LoadError::io(file))
+                .and_then(|bytes| basis::decode(&bytes, file))
+                .map(|image| Image { source: Some(file.clone()), ..image }),
             Place::Uri(_) => {
                 let uri = image.uri.as_deref().unwrap_or_default();
                 let bytes = match uri::resolve(uri, document.folder()) {
@@ -89,19 +129,19 @@ impl Images {
                     Ok(Resource::File(_)) => Vec::new(),
                     Err(reason) => return Err(document.error(at, reason)),
                 };
-                picture::decode(&bytes, &inside(document.path, &at))
+                basis::decode(&bytes, &inside(document.path, &at))
             }
             Place::Buffer(buffer, _, length) => {
                 let Some(view) = image.buffer_view else { return Ok(None) };
                 let bytes = document.view(view, &at)?;
-                // A picture may be wanted as a texture and for its mean.
+                // A picture may be wanted for its colours and as it is stored.
                 let decoded = self.decoded.entry(*buffer).or_default();
                 *decoded += length;
                 let whole = document.root.buffers.get(*buffer).map_or(0, |buffer| buffer.byte_length.0);
                 if *decoded > whole.saturating_mul(2) {
                     return Err(document.error(at, "the images of this buffer overlap"));
                 }
-                picture::decode(bytes, &inside(document.path, &at))
+                basis::decode(bytes, &inside(document.path, &at))
             }
         };
         decoded.map(Some).or_else(|error| {
@@ -142,31 +182,11 @@ fn place(document: &Document, index: Index<json::Image>, at: &str) -> Result<Pla
     }
 }
 
-/// The mean colour of an image that is read by the sRGB curve.
-pub(super) fn mean_color(image: &Image) -> Rgb {
-    mean(image, srgb_decode).into()
-}
-
-/// The mean of each channel; `curve` is applied to stored values from 0 to 1. What the
-/// decoder has made linear goes back through the sRGB curve first.
-fn mean(image: &Image, curve: impl Fn(f32) -> f32) -> [f32; 3] {
-    let mut sums = [0.0f64; 3];
-    let count = match &image.texels {
-        Texels::Rgba8(texels) => {
-            let table: Vec<f64> =
-                (0..=u8::MAX).map(|byte| f64::from(curve(f32::from(byte) / 255.0))).collect();
-            for texel in texels {
-                sums.iter_mut().zip(texel).for_each(|(sum, byte)| *sum += table[usize::from(*byte)]);
-            }
-            texels.len()
+/// Undoes what the decoder did to a picture of 16 bits a channel, which it takes for colours.
+fn as_stored(image: &mut Image) {
+    if let Texels::Rgb32(texels) = &mut image.texels {
+        for texel in texels {
+            *texel = texel.map(|linear| srgb_encode(linear.min(1.0)));
         }
-        Texels::Rgb32(texels) => {
-            for texel in texels {
-                let stored = texel.map(|linear| srgb_encode(linear.min(1.0)));
-                sums.iter_mut().zip(stored).for_each(|(sum, value)| *sum += f64::from(curve(value)));
-            }
-            texels.len()
-        }
-    };
-    sums.map(|sum| (sum / count.max(1) as f64) as f32)
+    }
 }

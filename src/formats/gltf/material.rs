@@ -1,62 +1,31 @@
-//! Metallic-roughness materials as Blinn-Phong's: what they come to where every light is a
-//! point and nothing but mirrors shows the surroundings.
-//!
-//! With the base colour b, metalness m, roughness r and α = r²:
-//!
-//! - *diffuse* b · (1 − m + m α). The second part is the metal's: the wider its lobe, the
-//!   less it depends on direction, and at r = 1 it is all but Lambertian. In the lobe itself
-//!   1 − α of the metal is left.
-//! - *shininess* s = 2/α² − 2, by which Blinn-Phong's distribution is as wide as Beckmann's
-//!   and GGX's of that α.
-//! - *specular* F₀ · (s + 2)/8. A microfacet lobe is D F V with D = (s + 2)/2π · (n·h)ˢ and
-//!   V = 1/4 for light and viewer near the normal; the model has no factor 1/π, so that π of
-//!   it are in a unit of our irradiance. F₀ = 0.04 (1 − m) + b m (1 − α).
-//! - *kr* b m (1 − r/0.3) for metals smoother than that: their lobe is a mirror image.
-//! - Textures of metalness and roughness count by their means: the model has one exponent.
-//! - *Transmission* t lets b t through and leaves 1 − t of the diffuse part. Only what has a
-//!   volume bends light; a thin wall (an ior of 1) bends and mirrors nothing.
-//! - *Unlit* surfaces give their colour off.
-//!
-//! Textures that this has no use for (normals, occlusion) are left out without a word:
-//! nearly every file has them.
+//! Metallic-roughness materials. What extensions add stands in `layers`.
 
-use gltf::json::material::AlphaMode;
+use gltf::json::material::AlphaMode as Mode;
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
+use serde_json::{Map, Value};
 
 use super::Import;
-use super::extensions::{EmissiveStrength, Ior, Transmission, Unlit, Volume, usual_ior};
-use super::image::mean_color;
-use super::texture::Lookup;
+use super::extensions::material::{EmissiveStrength, SpecularGlossiness, Unlit};
+use super::extensions::texture::Slot;
 use crate::error::LoadError;
 use crate::math::Rgb;
-use crate::world::{BlinnPhong, ColorInput, Material, MaterialId};
+use crate::world::assets::ColorSpace;
+use crate::world::{AlphaMode, Channel, ColorInput, Material, MaterialId, Principled, ScalarInput, Texture};
 
 /// A material of the file and what a mesh must know of it.
 #[derive(Clone, Copy)]
 pub(super) struct Lowered {
     pub id: MaterialId,
-    /// The set of texture coordinates that it is looked up by, if it is.
-    pub set: Option<u32>,
+    /// The set of texture coordinates that tangents follow, if it needs any.
+    pub tangents: Option<u32>,
 }
 
-/// Below this roughness lights have this size: the points of a perfect mirror would be
-/// found by no ray.
-const SMOOTHEST: f32 = 0.15;
-/// The roughness from which metals show no mirror image.
-const DULL: f32 = 0.3;
-/// F₀ of what is no metal.
-const DIELECTRIC: f32 = 0.04;
-
-/// The numbers of a material, textures averaged.
-struct Surface {
-    color: Rgb,
-    metallic: f32,
-    roughness: f32,
-}
+/// The extensions of something.
+pub(super) type Extensions<'d> = Option<&'d Map<String, Value>>;
 
 impl Import<'_> {
-    /// The material of a primitive; each is lowered once.
+    /// The material of a primitive; each is read once.
     pub(super) fn material(
         &mut self,
         index: Option<Index<json::Material>>,
@@ -75,146 +44,142 @@ impl Import<'_> {
                 (material, format!("/materials/{}", index.value()))
             }
         };
-        let (material, set) = self.lower(source, &at)?;
-        let name = source.name.clone();
-        let lowered = Lowered { id: self.assets.add_material(name, Material::BlinnPhong(material)), set };
+        let material = self.principled(source, &at)?;
+        let tangents = self.tangent_set(&material);
+        let material = Material::Principled(Box::new(material));
+        let lowered = Lowered { id: self.assets.add_material(source.name.clone(), material), tangents };
         self.materials.insert(key, lowered);
         Ok(lowered)
     }
 
-    fn lower(&mut self, source: &json::Material, at: &str) -> Result<(BlinnPhong, Option<u32>), LoadError> {
-        if source.alpha_mode != Checked::Valid(AlphaMode::Opaque) {
-            self.losses.see_through.push(source.name.clone().unwrap_or_else(|| at.to_owned()));
-        }
-        let pbr = &source.pbr_metallic_roughness;
-        let lookup = match &pbr.base_color_texture {
-            None => None,
-            Some(info) => self.lookup(info, &format!("{at}/pbrMetallicRoughness/baseColorTexture"))?,
-        };
-        let surface = self.surface(source, at)?;
-        let (emission, emission_set) = self.emission(source, at)?;
+    fn principled(&mut self, source: &json::Material, at: &str) -> Result<Principled, LoadError> {
         let document = self.document;
         let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
-        let set = lookup.as_ref().map(|lookup| lookup.set).or(emission_set);
-        if emission_set.is_some() && emission_set != set {
-            self.losses.other_sets += 1;
-        }
-        let unlit: Option<Unlit> = document.extension(extensions, "KHR_materials_unlit", at)?;
-        if unlit.is_some() {
-            let emission = self.input(lookup.as_ref(), surface.color);
-            let diffuse = ColorInput::default();
-            return Ok((BlinnPhong { diffuse, emission, ..BlinnPhong::default() }, set));
-        }
-        let transmission: Option<Transmission> =
-            document.extension(extensions, "KHR_materials_transmission", at)?;
-        let through = transmission.as_ref().map_or(0.0, |read| read.transmission_factor.clamp(0.0, 1.0));
-        let through = through * (1.0 - surface.metallic);
-        if through > 0.0 && transmission.is_some_and(|read| read.transmission_texture.is_some()) {
-            self.losses.transmission_textures += 1;
-        }
-        let mut material = self.blinn_phong(&surface, lookup.as_ref(), through);
-        material.emission = emission;
-        if through > 0.0 {
-            let volume: Option<Volume> = document.extension(extensions, "KHR_materials_volume", at)?;
-            let ior: Option<Ior> = document.extension(extensions, "KHR_materials_ior", at)?;
-            let bends = volume.is_some_and(|volume| volume.thickness_factor > 0.0);
-            let ior = ior.map_or_else(usual_ior, |read| read.ior);
-            // 0 is how files say that they mean no ior at all.
-            material.ior = Some(if !bends {
-                1.0
-            } else if ior >= 1.0 {
-                ior
-            } else {
-                usual_ior()
-            });
-            material.kr = ColorInput::Constant(Rgb::WHITE);
-            material.kt = self.mean_of(lookup.as_ref(), surface.color) * through;
-        }
-        Ok((material, set))
-    }
-
-    /// Factors and the means of what they are factors of.
-    fn surface(&mut self, source: &json::Material, at: &str) -> Result<Surface, LoadError> {
-        let pbr = &source.pbr_metallic_roughness;
-        let [r, g, b, _] = pbr.base_color_factor.0;
-        let mut surface = Surface {
-            color: Rgb::new(r, g, b).map(unit),
-            metallic: unit(pbr.metallic_factor.0),
-            roughness: unit(pbr.roughness_factor.0),
-        };
-        if let Some(info) = &pbr.metallic_roughness_texture {
-            let at = format!("{at}/pbrMetallicRoughness/metallicRoughnessTexture");
-            if let Some([_, roughness, metallic]) = self.texture_mean(info, &at)? {
-                surface.roughness *= roughness;
-                surface.metallic *= metallic;
+        let mut material = Principled::default();
+        material.double_sided = source.double_sided;
+        material.alpha_mode = match source.alpha_mode {
+            Checked::Valid(Mode::Opaque) => AlphaMode::Opaque,
+            Checked::Valid(Mode::Mask) => {
+                AlphaMode::Mask { cutoff: source.alpha_cutoff.unwrap_or_default().0 }
             }
+            Checked::Valid(Mode::Blend) => AlphaMode::Blend,
+            Checked::Invalid => {
+                let reason = "alphaMode must be \"OPAQUE\", \"MASK\" or \"BLEND\"";
+                return Err(document.error(format_args!("{at}/alphaMode"), reason));
+            }
+        };
+        let older: Option<SpecularGlossiness> =
+            document.extension(extensions, "KHR_materials_pbrSpecularGlossiness", at)?;
+        match older {
+            Some(older) => self.specular_glossiness(&older, &mut material, at)?,
+            None => self.metallic_roughness(source, &mut material, at)?,
         }
-        Ok(surface)
+        let normal = source.normal_texture.as_ref().map(Slot::from);
+        material.normal = self.normal_map(normal.as_ref(), &format!("{at}/normalTexture"))?;
+        material.emission = self.emission(source, extensions, at)?;
+        let unlit: Option<Unlit> = document.extension(extensions, "KHR_materials_unlit", at)?;
+        material.unlit = unlit.is_some();
+        self.layers(extensions, &mut material, at)?;
+        Ok(material)
     }
 
-    fn blinn_phong(&mut self, surface: &Surface, lookup: Option<&Lookup>, through: f32) -> BlinnPhong {
-        let Surface { color, metallic, roughness } = *surface;
-        let alpha = roughness.max(SMOOTHEST) * roughness.max(SMOOTHEST);
-        let shininess = (2.0 / (alpha * alpha) - 2.0).max(0.0);
-        let peak = (shininess + 2.0) / 8.0;
-        let diffuse = (1.0 - metallic) * (1.0 - through) + metallic * alpha;
-        let mirror = metallic * (1.0 - alpha);
-        // One texture has one factor: what is hardly metal takes the mean of its colour, what is
-        // mostly metal that colour for all of it.
-        let specular = if metallic > 0.5 {
-            self.input(lookup, color * ((mirror + DIELECTRIC * (1.0 - metallic)) * peak))
-        } else {
-            let color = self.mean_of(lookup, color);
-            ColorInput::Constant((color * mirror + Rgb::splat(DIELECTRIC * (1.0 - metallic))) * peak)
+    fn metallic_roughness(
+        &mut self,
+        source: &json::Material,
+        material: &mut Principled,
+        at: &str,
+    ) -> Result<(), LoadError> {
+        let pbr = &source.pbr_metallic_roughness;
+        let at = |slot: &str| format!("{at}/pbrMetallicRoughness/{slot}");
+        let slot = pbr.base_color_texture.as_ref().map(Slot::from);
+        let texture = self.lookup(slot.as_ref(), ColorSpace::Srgb, &at("baseColorTexture"))?;
+        self.base_color(pbr.base_color_factor.0, texture, material);
+        let slot = pbr.metallic_roughness_texture.as_ref().map(Slot::from);
+        let at = at("metallicRoughnessTexture");
+        let (metallic, roughness) = (unit(pbr.metallic_factor.0), unit(pbr.roughness_factor.0));
+        material.metallic = self.scalar(metallic, slot.as_ref(), Channel::Blue, &at)?;
+        material.roughness = self.scalar(roughness, slot.as_ref(), Channel::Green, &at)?;
+        Ok(())
+    }
+
+    /// Sets base colour and alpha.
+    fn base_color(&mut self, factor: [f32; 4], texture: Option<Texture>, material: &mut Principled) {
+        let [r, g, b, alpha] = factor.map(unit);
+        let factor = Rgb::new(r, g, b);
+        let id = texture.map(|texture| self.texture_id(Texture { factor, ..texture }));
+        material.base_color = match id {
+            Some(id) if !factor.is_black() => ColorInput::Texture(id),
+            _ => ColorInput::Constant(factor),
         };
-        let image = metallic * (1.0 - roughness / DULL).max(0.0);
-        BlinnPhong {
-            diffuse: self.input(lookup, color * diffuse),
-            specular,
-            shininess,
-            kr: self.input(lookup, color * image),
-            ..BlinnPhong::default()
+        if material.alpha_mode != AlphaMode::Opaque {
+            material.alpha = ScalarInput { factor: alpha, texture: id.map(|id| (id, Channel::Alpha)) };
         }
     }
 
     fn emission(
         &mut self,
         source: &json::Material,
+        extensions: Extensions,
         at: &str,
-    ) -> Result<(ColorInput, Option<u32>), LoadError> {
-        let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
+    ) -> Result<ColorInput, LoadError> {
         let read: Option<EmissiveStrength> =
             self.document.extension(extensions, "KHR_materials_emissive_strength", at)?;
         let strength = read.map_or(1.0, |read| read.emissive_strength.max(0.0));
         let factor = Rgb::from(source.emissive_factor.0).map(unit) * strength;
-        let Some(info) = source.emissive_texture.as_ref().filter(|_| !factor.is_black()) else {
-            return Ok((ColorInput::Constant(factor), None));
+        let slot = source.emissive_texture.as_ref().filter(|_| !factor.is_black()).map(Slot::from);
+        self.color(factor, slot.as_ref(), &format!("{at}/emissiveTexture"))
+    }
+
+    /// The older model, as KHR_materials_ior says: where the index of refraction is 0 a surface
+    /// reflects its specular colour, and what is left of white light meets the diffuse colour.
+    fn specular_glossiness(
+        &mut self,
+        older: &SpecularGlossiness,
+        material: &mut Principled,
+        at: &str,
+    ) -> Result<(), LoadError> {
+        let at = |slot: &str| format!("{at}/extensions/KHR_materials_pbrSpecularGlossiness/{slot}");
+        let slot = older.diffuse_texture.as_ref();
+        let texture = self.lookup(slot, ColorSpace::Srgb, &at("diffuseTexture"))?;
+        self.base_color(older.diffuse_factor, texture, material);
+        material.metallic = ScalarInput::constant(0.0);
+        material.ior = 0.0;
+        let slot = older.specular_glossiness_texture.as_ref();
+        let at = at("specularGlossinessTexture");
+        material.specular_color = self.color(Rgb::from(older.specular_factor).map(unit), slot, &at)?;
+        let gloss = unit(older.glossiness_factor);
+        material.roughness = match slot.filter(|_| gloss > 0.0) {
+            None => ScalarInput::constant(1.0 - gloss),
+            Some(slot) => self.roughness(slot, gloss, &at)?,
         };
-        let lookup = self.lookup(info, &format!("{at}/emissiveTexture"))?;
-        let set = lookup.as_ref().map(|lookup| lookup.set);
-        Ok((self.input(lookup.as_ref(), factor), set))
+        Ok(())
     }
 
-    /// A colour, or a texture times a colour.
-    fn input(&mut self, lookup: Option<&Lookup>, factor: Rgb) -> ColorInput {
-        match lookup {
-            Some(lookup) if !factor.is_black() => {
-                ColorInput::Texture(self.assets.add_texture(lookup.times(factor)))
-            }
-            _ => ColorInput::Constant(factor),
-        }
+    /// Roughness by a texture whose alpha is gloss.
+    fn roughness(&mut self, slot: &Slot, gloss: f32, at: &str) -> Result<ScalarInput, LoadError> {
+        let constant = ScalarInput::constant(1.0 - gloss);
+        let Some(texture) = self.lookup(Some(slot), ColorSpace::Linear, at)? else { return Ok(constant) };
+        let Some(source) = self.source(slot.index, at)? else { return Ok(constant) };
+        let image = self.images.rough(self.document, source, texture.image, gloss, self.assets)?;
+        let Some(image) = image else {
+            self.losses.glosses += 1;
+            return Ok(constant);
+        };
+        let texture = self.texture_id(Texture { image, ..texture });
+        Ok(ScalarInput { factor: 1.0, texture: Some((texture, Channel::Red)) })
     }
 
-    /// A colour times the mean of a texture.
-    fn mean_of(&self, lookup: Option<&Lookup>, factor: Rgb) -> Rgb {
-        let image = lookup.and_then(|lookup| self.assets.images.get(lookup.texture.image.0 as usize));
-        image.map_or(factor, |image| {
-            let mean = mean_color(image);
-            Rgb::new(factor.r * mean.r, factor.g * mean.g, factor.b * mean.b)
-        })
+    /// The set of texture coordinates of what bends normals or stretches highlights.
+    fn tangent_set(&self, material: &Principled) -> Option<u32> {
+        let normal = material.normal.or(material.clearcoat_normal).map(|map| map.texture);
+        let stretched = material.anisotropy.strength > 0.0;
+        let texture = normal.or(material.anisotropy.texture.filter(|_| stretched));
+        let texture = texture.and_then(|id| self.assets.textures.get(id.0 as usize));
+        texture.map(|texture| texture.uv_set).or(stretched.then_some(0))
     }
 }
 
-fn unit(factor: f32) -> f32 {
+/// Factors beyond their range occur, and mean its end.
+pub(super) fn unit(factor: f32) -> f32 {
     factor.clamp(0.0, 1.0)
 }

@@ -2,70 +2,81 @@
 
 use std::collections::HashMap;
 
-use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use gltf::json::{self, Accessor, Index};
+use gltf::json::{self, Index};
 
 use super::Import;
-use super::accessor::{self, Rule};
+use super::accessor;
+use super::draco;
+use super::extensions::variants::Mappings;
+use super::material::Lowered;
+use super::skin::Joints;
+use super::tangent;
+use super::vertex;
 use crate::error::LoadError;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Rgb, Vec2, Vec3, Vec4};
 use crate::world::{Mesh, MeshId};
 
-const FRACTIONS: &[ComponentType] = &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
-/// Integers as KHR_mesh_quantization has them.
-const QUANTIZED: &[ComponentType] =
-    &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
-const POSITION: Rule = Rule { types: &[Type::Vec3], components: QUANTIZED, always_normalized: false };
-const NORMAL: Rule = Rule {
-    types: &[Type::Vec3],
-    components: &[ComponentType::F32, ComponentType::I8, ComponentType::I16],
-    always_normalized: true,
-};
-const TEXCOORD: Rule = Rule { types: &[Type::Vec2], components: QUANTIZED, always_normalized: false };
-const COLOR: Rule = Rule { types: &[Type::Vec3, Type::Vec4], components: FRACTIONS, always_normalized: true };
-
-/// The accessors of a primitive's vertices, in the order of [`NAMES`].
-type Attributes = [Option<Index<Accessor>>; 4];
-
-/// What becomes of a file's mesh.
-#[derive(Default)]
-struct Merged {
-    mesh: Mesh,
-    /// The first vertex and the number of those that some accessors have given.
-    known: HashMap<[Option<usize>; 4], (u32, usize)>,
+/// How the node that shows a mesh bends it.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Shaping<'s> {
+    /// Of the morph targets; none for those of the mesh.
+    pub weights: Option<&'s [f32]>,
+    /// The node and its joints if it has a skin.
+    pub joints: Option<(usize, &'s Joints)>,
 }
+
+/// The same for the same mesh of ours: number, weights' bits, node with a skin.
+pub(super) type MeshKey = (usize, Option<Vec<u32>>, Option<usize>);
+
+/// The first vertex and the number of those that some accessors have given, by the numbers of
+/// these.
+type Known = HashMap<Vec<Option<usize>>, (u32, usize)>;
 
 impl Import<'_> {
     /// The mesh of a node; none if it has no triangles.
     pub(super) fn mesh(
         &mut self,
         index: Index<json::Mesh>,
+        shaping: Shaping,
         place: &str,
     ) -> Result<Option<MeshId>, LoadError> {
-        if let Some(known) = self.meshes.get(&index.value()) {
-            return Ok(*known);
-        }
         let document = self.document;
         let source = document.get(&document.root.meshes, index, place, "mesh")?;
-        let mut merged = Merged::default();
-        for (number, primitive) in source.primitives.iter().enumerate() {
-            self.primitive(
-                primitive,
-                &format!("/meshes/{}/primitives/{number}", index.value()),
-                &mut merged,
-            )?;
+        let morphs = source.primitives.iter().any(|primitive| primitive.targets.is_some());
+        // The mesh's own weights are no part of its key: thousands of nodes may share them.
+        let weights = shaping.weights.filter(|_| morphs);
+        let bits = weights.map(|weights| weights.iter().map(|weight| weight.to_bits()).collect());
+        let key: MeshKey = (index.value(), bits, shaping.joints.map(|(node, _)| node));
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(*known);
         }
-        let mut mesh = merged.mesh;
+        let weights = weights.or(source.weights.as_deref());
+        let shaping = Shaping { weights, ..shaping };
+        let (mut mesh, mut known) = (Mesh::default(), Known::new());
+        for (number, primitive) in source.primitives.iter().enumerate() {
+            let at = format!("/meshes/{}/primitives/{number}", index.value());
+            self.primitive(primitive, shaping, &at, &mut mesh, &mut known)?;
+        }
+        if mesh.alphas.iter().all(|alpha| *alpha == 1.0) {
+            mesh.alphas.clear();
+        }
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));
         mesh.source = Some(document.path.to_owned());
         let id = (!mesh.triangles.is_empty()).then(|| self.assets.add_mesh(mesh));
-        self.meshes.insert(index.value(), id);
+        self.meshes.insert(key, id);
         Ok(id)
     }
 
-    fn primitive(&mut self, primitive: &Primitive, at: &str, merged: &mut Merged) -> Result<(), LoadError> {
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        shaping: Shaping,
+        at: &str,
+        mesh: &mut Mesh,
+        known: &mut Known,
+    ) -> Result<(), LoadError> {
         let document = self.document;
         let mode = match primitive.mode {
             Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
@@ -75,23 +86,36 @@ impl Import<'_> {
             }
             Checked::Invalid => return Err(document.error(format!("{at}/mode"), "there is no such mode")),
         };
-        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-            self.losses.morph_targets = true;
-        }
-        let material = self.material(primitive.material, &format!("{at}/material"))?;
-        let of = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-        let Some(positions) = of(Semantic::Positions) else {
+        let material = self.material_of(primitive, at)?;
+        if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
             // The specification leaves these to extensions.
             self.losses.points_and_lines += 1;
             return Ok(());
-        };
-        let set = material.set.unwrap_or(0);
-        let uvs = of(Semantic::TexCoords(set));
-        let attributes = [Some(positions), of(Semantic::Normals), uvs, of(Semantic::Colors(0))];
-        let (first, count) = self.vertices(attributes, set, at, merged)?;
-        let corners = match primitive.indices {
-            Some(indices) => accessor::indices(document, indices, count, format_args!("{at}/indices"))?,
+        }
+        let mut part = Mesh::default();
+        let has_tangents = [Semantic::Normals, Semantic::Tangents]
+            .iter()
+            .all(|semantic| primitive.attributes.contains_key(&Checked::Valid(semantic.clone())));
+        let generated = material.tangents.filter(|_| !has_tangents);
+        let decoded = draco::decode(document, primitive, at)?;
+        // Vertices are split by generated tangents: nobody else can use them.
+        let is_shared = generated.is_none() && decoded.is_none();
+        let key = is_shared.then(|| vertex::accessors(primitive));
+        let found = key.as_ref().and_then(|key| known.get(key)).copied();
+        let count = match found {
+            Some((_, count)) => count,
             None => {
+                part = vertex::read(document, primitive, decoded.as_ref(), shaping, at)?;
+                part.positions.len()
+            }
+        };
+        let mode = if decoded.is_some() { Mode::Triangles } else { mode };
+        let corners = match (decoded, primitive.indices) {
+            (Some(decoded), _) => decoded.corners,
+            (None, Some(indices)) => {
+                accessor::indices(document, indices, count, format_args!("{at}/indices"))?
+            }
+            (None, None) => {
                 document.charge(count as u64 * 4, at)?;
                 (0..count as u32).collect()
             }
@@ -102,82 +126,60 @@ impl Import<'_> {
             self.warnings.push(lost);
         }
         document.charge(corners.len() as u64 * 16, at)?;
-        let mesh = &mut merged.mesh;
-        each_triangle(mode, &corners, |triangle| mesh.triangles.push(triangle.map(|corner| corner + first)));
+        each_triangle(mode, &corners, |triangle| part.triangles.push(triangle));
+        if let Some(set) = generated {
+            tangent::generate(document, &mut part, set, at, self.warnings)?;
+        }
+        let first = match found {
+            Some((first, _)) => first,
+            None => {
+                let first = append(mesh, &mut part).ok_or_else(|| {
+                    document.error(at, "the mesh has more vertices than 32-bit indices can name")
+                })?;
+                key.map(|key| known.insert(key, (first, count)));
+                first
+            }
+        };
+        let triangles = part.triangles.iter();
+        mesh.triangles.extend(triangles.map(|triangle| triangle.map(|corner| corner + first)));
         mesh.triangle_materials.resize(mesh.triangles.len(), material.id);
         Ok(())
     }
 
-    /// Adds vertices, or finds them again; gives the first one's number and how many there are.
-    fn vertices(
-        &mut self,
-        attributes: Attributes,
-        set: u32,
-        at: &str,
-        merged: &mut Merged,
-    ) -> Result<(u32, usize), LoadError> {
-        let document = self.document;
-        let key = attributes.map(|attribute| attribute.map(|index| index.value()));
-        if let Some(known) = merged.known.get(&key) {
-            return Ok(*known);
+    /// The material of a primitive under the variant that was asked for.
+    fn material_of(&mut self, primitive: &Primitive, at: &str) -> Result<Lowered, LoadError> {
+        let mut index = primitive.material;
+        if let Some(variant) = self.variant {
+            let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
+            let read: Option<Mappings> = self.document.extension(extensions, "KHR_materials_variants", at)?;
+            let mappings = read.map_or_else(Vec::new, |read| read.mappings);
+            let mapping = mappings.into_iter().find(|mapping| mapping.variants.contains(&variant));
+            index = mapping.map(|mapping| Index::new(mapping.material)).or(index);
         }
-        let [positions, normals, uvs, colors] = attributes;
-        let place = |name: &str| format!("{at}/attributes/{name}");
-        let Some(positions) = positions else { return Ok((0, 0)) };
-        let positions = accessor::floats::<3>(document, positions, &POSITION, place("POSITION"))?;
-        let count = positions.len();
-        let same_count = |length: usize, place: &dyn Fn() -> String| {
-            if length == count {
-                return Ok(());
-            }
-            let reason = format!("there are {length} of these for {count} positions");
-            Err(document.error(place(), reason))
-        };
-        let mesh = &mut merged.mesh;
-        let first = mesh.positions.len();
-        let Ok(base) = u32::try_from(first + count).map(|_| first as u32) else {
-            return Err(document.error(at, "the mesh has more vertices than 32-bit indices can name"));
-        };
-        mesh.positions.extend(positions.into_iter().map(Vec3::from_array));
-        if let Some(normals) = normals {
-            let place = || place("NORMAL");
-            let normals = accessor::floats::<3>(document, normals, &NORMAL, place())?;
-            same_count(normals.len(), &place)?;
-            mesh.normals.resize(first, Vec3::ZERO);
-            mesh.normals.extend(normals.into_iter().map(Vec3::from_array));
-        }
-        if let Some(uvs) = uvs {
-            let place = || place(&format!("TEXCOORD_{set}"));
-            let uvs = accessor::floats::<2>(document, uvs, &TEXCOORD, place())?;
-            same_count(uvs.len(), &place)?;
-            mesh.uvs.resize(first, Vec2::ZERO);
-            mesh.uvs.extend(uvs.into_iter().map(Vec2::from_array));
-        }
-        if let Some(colors) = colors {
-            let place = || place("COLOR_0");
-            let colors = accessor::floats::<3>(document, colors, &COLOR, place())?;
-            same_count(colors.len(), &place)?;
-            mesh.colors.resize(first, Rgb::WHITE);
-            mesh.colors.extend(colors.into_iter().map(|color| Rgb::from(color).map(|c| c.max(0.0))));
-        }
-        fill(mesh);
-        merged.known.insert(key, (base, count));
-        Ok((base, count))
+        self.material(index, &format!("{at}/material"))
     }
 }
 
-/// Gives all vertices what some have: no normal (flat), the picture's corner, white.
-fn fill(mesh: &mut Mesh) {
-    let count = mesh.positions.len();
-    if !mesh.normals.is_empty() {
-        mesh.normals.resize(count, Vec3::ZERO);
+/// Adds the vertices of `part`, which it loses; gives the number that the first of them has.
+fn append(mesh: &mut Mesh, part: &mut Mesh) -> Option<u32> {
+    /// What one side lacks gets `filler`; what both lack stays away.
+    fn join<T: Clone>(to: &mut Vec<T>, before: usize, from: &mut Vec<T>, count: usize, filler: T) {
+        if !(to.is_empty() && from.is_empty()) {
+            to.resize(before, filler.clone());
+            to.append(from);
+            to.resize(before + count, filler);
+        }
     }
-    if !mesh.uvs.is_empty() {
-        mesh.uvs.resize(count, Vec2::ZERO);
-    }
-    if !mesh.colors.is_empty() {
-        mesh.colors.resize(count, Rgb::WHITE);
-    }
+    let (first, count) = (mesh.positions.len(), part.positions.len());
+    u32::try_from(first + count).ok()?;
+    mesh.positions.append(&mut part.positions);
+    join(&mut mesh.normals, first, &mut part.normals, count, Vec3::ZERO);
+    join(&mut mesh.uvs, first, &mut part.uvs, count, Vec2::ZERO);
+    join(&mut mesh.uvs1, first, &mut part.uvs1, count, Vec2::ZERO);
+    join(&mut mesh.tangents, first, &mut part.tangents, count, Vec4::new(1.0, 0.0, 0.0, 1.0));
+    join(&mut mesh.colors, first, &mut part.colors, count, Rgb::WHITE);
+    join(&mut mesh.alphas, first, &mut part.alphas, count, 1.0);
+    Some(first as u32)
 }
 
 /// The triangles of a list, strip or fan (3.7.2.1), but for those without area.

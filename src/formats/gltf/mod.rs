@@ -6,48 +6,66 @@
 //! (`accessor`), a resolver of references (`uri`) and a list of extensions (`extensions`) of
 //! our own; extensions arrive as JSON.
 //!
-//! [`load`] makes a [`Model`] of the default scene's nodes, [`Model::place`] makes entities
-//! of these, as often as wanted. `material` and `emitter` say what becomes of physically
-//! based materials and photometric lights under our classic model.
+//! [`load`] makes a [`Model`] of a scene's nodes, [`Model::place`] makes entities of these, as
+//! often as wanted. Meshes are moved by their morph targets and joints while they are read
+//! (`vertex`, `skin`), at the moment that was asked for (`animation`).
 //!
 //! A node that is wrong is an error that names its place in the JSON. A picture that cannot
 //! be had is a warning, and so is what is left out.
 
 mod accessor;
+mod animation;
+mod basis;
 mod container;
 mod document;
+mod draco;
 mod emitter;
+mod environment;
 mod extensions;
 mod image;
+mod instancing;
+mod layers;
 mod losses;
 mod material;
 mod mesh;
+mod meshopt;
 mod node;
+mod pose;
+mod skin;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod uri;
+mod vertex;
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use self::document::Document;
-use self::extensions::Lights;
+use self::extensions::light::Lights;
+use self::extensions::variants::Variants;
 use self::image::Images;
 use self::losses::Losses;
 use self::material::Lowered;
+use self::mesh::MeshKey;
+use self::pose::Moved;
+use self::texture::Textures;
+use super::LoadOptions;
 use super::names::Names;
-use crate::error::LoadError;
-use crate::math::Aabb;
+use crate::error::{LoadError, did_you_mean};
+use crate::math::{Aabb, DAffine3};
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Placed, Shape, Transform, World};
 
-/// The nodes of a file's default scene. Meshes and materials are in the asset store.
+/// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
 #[derive(Debug)]
 pub struct Model {
     /// Each after its parent.
     nodes: Vec<Node>,
     /// Around all triangles.
     pub bounds: Aabb,
+    /// Width over height of the first camera's picture, if it says so.
+    pub aspect: Option<f32>,
 }
 
 /// What becomes an entity.
@@ -68,17 +86,34 @@ struct Import<'a> {
     assets: &'a mut Assets,
     warnings: &'a mut Vec<String>,
     losses: Losses,
-    lights: Vec<extensions::Light>,
+    lights: Vec<extensions::light::Light>,
+    /// The number of the variant that was asked for.
+    variant: Option<usize>,
     images: Images,
+    textures: Textures,
     /// By their numbers in the file; none stands for the default material.
     materials: HashMap<Option<usize>, Lowered>,
-    meshes: HashMap<usize, Option<MeshId>>,
+    meshes: HashMap<MeshKey, Option<MeshId>>,
+    /// Around meshes, in their own space.
+    boxes: HashMap<MeshId, Aabb>,
+    parents: Vec<Option<usize>>,
+    /// Nodes that an animation moves.
+    moved: HashMap<usize, Moved>,
+    /// Known transforms from nodes to the scene.
+    globals: HashMap<usize, DAffine3>,
+    /// Of the first camera that was met.
+    aspect: Option<f32>,
 }
 
 /// Reads the file at `path`. Its meshes, materials and images go into `assets`.
-pub fn load(path: &Path, assets: &mut Assets, warnings: &mut Vec<String>) -> Result<Model, LoadError> {
+pub fn load(
+    path: &Path,
+    options: &LoadOptions,
+    assets: &mut Assets,
+    warnings: &mut Vec<String>,
+) -> Result<Model, LoadError> {
     let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
-    parse(&bytes, path, assets, warnings)
+    parse(&bytes, path, options, assets, warnings)
 }
 
 /// [`load`] for a file in memory; `path` is what messages call it and what its references
@@ -86,6 +121,7 @@ pub fn load(path: &Path, assets: &mut Assets, warnings: &mut Vec<String>) -> Res
 pub fn parse(
     bytes: &[u8],
     path: &Path,
+    options: &LoadOptions,
     assets: &mut Assets,
     warnings: &mut Vec<String>,
 ) -> Result<Model, LoadError> {
@@ -99,15 +135,59 @@ pub fn parse(
         warnings,
         losses: Losses::default(),
         lights: lights.map_or_else(Vec::new, |read| read.lights),
+        variant: variant(&document, options.variant.as_deref())?,
         images: Images::default(),
+        textures: Textures::default(),
         materials: HashMap::new(),
         meshes: HashMap::new(),
+        boxes: HashMap::new(),
+        parents: node::parents(&document)?,
+        moved: match options.time_s {
+            Some(time) => animation::at_time(&document, time)?,
+            None => HashMap::new(),
+        },
+        globals: HashMap::new(),
+        aspect: None,
     };
-    let (nodes, bounds) = import.nodes()?;
-    import.losses.animations = !document.root.animations.is_empty();
+    let scene = node::scene(&document, options.scene.as_deref())?;
+    let roots = node::roots(&document, scene, &import.parents)?;
+    let (mut nodes, bounds) = import.nodes(roots)?;
+    nodes.extend(import.environment(scene)?);
+    let aspect = import.aspect;
+    import.losses.animations = options.time_s.is_none() && !document.root.animations.is_empty();
     let Import { losses, warnings, .. } = import;
     warnings.extend(losses.lines().map(|line| document.warning(line)));
-    Ok(Model { nodes, bounds })
+    Ok(Model { nodes, bounds, aspect })
+}
+
+/// The number of the variant that was asked for by name.
+fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, LoadError> {
+    let Some(asked) = asked else { return Ok(None) };
+    let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
+    let name = "KHR_materials_variants";
+    let read: Option<Variants> = document.extension(others, name, "")?;
+    let variants = read.map_or_else(Vec::new, |read| read.variants);
+    let number = variants.iter().position(|variant| variant.name == asked);
+    number.map(Some).ok_or_else(|| {
+        let names = presentable(variants.iter().map(|variant| &variant.name[..]));
+        let all: Vec<String> = names.clone().take(32).map(words).collect();
+        let (asked, hint) = (words(asked), did_you_mean(asked, names));
+        let reason = match variants.len() {
+            0 => format!("there is no variant \"{asked}\": the file has none"),
+            _ => format!("there is no variant \"{asked}\"{hint}; variants: {}", all.join(", ")),
+        };
+        document.error(format_args!("/extensions/{name}"), reason)
+    })
+}
+
+/// Names that can stand in a line as they are.
+fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterator<Item = &'n str> + Clone {
+    names.filter(|name| name.len() <= 64 && !name.contains(char::is_control))
+}
+
+/// A name from a file as it can stand in a line.
+fn words(name: &str) -> String {
+    name.chars().take(64).flat_map(char::escape_debug).collect()
 }
 
 impl Model {

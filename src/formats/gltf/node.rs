@@ -3,73 +3,144 @@
 use gltf::json::{self, Index, Root};
 
 use super::document::Document;
-use super::{Import, Node};
-use crate::error::LoadError;
-use crate::math::{Aabb, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3};
+use super::extensions::node::Visibility;
+use super::mesh::Shaping;
+use super::pose::is_flat;
+use super::{Import, Node, presentable, words};
+use crate::error::{LoadError, did_you_mean};
+use crate::math::{Aabb, DAffine3, Vec3};
 use crate::world::{MeshId, Transform};
 
-/// |determinant| over the product of the axes' lengths, below which a transform is flat.
-const FLAT: f64 = 1e-8;
+/// A node that is to be visited.
+struct Visit {
+    number: usize,
+    /// Its parent's place among those found.
+    parent: Option<usize>,
+    /// From its parent's space to the scene's.
+    above: DAffine3,
+    visible: bool,
+}
+
+/// What was found so far.
+struct Found {
+    nodes: Vec<Node>,
+    /// Around all meshes.
+    bounds: Aabb,
+}
 
 impl Import<'_> {
-    /// The nodes of the default scene, each after its parent, and the box around their meshes.
-    pub(super) fn nodes(&mut self) -> Result<(Vec<Node>, Aabb), LoadError> {
-        let document = self.document;
-        let all = &document.root.nodes;
-        let parents = parents(document)?;
-        let mut found: Vec<Node> = Vec::new();
-        let mut bounds = Aabb::EMPTY;
+    /// The nodes of a scene, each after its parent, and the box around their meshes.
+    pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<(Vec<Node>, Aabb), LoadError> {
+        let all = &self.document.root.nodes;
+        let mut found = Found { nodes: Vec::new(), bounds: Aabb::EMPTY };
         // A stack of our own: files may be deeper than the machine's.
-        let roots = roots(document, &parents)?;
-        let mut stack: Vec<_> =
-            roots.into_iter().rev().map(|root| (root, None, DAffine3::IDENTITY)).collect();
-        while let Some((number, parent, above)) = stack.pop() {
+        let first = |number| Visit { number, parent: None, above: DAffine3::IDENTITY, visible: true };
+        let mut stack: Vec<Visit> = roots.into_iter().rev().map(first).collect();
+        while let Some(Visit { number, parent, above, mut visible }) = stack.pop() {
             let Some(source) = all.get(number) else { continue };
             let at = format!("/nodes/{number}");
-            let (transform, local) = transform(document, source, &at)?;
+            let (transform, local) = self.local(number)?;
             if is_flat(&local) {
                 self.losses.flat_nodes += 1;
                 continue;
             }
-            let node = self.node(source, &at, parent, transform)?;
+            let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
+            let read: Option<Visibility> = self.document.extension(extensions, "KHR_node_visibility", &at)?;
+            visible &= read.is_none_or(|read| read.visible);
+            let place = found.nodes.len();
             let matrix = above * local;
-            if let Some(id) = node.mesh {
-                bounds = bounds.union(self.bounds_of(id, &matrix));
+            found.nodes.push(self.node(source, &at, parent, transform, visible)?);
+            if visible {
+                self.meshes_of(number, source, (place, &matrix), &mut found)?;
             }
-            let place = found.len();
-            found.push(node);
             let children = source.children.as_deref().unwrap_or_default();
-            stack.extend(children.iter().rev().map(|child| (child.value(), Some(place), matrix)));
+            let child = |child: &Index<json::Node>| Visit {
+                number: child.value(),
+                parent: Some(place),
+                above: matrix,
+                visible,
+            };
+            stack.extend(children.iter().rev().map(child));
         }
-        Ok((found, bounds))
+        Ok((found.nodes, found.bounds))
     }
 
+    /// A node without its mesh.
     fn node(
         &mut self,
         source: &json::Node,
         at: &str,
         parent: Option<usize>,
         transform: Transform,
+        visible: bool,
     ) -> Result<Node, LoadError> {
         let camera = source.camera.map(|index| self.camera(index, &format!("{at}/camera"))).transpose()?;
-        let light = self.light(source, at)?;
-        let mesh = match source.mesh {
-            Some(index) => self.mesh(index, &format!("{at}/mesh"))?,
-            None => None,
-        };
-        self.losses.skins |= source.skin.is_some();
+        let light = if visible { self.light(source, at)? } else { None };
         let own = source.name.clone().filter(|name| !name.is_empty());
+        if let (None, Some(index)) = (self.aspect, source.camera) {
+            self.aspect = self.aspect_of(index);
+        }
         let (camera, camera_name) = camera.unzip();
         let (light, light_name) = light.unzip();
         let name = own.or(camera_name.flatten()).or(light_name.flatten());
-        Ok(Node { parent, name, transform, mesh, light, camera })
+        Ok(Node { parent, name, transform, mesh: None, light, camera })
+    }
+
+    /// Gives a node its mesh: once, at many places, or where its joints are.
+    fn meshes_of(
+        &mut self,
+        number: usize,
+        source: &json::Node,
+        (place, matrix): (usize, &DAffine3),
+        found: &mut Found,
+    ) -> Result<(), LoadError> {
+        let Some(index) = source.mesh else { return Ok(()) };
+        let at = format!("/nodes/{number}");
+        let moved = self.moved.get(&number).and_then(|moved| moved.weights.clone());
+        let weights = moved.or_else(|| source.weights.clone());
+        let mut shaping = Shaping { weights: weights.as_deref(), joints: None };
+        let another = |parent, transform, mesh| Node {
+            parent,
+            name: None,
+            transform,
+            mesh: Some(mesh),
+            light: None,
+            camera: None,
+        };
+        if let Some(skin) = source.skin {
+            // Joints say where it is; the node's own transform does not count.
+            let joints = self.joints(skin, &format!("{at}/skin"))?;
+            shaping.joints = Some((number, &joints));
+            if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
+                found.bounds = found.bounds.union(self.bounds_of(mesh, &DAffine3::IDENTITY));
+                found.nodes.push(another(None, Transform::IDENTITY, mesh));
+            }
+            return Ok(());
+        }
+        let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? else { return Ok(()) };
+        let Some(instances) = self.instances(source, &at)? else {
+            found.bounds = found.bounds.union(self.bounds_of(mesh, matrix));
+            found.nodes[place].mesh = Some(mesh);
+            return Ok(());
+        };
+        for (transform, local) in instances {
+            if is_flat(&local) {
+                self.losses.flat_nodes += 1;
+                continue;
+            }
+            found.bounds = found.bounds.union(self.bounds_of(mesh, &(*matrix * local)));
+            found.nodes.push(another(Some(place), transform, mesh));
+        }
+        Ok(())
     }
 
     /// The box around a placed mesh's own box.
-    fn bounds_of(&self, id: MeshId, matrix: &DAffine3) -> Aabb {
+    fn bounds_of(&mut self, id: MeshId, matrix: &DAffine3) -> Aabb {
         let Some(mesh) = self.assets.meshes.get(id.0 as usize) else { return Aabb::EMPTY };
-        let corners = mesh.triangles.as_flattened().iter();
-        let own = Aabb::around(corners.filter_map(|vertex| mesh.positions.get(*vertex as usize)).copied());
+        let own = *self.boxes.entry(id).or_insert_with(|| {
+            let corners = mesh.triangles.as_flattened().iter();
+            Aabb::around(corners.filter_map(|vertex| mesh.positions.get(*vertex as usize)).copied())
+        });
         let corner = |index: u32| {
             let pick = |axis: usize| if index >> axis & 1 == 0 { own.min[axis] } else { own.max[axis] };
             matrix.transform_point3(Vec3::new(pick(0), pick(1), pick(2)).as_dvec3()).as_vec3()
@@ -79,7 +150,7 @@ impl Import<'_> {
 }
 
 /// Each node's parent. Errors: a child that is not there, has two parents, or is its own ancestor.
-fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadError> {
+pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadError> {
     let nodes = &document.root.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     for (number, node) in nodes.iter().enumerate() {
@@ -111,16 +182,41 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadError> {
     Ok(parents)
 }
 
-/// The nodes that the default scene begins with: those of the scene that the file names or
-/// else of its first or, without any scene, all that have no parent.
-fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>, LoadError> {
-    let Root { scene, scenes, nodes, .. } = &document.root;
-    let index = match scene {
-        Some(index) => *index,
-        None if scenes.is_empty() => {
-            return Ok((0..nodes.len()).filter(|node| parents[*node].is_none()).collect());
-        }
-        None => Index::new(0),
+/// The scene that is shown: the one that was asked for by name or number, else that which the
+/// file names, else its first. None where there is no scene at all.
+pub(super) fn scene(
+    document: &Document,
+    asked: Option<&str>,
+) -> Result<Option<Index<json::Scene>>, LoadError> {
+    let Root { scene, scenes, .. } = &document.root;
+    let Some(asked) = asked else {
+        return Ok(scene.or((!scenes.is_empty()).then(|| Index::new(0))));
+    };
+    let named = scenes.iter().position(|scene| scene.name.as_deref() == Some(asked));
+    let numbered = || asked.parse().ok().filter(|number| *number < scenes.len());
+    named.or_else(numbered).map(|number| Some(Index::new(number as u32))).ok_or_else(|| {
+        let names = presentable(scenes.iter().filter_map(|scene| scene.name.as_deref()));
+        let asked = words(asked);
+        let reason = match scenes.len() {
+            0 => format!("there is no scene \"{asked}\": the file has none, only nodes"),
+            count => {
+                let (hint, last) = (did_you_mean(&asked, names), count - 1);
+                format!("there is no scene \"{asked}\"{hint}; by number there are 0 to {last}")
+            }
+        };
+        document.error("/scenes", reason)
+    })
+}
+
+/// The nodes that a scene begins with; without a scene all that have no parent.
+pub(super) fn roots(
+    document: &Document,
+    scene: Option<Index<json::Scene>>,
+    parents: &[Option<usize>],
+) -> Result<Vec<usize>, LoadError> {
+    let Root { scenes, nodes, .. } = &document.root;
+    let Some(index) = scene else {
+        return Ok((0..nodes.len()).filter(|node| parents[*node].is_none()).collect());
     };
     let scene = document.get(scenes, index, "/scene", "scene")?;
     let mut taken = vec![false; nodes.len()];
@@ -136,54 +232,4 @@ fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>, L
         }
     }
     Ok(scene.nodes.iter().map(|root| root.value()).collect())
-}
-
-/// A node's own transform, and the same as a matrix.
-fn transform(document: &Document, node: &json::Node, at: &str) -> Result<(Transform, DAffine3), LoadError> {
-    let too_large = |key: &str| document.error(format_args!("{at}/{key}"), "a number is too large");
-    if let Some(columns) = node.matrix {
-        let matrix = Mat4::from_cols_array(&columns);
-        if !matrix.is_finite() {
-            return Err(too_large("matrix"));
-        }
-        if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
-            let reason = "the matrix is not affine: its last row must be 0 0 0 1";
-            return Err(document.error(format_args!("{at}/matrix"), reason));
-        }
-        return Ok((Transform::Matrix(matrix), DAffine3::from_mat4(wide(&matrix))));
-    }
-    let translation = Vec3::from_array(node.translation.unwrap_or_default());
-    let scale = Vec3::from_array(node.scale.unwrap_or([1.0; 3]));
-    if !translation.is_finite() {
-        return Err(too_large("translation"));
-    }
-    if !scale.is_finite() {
-        return Err(too_large("scale"));
-    }
-    let rotation = DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
-    let length = rotation.length();
-    if !(length > 1e-6 && length.is_finite()) {
-        let reason = "a rotation is a quaternion of length 1";
-        return Err(document.error(format_args!("{at}/rotation"), reason));
-    }
-    let rotation = (rotation / length).as_quat();
-    let local = DAffine3::from_scale_rotation_translation(
-        scale.as_dvec3(),
-        rotation.as_dquat().normalize(),
-        translation.as_dvec3(),
-    );
-    Ok((Transform::Trs { translation, rotation, scale }, local))
-}
-
-fn wide(matrix: &Mat4) -> DMat4 {
-    DMat4::from_cols_array(&matrix.to_cols_array().map(f64::from))
-}
-
-/// Whether a transform leaves no volume: a scale of 0 is how files hide things.
-fn is_flat(matrix: &DAffine3) -> bool {
-    let axes = matrix.matrix3;
-    let length = |axis: DVec3| axis.length();
-    let lengths = length(axes.x_axis) * length(axes.y_axis) * length(axes.z_axis);
-    let volume = axes.determinant().abs();
-    volume == 0.0 || volume < FLAT * lengths
 }

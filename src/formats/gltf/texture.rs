@@ -1,61 +1,136 @@
 //! Textures: an image, a sampler and perhaps a transform.
 
-use gltf::json::texture::{Info, MagFilter, WrappingMode};
+use std::collections::HashMap;
+
+use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
 use super::Import;
-use super::extensions::{TextureTransform, WebpTexture};
+use super::extensions::texture::{OtherSource, Slot, TextureTransform};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2};
-use crate::world::Texture;
-use crate::world::assets::{TextureFilter, Wrap};
+use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
-/// A texture as a material uses it, and by which of the mesh's sets of coordinates.
-pub(super) struct Lookup {
-    pub texture: Texture,
-    pub set: u32,
+/// The textures that were made so far, by all that makes one differ from another. (The store's
+/// own search compares a texture with every other.)
+#[derive(Default)]
+pub(super) struct Textures(HashMap<Key, TextureId>);
+
+type Key = (u32, [u8; 4], u32, [u32; 8]);
+
+impl Textures {
+    fn id(&mut self, texture: Texture, assets: &mut Assets) -> TextureId {
+        let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
+        let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];
+        let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8];
+        *self.0.entry((image.0, names, uv_set, numbers.map(f32::to_bits))).or_insert_with(|| {
+            assets.textures.push(texture);
+            TextureId(assets.textures.len() as u32 - 1)
+        })
+    }
 }
 
 impl Import<'_> {
-    /// A texture that colours are looked up in; none if its image cannot be had.
-    pub(super) fn lookup(&mut self, info: &Info, at: &str) -> Result<Option<Lookup>, LoadError> {
-        let document = self.document;
-        let texture = document.get(&document.root.textures, info.index, at, "texture")?;
-        let Some(source) = self.source(info.index, at)? else { return Ok(None) };
-        let id = self.images.id(document, source, at, self.assets, self.warnings)?;
-        let Some(image) = id else { return Ok(None) };
-        let mut lookup = Lookup { texture: Texture::new(image), set: info.tex_coord };
-        if let Some(index) = texture.sampler {
-            let at = format!("/textures/{}/sampler", info.index.value());
-            let sampler = document.get(&document.root.samplers, index, at, "sampler")?;
-            if sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)) {
-                lookup.texture.filter = TextureFilter::Nearest;
-            }
-            lookup.texture.wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
-        }
-        let extensions = info.extensions.as_ref().map(|extensions| &extensions.others);
-        let transform: Option<TextureTransform> =
-            document.extension(extensions, "KHR_texture_transform", at)?;
-        if let Some(transform) = transform {
-            lookup.texture.scale = Vec2::from_array(transform.scale);
-            lookup.texture.offset = Vec2::from_array(transform.offset);
-            lookup.set = transform.tex_coord.unwrap_or(lookup.set);
-            if transform.rotation != 0.0 {
-                self.losses.rotated_textures += 1;
-            }
-        }
-        Ok(Some(lookup))
+    /// A colour, by the sRGB curve where there is a texture.
+    pub(super) fn color(
+        &mut self,
+        factor: Rgb,
+        slot: Option<&Slot>,
+        at: &str,
+    ) -> Result<ColorInput, LoadError> {
+        let Some(texture) = self.lookup(slot, ColorSpace::Srgb, at)? else {
+            return Ok(ColorInput::Constant(factor));
+        };
+        Ok(match factor.is_black() {
+            true => ColorInput::Constant(factor),
+            false => ColorInput::Texture(self.texture_id(Texture { factor, ..texture })),
+        })
     }
 
-    /// The mean over a texture's image, as it is stored.
-    pub(super) fn texture_mean(&mut self, info: &Info, at: &str) -> Result<Option<[f32; 3]>, LoadError> {
-        let Some(source) = self.source(info.index, at)? else { return Ok(None) };
-        self.images.mean(self.document, source, at, self.warnings)
+    /// A number from a channel of a texture, as it is stored.
+    pub(super) fn scalar(
+        &mut self,
+        factor: f32,
+        slot: Option<&Slot>,
+        channel: Channel,
+        at: &str,
+    ) -> Result<ScalarInput, LoadError> {
+        let texture = self.lookup(slot, ColorSpace::Linear, at)?.filter(|_| factor != 0.0);
+        let texture = texture.map(|texture| (self.texture_id(texture), channel));
+        Ok(ScalarInput { factor, texture })
+    }
+
+    /// Normals from a texture.
+    pub(super) fn normal_map(
+        &mut self,
+        slot: Option<&Slot>,
+        at: &str,
+    ) -> Result<Option<NormalMap>, LoadError> {
+        let texture = self.lookup(slot, ColorSpace::Linear, at)?;
+        if slot.is_some_and(|slot| !slot.scale.is_finite()) {
+            return Err(self.document.error(format_args!("{at}/scale"), "a number is too large"));
+        }
+        Ok(texture
+            .zip(slot)
+            .map(|(texture, slot)| NormalMap { texture: self.texture_id(texture), scale: slot.scale }))
+    }
+
+    /// What a texture is called from now on.
+    pub(super) fn texture_id(&mut self, texture: Texture) -> TextureId {
+        self.textures.id(texture, self.assets)
+    }
+
+    /// What is looked up in a slot; none if there is none or its image cannot be had.
+    pub(super) fn lookup(
+        &mut self,
+        slot: Option<&Slot>,
+        color_space: ColorSpace,
+        at: &str,
+    ) -> Result<Option<Texture>, LoadError> {
+        let Some(slot) = slot else { return Ok(None) };
+        let document = self.document;
+        let Some(source) = self.source(slot.index, at)? else { return Ok(None) };
+        let id = self.images.id(document, source, color_space, at, self.assets, self.warnings)?;
+        let Some(image) = id else { return Ok(None) };
+        let mut texture = Texture { color_space, uv_set: slot.tex_coord, ..Texture::new(image) };
+        self.sample(slot.index, &mut texture, at)?;
+        let transform: Option<TextureTransform> =
+            document.extension(slot.extensions.as_ref(), "KHR_texture_transform", at)?;
+        if let Some(transform) = transform {
+            texture.scale = Vec2::from_array(transform.scale);
+            texture.offset = Vec2::from_array(transform.offset);
+            texture.rotation = transform.rotation;
+            texture.uv_set = transform.tex_coord.unwrap_or(texture.uv_set);
+        }
+        if texture.uv_set > 1 {
+            self.losses.other_sets += 1;
+            texture.uv_set = 0;
+        }
+        Ok(Some(texture))
+    }
+
+    /// Between texels and outside the unit square, as a texture's sampler says.
+    fn sample(&self, index: Index<json::Texture>, texture: &mut Texture, at: &str) -> Result<(), LoadError> {
+        let document = self.document;
+        texture.filter = TextureFilter::Trilinear;
+        let Some(sampler) = document.get(&document.root.textures, index, at, "texture")?.sampler else {
+            return Ok(());
+        };
+        let at = format!("/textures/{}/sampler", index.value());
+        let sampler = document.get(&document.root.samplers, sampler, at, "sampler")?;
+        texture.wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
+        texture.filter = match (sampler.mag_filter, sampler.min_filter) {
+            (Some(Checked::Valid(MagFilter::Nearest)), _) => TextureFilter::Nearest,
+            (_, Some(Checked::Valid(MinFilter::Nearest | MinFilter::Linear))) => TextureFilter::Bilinear,
+            _ => TextureFilter::Trilinear,
+        };
+        Ok(())
     }
 
     /// The image of a texture; none, and a warning, if only unknown extensions could say.
-    fn source(
+    pub(super) fn source(
         &mut self,
         index: Index<json::Texture>,
         at: &str,
@@ -64,23 +139,24 @@ impl Import<'_> {
         let texture = document.get(&document.root.textures, index, at, "texture")?;
         let at = format!("/textures/{}", index.value());
         let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
-        let webp: Option<WebpTexture> = document.extension(extensions, "EXT_texture_webp", &at)?;
-        if let Some(source) = webp.and_then(|webp| webp.source) {
-            return Ok(Some(Index::new(source)));
+        let mut others = vec!["EXT_texture_webp"];
+        // What cannot be decoded may have a picture of another kind beside it.
+        // The crate's number for none.
+        let has_own = texture.source.value() != u32::MAX as usize;
+        if cfg!(feature = "basisu") || !has_own {
+            others.push("KHR_texture_basisu");
         }
-        // What the crate says where there is none.
-        if texture.source.value() == u32::MAX as usize {
+        for name in others {
+            let other: Option<OtherSource> = document.extension(extensions, name, &at)?;
+            if let Some(source) = other.and_then(|other| other.source) {
+                return Ok(Some(Index::new(source)));
+            }
+        }
+        if !has_own {
             self.warnings.push(document.warning(format_args!("{at}: has no image that can be read")));
             return Ok(None);
         }
         Ok(Some(texture.source))
-    }
-}
-
-impl Lookup {
-    /// With another factor.
-    pub(super) fn times(&self, factor: Rgb) -> Texture {
-        Texture { factor, ..self.texture }
     }
 }
 

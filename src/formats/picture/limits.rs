@@ -17,7 +17,7 @@ const ALWAYS_ALLOWED: u64 = 16 << 20;
 
 /// Refuses a picture of `width` times `height` pixels that are to become `pixel_bytes`
 /// each if it is too large, or larger than a file of `file_bytes` can honestly be.
-pub(super) fn check(
+pub(in crate::formats) fn check(
     path: &Path,
     [width, height]: [u64; 2],
     pixel_bytes: u64,

@@ -9,6 +9,7 @@
 //!         └──────────────── advance <────────────────┘
 //! ```
 
+mod path_stages;
 pub mod queue;
 mod stages;
 
@@ -16,11 +17,14 @@ use std::ops::Range;
 use std::time::Instant;
 
 use super::path::{pack_pixel, unpack_pixel};
-use super::{Frame, Stage, Statistics, whitted};
+use super::shadow::connect;
+use super::{Frame, Stage, Statistics};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
+use crate::world::Transport;
+use path_stages::{Groups, PassShadows, ShadePaths};
 use queue::{Columns, HitQueue, PADDING, PathQueue, ShadowQueue, VertexQueue};
 use stages::{Generate, Light, Retire, Shade};
 
@@ -29,6 +33,7 @@ pub struct Wave {
     /// Paths of the wave.
     paths: PathQueue,
     hits: HitQueue,
+    shadow_hits: HitQueue,
     vertices: VertexQueue,
     reflect: PathQueue,
     refract: PathQueue,
@@ -39,7 +44,7 @@ pub struct Wave {
     occluded: Vec<u32>,
     pixels: Vec<u32>,
     samples: Vec<u32>,
-    t_min: Vec<f32>,
+    groups: Groups,
     t_max: Vec<f32>,
     stack: Stack,
 }
@@ -52,6 +57,7 @@ impl Wave {
         Self {
             paths: PathQueue(Columns::new(capacity)),
             hits: HitQueue(Columns::new(capacity)),
+            shadow_hits: HitQueue(Columns::new(capacity)),
             vertices: VertexQueue(Columns::new(capacity)),
             reflect: PathQueue(Columns::new(capacity)),
             refract: PathQueue(Columns::new(capacity)),
@@ -61,7 +67,7 @@ impl Wave {
             occluded: integers(),
             pixels: integers(),
             samples: integers(),
-            t_min: vec![0.0; capacity + PADDING],
+            groups: Groups::new(capacity, frame.scene.principled.len()),
             t_max: vec![f32::INFINITY; capacity + PADDING],
             stack: Stack::new(&frame.scene.bvh),
         }
@@ -84,14 +90,22 @@ impl Wave {
                 return;
             }
             let count = self.paths.0.len();
-            let rays = self.paths.rays(&self.t_min, &self.t_max);
+            let rays = self.paths.rays(&self.t_max);
             let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
             bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
             dispatch(level, Retire { frame, paths: &mut self.paths, hits: &mut self.hits, film });
             clock.stage(Stage::Retire);
-            self.shade(frame, level, &mut clock);
-            self.lights(frame, level, &mut clock);
+            match frame.transport {
+                Transport::Whitted => {
+                    self.shade(frame, level, &mut clock);
+                    self.lights(frame, level, &mut clock);
+                }
+                Transport::Path => {
+                    self.shade_paths(frame, level, &mut clock);
+                    self.pass_shadows(frame, level, &mut clock);
+                }
+            }
             self.advance(film, &mut clock);
         }
     }
@@ -126,6 +140,40 @@ impl Wave {
         clock.stage(Stage::Shade);
     }
 
+    /// The path transport's vertices, material by material.
+    fn shade_paths(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        self.groups.sort(self.hits.materials(self.paths.0.len()));
+        let stage = ShadePaths {
+            frame,
+            paths: &mut self.paths,
+            hits: &self.hits,
+            groups: &self.groups,
+            goes_on: &mut self.goes_on,
+            next: &mut self.reflect,
+            shadow: &mut self.shadow,
+        };
+        dispatch(level, stage);
+        clock.statistics.rays.scatter += self.reflect.0.len() as u64;
+        clock.stage(Stage::Shade);
+    }
+
+    /// The path transport's shadow rays: where surfaces may not be there, each of those that are
+    /// met is looked at.
+    fn pass_shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        if !frame.scene.has_cutouts {
+            return self.shadows(frame, level, clock);
+        }
+        clock.statistics.rays.shadow += self.shadow.0.len() as u64;
+        while !self.shadow.0.is_empty() {
+            let count = self.shadow.0.len();
+            let (bvh, hits) = (&frame.scene.bvh, self.shadow_hits.columns(count));
+            bvh::closest(level, bvh, self.shadow.rays(), Coherence::Unknown, &mut self.stack, hits);
+            let (paths, shadow) = (&mut self.paths, &mut self.shadow);
+            dispatch(level, PassShadows { frame, shadow, hits: &self.shadow_hits, paths });
+        }
+        clock.stage(Stage::Shadow);
+    }
+
     /// All samples of all lights, light by light, as many to a shadow wave as fit.
     fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
@@ -144,7 +192,7 @@ impl Wave {
     /// Traces the shadow queue and adds what arrives, in the queue's order.
     fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         let count = self.shadow.0.len();
-        let rays = self.shadow.rays(&self.t_min);
+        let rays = self.shadow.rays();
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
         bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         let ([r, g, b], targets) = self.shadow.contributions();
@@ -153,7 +201,7 @@ impl Wave {
             if self.occluded[i] == 0 {
                 let to = targets[i] as usize;
                 let so_far = Color::new(to_r[to], to_g[to], to_b[to]);
-                let sum = whitted::connect(so_far, Color::new(r[i], g[i], b[i]));
+                let sum = connect(so_far, Color::new(r[i], g[i], b[i]));
                 (to_r[to], to_g[to], to_b[to]) = (sum.r, sum.g, sum.b);
             }
         }

@@ -4,7 +4,8 @@
 
 use crate::bvh::{HitsMut, Rays};
 use crate::integrator::path::Path;
-use crate::math::{Color, Vector};
+use crate::integrator::shadow::ShadowRay;
+use crate::math::{Color, Ray, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
 
@@ -100,16 +101,29 @@ impl<const N: usize, const M: usize> Columns<N, M> {
     }
 }
 
-/// Paths: origin, direction, throughput, radiance; pixel, sample, branch, depth, source.
+#[inline(always)]
+fn gather_vector<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Vector<F> {
+    let [x, y, z] = columns;
+    Vector::new(F::gather(x, places, mask), F::gather(y, places, mask), F::gather(z, places, mask))
+}
+
+#[inline(always)]
+fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Color<F> {
+    let v = gather_vector::<F>(columns, places, mask);
+    Color::new(v.x, v.y, v.z)
+}
+
+/// Paths: origin, direction, throughput, radiance, density, beginning, width, spread; pixel,
+/// sample, branch, depth, medium, source.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<12, 5>);
+pub struct PathQueue(pub Columns<16, 6>);
 
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;
 /// Integer column of [`PathQueue`].
-const SOURCE: usize = 4;
+const SOURCE: usize = 5;
 
 impl PathQueue {
     /// The paths from `at` on.
@@ -125,6 +139,32 @@ impl PathQueue {
             sample: q.integer(1, at),
             branch: q.integer(2, at),
             depth: q.integer(3, at),
+            pdf: q.float(12, at),
+            t_min: q.float(13, at),
+            width: q.float(14, at),
+            spread: q.float(15, at),
+            medium: q.integer(4, at),
+        }
+    }
+
+    /// The paths at some places.
+    #[inline(always)]
+    pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> Path<F> {
+        let (f, i) = (&self.0.floats, &self.0.integers);
+        Path {
+            origin: gather_vector::<F>([&f[0], &f[1], &f[2]], places, mask),
+            direction: gather_vector::<F>([&f[3], &f[4], &f[5]], places, mask),
+            throughput: gather_color::<F>([&f[6], &f[7], &f[8]], places, mask),
+            radiance: gather_color::<F>([&f[9], &f[10], &f[11]], places, mask),
+            pixel: F::Int::gather(&i[0], places, mask),
+            sample: F::Int::gather(&i[1], places, mask),
+            branch: F::Int::gather(&i[2], places, mask),
+            depth: F::Int::gather(&i[3], places, mask),
+            pdf: F::gather(&f[12], places, mask),
+            t_min: F::gather(&f[13], places, mask),
+            width: F::gather(&f[14], places, mask),
+            spread: F::gather(&f[15], places, mask),
+            medium: F::Int::gather(&i[4], places, mask),
         }
     }
 
@@ -132,8 +172,12 @@ impl PathQueue {
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
-        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b];
-        self.0.pack::<F>(at, mask, floats, [path.pixel, path.sample, path.branch, path.depth, source]);
+        let floats = [
+            o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.t_min, path.width,
+            path.spread,
+        ];
+        let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, source];
+        self.0.pack::<F>(at, mask, floats, integers);
     }
 
     /// Appends paths.
@@ -144,14 +188,14 @@ impl PathQueue {
         self.0.set_len(at + mask.count());
     }
 
-    /// The rays along which the paths go, with columns of their ends.
-    pub fn rays<'a>(&'a self, t_min: &'a [f32], t_max: &'a [f32]) -> Rays<'a> {
+    /// The rays along which the paths go, with a column of their ends.
+    pub fn rays<'a>(&'a self, t_max: &'a [f32]) -> Rays<'a> {
         let n = self.0.length;
         let column = |i: usize| &self.0.floats[i][..n];
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
-            t_min: &t_min[..n],
+            t_min: column(13),
             t_max: &t_max[..n],
         }
     }
@@ -199,14 +243,15 @@ impl PathQueue {
     }
 }
 
-/// Hits of the rays of a wave: t, u, v; primitive, instance.
-pub struct HitQueue(pub Columns<3, 2>);
+/// Hits of the rays of a wave: t, u, v; primitive, instance, material (of what has been hit under
+/// the path transport).
+pub struct HitQueue(pub Columns<3, 3>);
 
 impl HitQueue {
     /// All columns for the first `count` rays, to write to.
     pub fn columns(&mut self, count: usize) -> HitsMut<'_> {
         let [t, u, v] = &mut self.0.floats;
-        let [primitive, instance] = &mut self.0.integers;
+        let [primitive, instance, _] = &mut self.0.integers;
         HitsMut {
             t: &mut t[..count],
             u: &mut u[..count],
@@ -228,35 +273,74 @@ impl HitQueue {
         }
     }
 
+    /// The hits at some places.
+    #[inline(always)]
+    pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> HitLanes<F> {
+        let q = &self.0;
+        HitLanes {
+            t: F::gather(&q.floats[0], places, mask),
+            u: F::gather(&q.floats[1], places, mask),
+            v: F::gather(&q.floats[2], places, mask),
+            primitive: F::Int::gather(&q.integers[0], places, mask),
+            instance: F::Int::gather(&q.integers[1], places, mask),
+        }
+    }
+
     /// Packs hits to place `at`.
     #[inline(always)]
-    pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, hit: &HitLanes<F>) {
-        self.0.pack::<F>(at, mask, [hit.t, hit.u, hit.v], [hit.primitive, hit.instance]);
+    pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, hit: &HitLanes<F>, material: F::Int) {
+        self.0.pack::<F>(at, mask, [hit.t, hit.u, hit.v], [hit.primitive, hit.instance, material]);
+    }
+
+    /// Materials of the first `count` hits.
+    pub fn materials(&self, count: usize) -> &[u32] {
+        &self.0.integers[2][..count]
     }
 }
 
-/// Shadow rays: origin, direction, end, contribution; which hit they are for.
-pub struct ShadowQueue(pub Columns<10, 1>);
+/// Shadow rays: origin, direction, end, contribution, beginning; which hit they are for.
+pub struct ShadowQueue(pub Columns<11, 1>);
 
 impl ShadowQueue {
     /// Appends rays.
     #[inline(always)]
-    pub fn append<F: Float>(&mut self, shadow: &crate::integrator::whitted::ShadowRay<F>, target: F::Int) {
-        let (o, d, c) = (shadow.ray.origin, shadow.ray.direction, shadow.contribution);
+    pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
         let at = self.0.length;
-        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, shadow.ray.t_max, c.r, c.g, c.b];
-        self.0.pack::<F>(at, shadow.mask, floats, [target]);
+        self.store(at, shadow, target);
         self.0.set_len(at + shadow.mask.count());
     }
 
+    /// Packs rays to place `at`.
+    #[inline(always)]
+    pub fn store<F: Float>(&mut self, at: usize, shadow: &ShadowRay<F>, target: F::Int) {
+        let (o, d, c) = (shadow.ray.origin, shadow.ray.direction, shadow.contribution);
+        let ray = &shadow.ray;
+        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, ray.t_max, c.r, c.g, c.b, ray.t_min];
+        self.0.pack::<F>(at, shadow.mask, floats, [target]);
+    }
+
+    /// The rays from `at` on, all of them valid, and which hits they are for.
+    #[inline(always)]
+    pub fn load<F: Float>(&self, at: usize) -> (ShadowRay<F>, F::Int) {
+        let q = &self.0;
+        let ray = Ray {
+            origin: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
+            direction: Vector::new(q.float(3, at), q.float(4, at), q.float(5, at)),
+            t_min: q.float(10, at),
+            t_max: q.float(6, at),
+        };
+        let contribution = Color::new(q.float(7, at), q.float(8, at), q.float(9, at));
+        (ShadowRay { ray, contribution, mask: F::Mask::first(F::WIDTH) }, q.integer(0, at))
+    }
+
     /// The rays.
-    pub fn rays<'a>(&'a self, t_min: &'a [f32]) -> Rays<'a> {
+    pub fn rays(&self) -> Rays<'_> {
         let n = self.0.length;
         let column = |i: usize| &self.0.floats[i][..n];
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
-            t_min: &t_min[..n],
+            t_min: column(10),
             t_max: column(6),
         }
     }

@@ -1,16 +1,18 @@
 //! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
 //! queue; what happens to light in it is in [`crate::integrator::whitted`].
 
+use super::path_stages::material_of;
 use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
 use crate::film::Film;
 use crate::integrator::path::unpack_pixel;
-use crate::integrator::{Frame, whitted};
+use crate::integrator::{Frame, begin, path_tracing, whitted};
 use crate::math::{NONE, Rgb};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+use crate::world::Transport;
 
 /// The first `count` lanes, at most all.
 #[inline(always)]
-fn lanes<F: Float>(count: usize) -> F::Mask {
+pub(super) fn lanes<F: Float>(count: usize) -> F::Mask {
     F::Mask::first(count.min(F::WIDTH))
 }
 
@@ -43,7 +45,7 @@ impl Kernel for Generate<'_> {
         for at in (0..self.count).step_by(width) {
             let pixel = <L::Queue as Float>::Int::load(&self.pixels[at..]);
             let sample = <L::Queue as Float>::Int::load(&self.samples[at..]);
-            let path = whitted::begin::<L::Queue>(self.frame, pixel, sample);
+            let path = begin::begin::<L::Queue>(self.frame, pixel, sample);
             self.out.append(lanes::<L::Queue>(self.count - at), &path, Int::splat(NONE));
         }
     }
@@ -73,7 +75,10 @@ impl Kernel for Retire<'_> {
             let hit = self.hits.load::<L::Queue>(at);
             let missed = hit.primitive.eq(Int::splat(NONE)) & valid;
             if missed.any() {
-                let radiance = whitted::miss(self.frame, &path);
+                let radiance = match self.frame.transport {
+                    Transport::Whitted => whitted::miss(self.frame, &path),
+                    Transport::Path => path_tracing::miss(self.frame, &path, missed),
+                };
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
                 radiance.r.store(&mut r);
@@ -92,7 +97,13 @@ impl Kernel for Retire<'_> {
             let stays = valid & !missed;
             // In place: what is written lies at or before what has been read.
             self.paths.store(kept, stays, &path, Int::splat(NONE));
-            self.hits.store(kept, stays, &hit);
+            let material = match self.frame.transport {
+                Transport::Whitted => Int::splat(NONE),
+                Transport::Path => {
+                    material_of::<L::Queue>(&self.frame.scene.geometry, hit.primitive, hit.instance, stays)
+                }
+            };
+            self.hits.store(kept, stays, &hit, material);
             kept += stays.count();
         }
         self.paths.0.set_len(kept);

@@ -134,11 +134,95 @@ fn primitives_of_a_mesh_are_merged_with_their_materials() {
 }
 
 #[test]
-fn the_base_color_says_which_texture_coordinates() {
+fn both_sets_of_texture_coordinates_and_alphas_are_read() {
     let mut file = with_attribute("TEXCOORD_1", &floats(&[0.5; 6]), 5126, "VEC2");
+    let alphas =
+        add_accessor(&mut file, &[255, 255, 255, 0, 255, 255, 255, 255, 0, 0, 0, 255], 5121, "VEC4", 3);
+    set(&mut file, "/meshes/0/primitives/0/attributes/COLOR_0", json!(alphas));
+    let read = read(&file);
+    assert_eq!(read.mesh().uvs1, [Vec2::splat(0.5); 3]);
+    assert!(read.mesh().uvs.is_empty());
+    assert_eq!(read.mesh().alphas, [0.0, 1.0, 1.0]);
+}
+
+/// Four corners of two triangles that share an edge; on the right the texture is mirrored.
+fn mirrored() -> Value {
+    let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
+    let mut file = triangle();
+    let attributes = [
+        ("POSITION", floats(&positions), "VEC3"),
+        ("NORMAL", floats(&[0.0, 0.0, 1.0].repeat(4)), "VEC3"),
+        ("TEXCOORD_0", floats(&[0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.5, 2.0]), "VEC2"),
+    ];
+    for (name, bytes, kind) in attributes {
+        let accessor = add_accessor(&mut file, &bytes, 5126, kind, 4);
+        set(&mut file, &format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor));
+    }
+    let indices = add_accessor(&mut file, &[0, 1, 2, 1, 3, 2], 5121, "SCALAR", 6);
+    set(&mut file, "/meshes/0/primitives/0/indices", json!(indices));
     materials::add_texture(&mut file);
-    let texture = json!({"index": 0, "texCoord": 1});
-    set(&mut file, "/materials", json!([{"pbrMetallicRoughness": {"baseColorTexture": texture}}]));
+    set(&mut file, "/materials", json!([{"normalTexture": {"index": 0}}]));
     set(&mut file, "/meshes/0/primitives/0/material", json!(0));
-    assert_eq!(read(&file).mesh().uvs, [Vec2::splat(0.5); 3]);
+    file
+}
+
+#[test]
+fn normal_maps_get_tangents_and_mirrored_ones_their_own_vertices() {
+    let read = read(&mirrored());
+    let mesh = read.mesh();
+    assert_eq!(mesh.triangles[0], [0, 1, 2]);
+    assert_eq!(mesh.triangles[1][1], 3);
+    assert_eq!(mesh.positions.len(), 6, "the shared edge is there twice");
+    for columns in [mesh.normals.len(), mesh.uvs.len(), mesh.tangents.len()] {
+        assert_eq!(columns, 6);
+    }
+    // Texture upright, as v points down: u along x, the bitangent up.
+    for corner in mesh.triangles[0] {
+        let tangent = mesh.tangents[corner as usize];
+        assert!((tangent.truncate() - Vec3::X).length() < 1e-6 && tangent.w == 1.0, "{tangent}");
+    }
+    assert!(mesh.triangles[1].iter().all(|corner| mesh.tangents[*corner as usize].w == -1.0));
+}
+
+#[test]
+fn given_tangents_are_kept_and_made_units() {
+    let mut file = with_attribute("NORMAL", &floats(&[0.0, 0.0, 1.0].repeat(3)), 5126, "VEC3");
+    let given = floats(&[0.0, 2.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
+    let tangents = add_accessor(&mut file, &given, 5126, "VEC4", 3);
+    set(&mut file, "/meshes/0/primitives/0/attributes/TANGENT", json!(tangents));
+    let read = read(&file);
+    let tangents = &read.mesh().tangents;
+    assert_eq!(tangents[0].to_array(), [0.0, 1.0, 0.0, -1.0]);
+    assert!((tangents[1].truncate().length() - 1.0).abs() < 1e-6 && tangents[1].z == 0.0, "{}", tangents[1]);
+}
+
+#[test]
+fn tangents_of_strange_meshes_end() {
+    let strange = |positions: &[f32], uvs: &[f32], indices: &[u16]| {
+        let mut file = mirrored();
+        let count = positions.len() / 3;
+        let attributes = [
+            ("POSITION", floats(positions), "VEC3"),
+            ("NORMAL", floats(&[0.0, 0.0, 1.0].repeat(count)), "VEC3"),
+            ("TEXCOORD_0", floats(uvs), "VEC2"),
+        ];
+        for (name, bytes, kind) in attributes {
+            let accessor = add_accessor(&mut file, &bytes, 5126, kind, count);
+            set(&mut file, &format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor));
+        }
+        let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+        let indices = add_accessor(&mut file, &bytes, 5123, "SCALAR", indices.len());
+        set(&mut file, "/meshes/0/primitives/0/indices", json!(indices));
+        let read = read(&file);
+        assert!(read.mesh().tangents.iter().all(|tangent| tangent.is_finite()));
+        read.warnings.len()
+    };
+    let huge = [3e38, 0.0, 0.0, -3e38, 3e38, 0.0, 0.0, -3e38, 3e38];
+    assert_eq!(strange(&huge, &[1e30, -1e30, 3e38, 0.0, 0.0, 3e38], &[0, 1, 2]), 0);
+    let tiny = [1e-44, 0.0, 0.0, 0.0, 1e-44, 0.0, 0.0, 0.0, 1e-44];
+    assert_eq!(strange(&tiny, &[0.0; 6], &[0, 1, 2, 2, 1, 0]), 0);
+    assert_eq!(strange(&[0.0; 9], &[0.0; 6], &[0, 1, 2]), 0);
+    // All triangles around one edge, far too many.
+    let fan = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    assert_eq!(strange(&fan, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], &[0, 1, 2].repeat(20_000)), 1);
 }

@@ -3,6 +3,7 @@
 mod errors;
 mod geometry;
 mod materials;
+mod moving;
 mod robust;
 mod scene;
 
@@ -12,7 +13,8 @@ use serde_json::{Value, json};
 
 use super::Model;
 use crate::error::LoadError;
-use crate::world::{Assets, BlinnPhong, Material, Mesh};
+use crate::formats::LoadOptions;
+use crate::world::{Assets, Material, Mesh, Principled};
 
 /// What a file became.
 #[derive(Debug)]
@@ -28,17 +30,21 @@ impl Read {
     }
 
     /// The material of the first triangle.
-    fn material(&self) -> &BlinnPhong {
+    fn material(&self) -> &Principled {
         let id = self.mesh().triangle_materials[0];
-        let Material::BlinnPhong(material) = &self.assets.materials[id.0 as usize].material else { panic!() };
+        let Material::Principled(material) = &self.assets.materials[id.0 as usize].material else { panic!() };
         material
     }
 }
 
-fn read_bytes(bytes: &[u8]) -> Result<Read, LoadError> {
+fn read_with(bytes: &[u8], options: &LoadOptions) -> Result<Read, LoadError> {
     let (mut assets, mut warnings) = (Assets::default(), Vec::new());
-    let model = super::parse(bytes, Path::new("dir/test.gltf"), &mut assets, &mut warnings)?;
+    let model = super::parse(bytes, Path::new("dir/test.gltf"), options, &mut assets, &mut warnings)?;
     Ok(Read { model, assets, warnings })
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<Read, LoadError> {
+    read_with(bytes, &LoadOptions::default())
 }
 
 fn read(file: &Value) -> Read {

@@ -97,17 +97,16 @@ fn light(light: Value) -> Light {
 }
 
 #[test]
-fn a_lambertian_surface_shows_albedo_times_lux_over_pi() {
-    // 8 cd at 2 m are 2 lx; our surface shows kd · Φ/4π / d².
+fn lights_have_their_real_units() {
+    let pi = std::f32::consts::PI;
     let Light::Point { power_w, falloff } = light(json!({"type": "point", "intensity": 8})) else { panic!() };
-    let irradiance = power_w.r / (4.0 * std::f32::consts::PI) / 4.0;
-    assert!((irradiance - 2.0 / std::f32::consts::PI).abs() < 1e-6 && falloff == Falloff::InverseSquare);
+    assert!((power_w.r / (4.0 * pi) - 8.0).abs() < 1e-5 && falloff == Falloff::InverseSquare);
     let sun = light(json!({"type": "directional", "intensity": 3, "color": [1, 0.5, 0]}));
     let Light::Directional { irradiance, .. } = sun else { panic!() };
-    assert_eq!(irradiance, Rgb::new(3.0, 1.5, 0.0) * (1.0 / std::f32::consts::PI));
+    assert_eq!(irradiance, Rgb::new(3.0, 1.5, 0.0));
     let spot = light(json!({"type": "spot", "spot": {"innerConeAngle": 0.1}}));
     let Light::Spot { power_w, inner_angle, outer_angle, .. } = spot else { panic!() };
-    assert_eq!((power_w.r, inner_angle, outer_angle), (4.0, 0.1, std::f32::consts::FRAC_PI_4));
+    assert_eq!((power_w.r, inner_angle, outer_angle), (4.0 * pi, 0.1, std::f32::consts::FRAC_PI_4));
 }
 
 #[test]
@@ -115,9 +114,55 @@ fn what_is_left_out_is_told() {
     let read = read(&with(&[
         ("/extensionsUsed", json!(["KHR_lights_punctual", "EXT_new\nthing"])),
         ("/animations", json!([{"channels": [], "samplers": []}])),
-        ("/skins", json!([{"joints": [0]}])),
-        ("/nodes/0/skin", json!(0)),
     ]));
     assert!(read.warnings[0].ends_with("not supported and ignored: EXT_new\\nthing"), "{:?}", read.warnings);
-    assert!(read.warnings[1].ends_with("shown at rest: animations, skins"), "{:?}", read.warnings);
+    assert!(read.warnings[1].contains("animations: nodes stand as the file has them"), "{:?}", read.warnings);
+}
+
+#[test]
+fn a_scene_is_found_by_name_or_number() {
+    let file = with(&[
+        ("/nodes", json!([{"name": "a"}, {"name": "b"}])),
+        ("/scenes", json!([{"nodes": [0], "name": "1"}, {"nodes": [1], "name": "night"}])),
+    ]);
+    let first = |scene: &str| {
+        let options = LoadOptions { scene: Some(scene.to_owned()), ..LoadOptions::default() };
+        let read = read_with(file.to_string().as_bytes(), &options).map_err(|error| error.to_string())?;
+        Ok::<_, String>(read.model.nodes[0].name.clone().unwrap())
+    };
+    assert_eq!([first("1"), first("night"), first("0")].map(Result::unwrap), ["a", "b", "a"]);
+    let message = first("nihgt").unwrap_err();
+    assert!(message.contains("did you mean \"night\"?") && message.contains("0 to 1"), "{message}");
+    assert!(first("2").is_err() && first("-1").is_err());
+}
+
+#[test]
+fn what_is_invisible_is_left_out_with_its_children() {
+    let hidden = json!({"KHR_node_visibility": {"visible": false}});
+    let nodes = json!([{"mesh": 0, "children": [1], "extensions": hidden}, {"mesh": 0, "name": "child"}]);
+    let read = read(&with(&[("/nodes", nodes)]));
+    assert!(read.model.nodes.iter().all(|node| node.mesh.is_none()) && read.model.bounds.is_empty());
+}
+
+#[test]
+fn instances_share_a_mesh() {
+    let mut file = triangle();
+    let places = add_accessor(&mut file, &floats(&[0.0, 0.0, 0.0, 5.0, 0.0, 0.0]), 5126, "VEC3", 2);
+    let turns = add_accessor(&mut file, &[0, 0, 0, 127, 127, 0, 0, 0], 5120, "VEC4", 2);
+    let instancing = json!({"attributes": {"TRANSLATION": places, "ROTATION": turns, "_ID": 0}});
+    set(&mut file, "/nodes/0/extensions", json!({"EXT_mesh_gpu_instancing": instancing}));
+    let instanced = read(&file);
+    assert_eq!((instanced.assets.meshes.len(), instanced.model.nodes.len()), (1, 3));
+    assert_eq!(instanced.model.bounds.max, Vec3::new(6.0, 1.0, 0.0));
+    assert_eq!(instanced.model.nodes[2].parent, Some(0));
+    set(&mut file, "/accessors/2/count", json!(1));
+    assert!(refused(&file).contains("ROTATION: there are 2 of these and 1 of others"));
+}
+
+#[test]
+fn a_camera_says_what_shape_the_picture_has() {
+    let cameras =
+        json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 2}}]);
+    let read = read(&with(&[("/cameras", cameras), ("/nodes/0/camera", json!(0))]));
+    assert_eq!(read.model.aspect, Some(2.0));
 }

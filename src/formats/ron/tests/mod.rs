@@ -10,7 +10,7 @@ mod writing;
 use std::path::{Path, PathBuf};
 
 use crate::error::LoadError;
-use crate::formats::{AssetFiles, gltf};
+use crate::formats::{AssetFiles, LoadOptions, gltf};
 use crate::math::{Rgb, Vec3};
 use crate::world::{Assets, Image, Mesh, Texels, World};
 
@@ -40,7 +40,7 @@ impl AssetFiles for Fake {
         self.loaded.push(path.to_owned());
         let missing = path.to_string_lossy().contains("missing");
         let bytes = if missing { "{}" } else { MODEL };
-        gltf::parse(bytes.as_bytes(), path, assets, warnings)
+        gltf::parse(bytes.as_bytes(), path, &LoadOptions::default(), assets, warnings)
     }
 
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {

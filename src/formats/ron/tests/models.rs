@@ -29,7 +29,7 @@ fn its_nodes_stand_under_the_entity_after_the_scenes_own() {
         [4, 6].map(|at| world.entities.get::<&Shape>(order[at]).map(|shape| (*shape).clone()).unwrap());
     assert_eq!(meshes[0], meshes[1], "both placements share the mesh");
     let light = world.entities.get::<&Light>(order[3]).unwrap();
-    assert!(matches!(*light, Light::Point { power_w, .. } if power_w == grey(40.0)));
+    assert!(matches!(*light, Light::Point { power_w, .. } if power_w == grey(40.0 * std::f32::consts::PI)));
     assert!(world.assets.materials.iter().any(|material| material.name.as_deref() == Some("paint")));
 }
 

@@ -1,0 +1,116 @@
+//! What a physically based surface comes to under the Whitted transport, where every light is a
+//! point and nothing but mirrors shows the surroundings.
+//!
+//! With the base colour b, metalness m, roughness r and α = r²:
+//!
+//! - *diffuse* b · (1 − m + m α) / π. The second part is the metal's: the wider its lobe, the
+//!   less it depends on direction, and at r = 1 it is all but Lambertian. In the lobe itself
+//!   1 − α of the metal is left.
+//! - *shininess* s = 2/α² − 2, by which Blinn-Phong's distribution is as wide as Beckmann's
+//!   and GGX's of that α.
+//! - *specular* F₀ · (s + 2)/8π. A microfacet lobe is D F V with D = (s + 2)/2π · (n·h)ˢ and
+//!   V = 1/4 for light and viewer near the normal. F₀ = 0.04 (1 − m) + b m (1 − α).
+//! - *kr* b m (1 − r/0.3) for metals smoother than that: their lobe is a mirror image.
+//! - Textures of metalness, roughness and transmission count by their means: the model has one
+//!   exponent.
+//! - *Transmission* t lets b t through and leaves 1 − t of the diffuse part. Only what has a
+//!   volume bends light; a thin wall (an ior of 1) bends and mirrors nothing.
+//! - *Unlit* surfaces give their colour off.
+
+use std::f32::consts::PI;
+
+use crate::math::Rgb;
+use crate::world::assets::{Assets, Texels};
+use crate::world::{BlinnPhong, Channel, ColorInput, Principled, ScalarInput};
+
+/// Below this roughness lights have this size: the points of a perfect mirror would be found by
+/// no ray.
+const SMOOTHEST: f32 = 0.15;
+/// The roughness from which metals show no mirror image.
+const DULL: f32 = 0.3;
+/// F₀ of what is no metal.
+const DIELECTRIC: f32 = 0.04;
+
+/// A material, and the factors on what its textures say.
+pub(super) struct Classic {
+    pub material: BlinnPhong,
+    pub diffuse: Rgb,
+    pub specular: Rgb,
+    pub kr: Rgb,
+}
+
+pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
+    let black = ColorInput::default();
+    let plain = BlinnPhong { diffuse: black, ..BlinnPhong::default() };
+    let none = Classic { material: plain, diffuse: Rgb::BLACK, specular: Rgb::BLACK, kr: Rgb::BLACK };
+    if m.unlit {
+        return Classic { material: BlinnPhong { emission: m.base_color, ..none.material }, ..none };
+    }
+    let mean = |input: ScalarInput| input.factor * channel_mean(input, assets);
+    let (metallic, roughness) = (mean(m.metallic).clamp(0.0, 1.0), mean(m.roughness).clamp(0.0, 1.0));
+    let through = mean(m.transmission).clamp(0.0, 1.0) * (1.0 - metallic);
+    let alpha = roughness.max(SMOOTHEST) * roughness.max(SMOOTHEST);
+    let shininess = (2.0 / (alpha * alpha) - 2.0).max(0.0);
+    let peak = (shininess + 2.0) / (8.0 * PI);
+    let mirror = metallic * (1.0 - alpha);
+    // One factor for a texture: what is hardly metal takes grey, what is mostly metal its colour.
+    let (tint, specular) = if metallic > 0.5 {
+        (m.base_color, (mirror + DIELECTRIC * (1.0 - metallic)) * peak)
+    } else {
+        (ColorInput::Constant(Rgb::WHITE), (mirror + DIELECTRIC * (1.0 - metallic)) * peak)
+    };
+    let image = metallic * (1.0 - roughness / DULL).max(0.0);
+    let base = |input: ColorInput, weight: f32| match input {
+        ColorInput::Constant(color) => color * weight,
+        ColorInput::Texture(_) => Rgb::splat(weight),
+    };
+    let bends = m.volume.is_some();
+    let glass = through > 0.0;
+    Classic {
+        material: BlinnPhong {
+            diffuse: m.base_color,
+            specular: tint,
+            shininess,
+            kr: if glass { ColorInput::Constant(Rgb::WHITE) } else { m.base_color },
+            kt: match m.base_color {
+                ColorInput::Constant(color) => color * through,
+                ColorInput::Texture(_) => Rgb::splat(through),
+            },
+            ior: glass.then_some(if bends && m.ior >= 1.0 { m.ior } else { 1.0 }),
+            emission: m.emission,
+            ..BlinnPhong::default()
+        },
+        diffuse: base(m.base_color, ((1.0 - metallic) * (1.0 - through) + metallic * alpha) / PI),
+        specular: base(tint, specular),
+        kr: if glass { Rgb::WHITE } else { base(m.base_color, image) },
+    }
+}
+
+/// Along each axis of an image.
+const PROBES: u32 = 64;
+
+/// The mean of a channel over its image, as it is stored; 1 where there is none.
+fn channel_mean(input: ScalarInput, assets: &Assets) -> f32 {
+    let Some((texture, channel)) = input.texture else { return 1.0 };
+    let image = &assets.images[assets.textures[texture.0 as usize].image.0 as usize];
+    let place = match channel {
+        Channel::Red => 0,
+        Channel::Green => 1,
+        Channel::Blue => 2,
+        Channel::Alpha => 3,
+    };
+    let (columns, rows) = (image.width.min(PROBES), image.height.min(PROBES));
+    let mut sum = 0.0f64;
+    for row in 0..rows as usize {
+        for column in 0..columns as usize {
+            let y = row * image.height as usize / rows as usize;
+            let x = column * image.width as usize / columns as usize;
+            let at = y * image.width as usize + x;
+            sum += match &image.texels {
+                Texels::Rgba8(texels) => f64::from(texels[at][place]) / 255.0,
+                Texels::Rgb32(texels) => texels[at].get(place).copied().map_or(1.0, f64::from),
+            };
+        }
+    }
+    (sum / f64::from(columns * rows)) as f32
+}

@@ -1,0 +1,77 @@
+//! What lies infinitely far away.
+
+use hecs::Entity;
+
+use super::transforms::WorldTransforms;
+use crate::film::tonemap::srgb_decode;
+use crate::math::Rgb;
+use crate::sampling::table::Distribution2d;
+use crate::scene::Environment;
+use crate::scene::environment::Panorama;
+use crate::world::assets::{Image, Texels};
+use crate::world::{Background, Light, World};
+
+/// The first environment light, or else the background.
+pub(super) fn compile(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Environment {
+    for entity in order {
+        let Ok(light) = world.entities.get::<&Light>(*entity) else { continue };
+        let Light::Environment { radiance, image } = &*light else { continue };
+        let Some(image) = image else {
+            return Environment { background: Background::Constant(*radiance), panorama: None };
+        };
+        let image = &world.assets.images[image.0 as usize];
+        let m = transforms[entity].matrix3;
+        // The columns of a rotation are the rows of its inverse.
+        let axis = |v: glam::DVec3| v.normalize_or_zero().as_vec3();
+        let texels = radiances(image);
+        let panorama = Panorama {
+            width: image.width,
+            height: image.height,
+            table: importance(&texels, image.width as usize, image.height as usize),
+            texels,
+            factor: *radiance,
+            to_local: [axis(m.x_axis), axis(m.y_axis), axis(m.z_axis)],
+        };
+        return Environment { background: world.settings.background, panorama: Some(panorama) };
+    }
+    Environment { background: world.settings.background, panorama: None }
+}
+
+/// Columns of the grid that directions are drawn from, at most; it has half as many rows.
+const FINEST: usize = 1024;
+
+/// Luminance times the sine of the polar angle, over cells of whole texels. A cell has the mean of
+/// its texels and their neighbours': between texels the picture is blended, and nothing that
+/// shines may have no chance.
+fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> Distribution2d {
+    let (columns, rows) = (width.min(FINEST), height.min(FINEST / 2));
+    let luminance = |x: usize, y: usize| Rgb::from(texels[y * width + x]).luminance() as f64;
+    let mut weights = Vec::with_capacity(columns * rows);
+    for row in 0..rows {
+        let (top, bottom) = (row * height / rows, ((row + 1) * height).div_ceil(rows));
+        let angle = std::f64::consts::PI * (row as f64 + 0.5) / rows as f64;
+        for column in 0..columns {
+            let (left, right) = (column * width / columns, ((column + 1) * width).div_ceil(columns));
+            let (mut sum, mut count) = (0.0, 0.0);
+            for y in top.saturating_sub(1)..(bottom + 1).min(height) {
+                for x in left + width - 1..right + width + 1 {
+                    sum += luminance(x % width, y);
+                    count += 1.0;
+                }
+            }
+            weights.push((sum / count * libm::sin(angle)) as f32);
+        }
+    }
+    Distribution2d::new(&weights, columns)
+}
+
+/// Linear texels.
+fn radiances(image: &Image) -> Vec<[f32; 3]> {
+    match &image.texels {
+        Texels::Rgb32(texels) => texels.clone(),
+        Texels::Rgba8(texels) => {
+            let decode = |c: u8| srgb_decode(f32::from(c) / 255.0);
+            texels.iter().map(|[r, g, b, _]| [decode(*r), decode(*g), decode(*b)]).collect()
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Materials to records of the path transport.
+
+use crate::math::{NONE, Rgb};
+use crate::scene::principled::{ColorParam, Coverage, NormalParam, Principled, ScalarParam};
+use crate::world::assets::Assets;
+use crate::world::{self, AlphaMode, BlinnPhong, Channel, ColorInput, Material, NormalMap, ScalarInput};
+
+pub(super) fn compile(assets: &Assets) -> Vec<Principled> {
+    assets.materials.iter().map(|named| record(&named.material)).collect()
+}
+
+pub(super) fn record(material: &Material) -> Principled {
+    match material {
+        Material::BlinnPhong(material) => from_blinn_phong(material),
+        Material::Principled(material) => from_principled(material),
+    }
+}
+
+fn color(input: ColorInput) -> ColorParam {
+    match input {
+        ColorInput::Constant(color) => ColorParam::constant(color.to_array()),
+        ColorInput::Texture(texture) => ColorParam { factor: [1.0; 3], texture: texture.0 },
+    }
+}
+
+fn scalar(input: ScalarInput) -> ScalarParam {
+    let (texture, channel) = match input.texture {
+        None => (NONE, 0),
+        Some((texture, channel)) => (texture.0, self::channel(channel)),
+    };
+    ScalarParam { factor: input.factor, texture, channel }
+}
+
+fn channel(channel: Channel) -> u32 {
+    match channel {
+        Channel::Red => 0,
+        Channel::Green => 1,
+        Channel::Blue => 2,
+        Channel::Alpha => 3,
+    }
+}
+
+fn normal(map: Option<NormalMap>) -> Option<NormalParam> {
+    map.map(|map| NormalParam { texture: map.texture.0, scale: map.scale })
+}
+
+/// Reflectance straight on between air and a dielectric (PBRT 4th ed., 9.3.5).
+fn reflectance(ior: f32) -> f32 {
+    // KHR_materials_ior: 0 stands for a reflectance of 1.
+    if ior == 0.0 {
+        return 1.0;
+    }
+    let ratio = (ior - 1.0) / (ior + 1.0);
+    ratio * ratio
+}
+
+fn from_principled(m: &world::Principled) -> Principled {
+    let volume = m.volume.filter(|_| !m.transmission.factor.eq(&0.0) || m.diffuse_transmission.factor != 0.0);
+    let solid = volume.is_some() && m.transmission.factor > 0.0;
+    let absorption = volume.map_or([0.0; 3], |v| {
+        let per_metre = |c: f32| {
+            // White after infinity is no absorption; black is as near to it as floats go.
+            if v.attenuation_distance.is_finite() && v.attenuation_distance > 0.0 {
+                (-libm::log(c.clamp(1e-6, 1.0) as f64) / v.attenuation_distance as f64) as f32
+            } else {
+                0.0
+            }
+        };
+        v.attenuation_color.map(per_metre).to_array()
+    });
+    Principled {
+        base_color: color(m.base_color),
+        alpha: scalar(m.alpha),
+        coverage: match m.alpha_mode {
+            AlphaMode::Opaque => Coverage::Whole,
+            AlphaMode::Mask { cutoff } => Coverage::Mask(cutoff),
+            AlphaMode::Blend => Coverage::Blend,
+        },
+        // Light inside a body meets its back: that is there.
+        hides_back: !m.double_sided && !solid,
+        metallic: scalar(m.metallic),
+        roughness: scalar(m.roughness),
+        normal: normal(m.normal),
+        emission: color(m.emission),
+        one_sided_emission: !m.double_sided,
+        unlit: m.unlit,
+        ior: if m.ior == 0.0 { 1e3 } else { m.ior.max(1.0) },
+        specular: scalar(m.specular),
+        specular_color: color(m.specular_color),
+        f0: reflectance(m.ior),
+        constant_fresnel: false,
+        transmission: scalar(m.transmission),
+        thin: !solid,
+        absorption,
+        diffuse_transmission: scalar(m.diffuse_transmission),
+        diffuse_transmission_color: color(m.diffuse_transmission_color),
+        coat: scalar(m.clearcoat),
+        coat_roughness: scalar(m.clearcoat_roughness),
+        coat_normal: normal(m.clearcoat_normal),
+        coat_f0: [0.04; 3],
+        coat_f90: [1.0; 3],
+        sheen_color: color(m.sheen_color),
+        sheen_roughness: scalar(m.sheen_roughness),
+        anisotropy: m.anisotropy.strength,
+        anisotropy_direction: {
+            let angle = m.anisotropy.rotation as f64;
+            [libm::cos(angle) as f32, libm::sin(angle) as f32]
+        },
+        anisotropy_texture: m.anisotropy.texture.map_or(NONE, |t| t.0),
+    }
+}
+
+/// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a
+/// GGX lobe of the same width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance
+/// ks; the mirror image a smooth one of reflectance kr; what has an ior is smooth glass.
+fn from_blinn_phong(m: &BlinnPhong) -> Principled {
+    let none = ScalarParam::constant(0.0);
+    let one = ScalarParam::constant(1.0);
+    let is_black = |input: ColorInput| matches!(input, ColorInput::Constant(c) if c.is_black());
+    let width = (2.0 / (m.shininess as f64 + 2.0)).sqrt().sqrt() as f32;
+    let mirror = !is_black(m.kr);
+    let shines = !is_black(m.specular);
+    let glass = m.ior.is_some();
+    // One of the two is the base's own reflection; with a mirror the highlight lies above it.
+    let (reflection, roughness) = if mirror || glass { (m.kr, 0.0) } else { (m.specular, width) };
+    let layer = match m.specular {
+        ColorInput::Constant(c) if mirror && shines => c,
+        _ => Rgb::BLACK,
+    };
+    let white = ColorParam::constant([1.0; 3]);
+    Principled {
+        base_color: if glass { ColorParam::constant(m.kt.to_array()) } else { color(m.diffuse) },
+        alpha: one,
+        coverage: Coverage::Whole,
+        hides_back: false,
+        metallic: none,
+        roughness: ScalarParam::constant(roughness),
+        normal: None,
+        emission: color(m.emission),
+        one_sided_emission: false,
+        unlit: false,
+        ior: m.ior.unwrap_or(1.5),
+        specular: if mirror || shines || glass { one } else { none },
+        specular_color: if glass { white } else { color(reflection) },
+        f0: if glass { reflectance(m.ior.unwrap_or(1.5)) } else { 1.0 },
+        constant_fresnel: !glass,
+        transmission: if glass { one } else { none },
+        thin: false,
+        absorption: [0.0; 3],
+        diffuse_transmission: none,
+        diffuse_transmission_color: white,
+        coat: if layer.is_black() { none } else { one },
+        coat_roughness: ScalarParam::constant(width),
+        coat_normal: None,
+        coat_f0: layer.to_array(),
+        coat_f90: layer.to_array(),
+        sheen_color: ColorParam::constant([0.0; 3]),
+        sheen_roughness: none,
+        anisotropy: 0.0,
+        anisotropy_direction: [1.0, 0.0],
+        anisotropy_texture: NONE,
+    }
+}

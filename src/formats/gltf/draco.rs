@@ -1,0 +1,99 @@
+//! `KHR_draco_mesh_compression`: what a primitive's accessors would hold, decompressed.
+
+use std::collections::HashMap;
+
+use gltf::json::mesh::Primitive;
+
+use super::document::Document;
+#[cfg(feature = "draco")]
+use super::{extensions::draco::Compressed, words};
+use crate::error::LoadError;
+
+/// The vertices and triangles of a primitive.
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
+pub(super) struct Decoded {
+    /// Three a triangle, each the number of a vertex.
+    pub corners: Vec<u32>,
+    pub columns: HashMap<String, Column>,
+}
+
+/// One attribute of all vertices.
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
+pub(super) struct Column {
+    /// Of a vertex, at most four.
+    pub width: usize,
+    pub numbers: Vec<f32>,
+    /// What integers are divided by where they stand for fractions; 1 for floats.
+    pub one: f32,
+}
+
+impl Column {
+    /// The first `N` numbers of each vertex; those that there are not are 0.
+    pub(super) fn elements<const N: usize>(&self, normalized: bool) -> Vec<[f32; N]> {
+        let fraction = |number: f32| match normalized && self.one != 1.0 {
+            true => (number / self.one).max(-1.0),
+            false => number,
+        };
+        let element =
+            |numbers: &[f32]| std::array::from_fn(|i| numbers.get(i).copied().map_or(0.0, fraction));
+        self.numbers.chunks_exact(self.width).map(element).collect()
+    }
+}
+
+/// Decompresses a primitive; none if it is not compressed.
+#[cfg(feature = "draco")]
+pub(super) fn decode(
+    document: &Document,
+    primitive: &Primitive,
+    at: &str,
+) -> Result<Option<Decoded>, LoadError> {
+    let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
+    let name = "KHR_draco_mesh_compression";
+    let Some(read) = document.extension::<Compressed>(extensions, name, at)? else { return Ok(None) };
+    let at = format!("{at}/extensions/{name}");
+    let data = document.view(read.buffer_view, &at)?;
+    let left = document.affordable();
+    let limits = draco_core::DecodeLimits::default().with_max_decoded_bytes(left).with_max_faces(left / 12);
+    let mut buffer = draco_core::DecoderBuffer::new(data).with_limits(limits);
+    let mut mesh = draco_core::Mesh::new();
+    draco_core::MeshDecoder::new().decode(&mut buffer, &mut mesh).map_err(|error| {
+        let reason: String = error.to_string().chars().take(200).flat_map(char::escape_debug).collect();
+        document.error(&at, format!("the compressed data are damaged: {reason}"))
+    })?;
+    let vertices = mesh.num_points();
+    document.charge(mesh.num_faces() as u64 * 12, &at)?;
+    let corners: Vec<u32> = mesh.faces().iter().flat_map(|face| face.map(|point| point.0)).collect();
+    if corners.iter().any(|corner| *corner as usize >= vertices) {
+        return Err(document.error(&at, "a triangle has a vertex that is not there"));
+    }
+    let mut columns = HashMap::new();
+    for (name, id) in &read.attributes {
+        let Some(attribute) = mesh.attribute_by_unique_id(*id) else {
+            let reason = format!("there is no attribute {id} in the compressed data");
+            return Err(document.error(format!("{at}/attributes/{}", words(name)), reason));
+        };
+        let width = usize::from(attribute.num_components()).clamp(1, 4);
+        document.charge((vertices * width) as u64 * 4, &at)?;
+        let one = match attribute.data_type() {
+            draco_core::DataType::Int8 => 127.0,
+            draco_core::DataType::Uint8 => 255.0,
+            draco_core::DataType::Int16 => 32_767.0,
+            draco_core::DataType::Uint16 => 65_535.0,
+            _ => 1.0,
+        };
+        let numbers = attribute.read_f32s(vertices, width);
+        if numbers.iter().any(|number| !number.is_finite()) {
+            let at = format!("{at}/attributes/{}", words(name));
+            return Err(document.error(at, "the compressed data hold a number that is not finite"));
+        }
+        columns.insert(name.clone(), Column { width, numbers, one });
+    }
+    document.allow_for((vertices * 16) as u64);
+    Ok(Some(Decoded { corners, columns }))
+}
+
+/// Without the feature a compressed primitive has only what an uncompressed copy may hold.
+#[cfg(not(feature = "draco"))]
+pub(super) fn decode(_: &Document, _: &Primitive, _: &str) -> Result<Option<Decoded>, LoadError> {
+    Ok(None)
+}

@@ -1,0 +1,172 @@
+//! `EXT_lights_image_based`: a cube of pictures becomes one equirectangular image.
+
+use gltf::json::{self, Index};
+
+use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
+use super::{Import, Node};
+use crate::error::LoadError;
+use crate::film::tonemap::srgb_decode;
+use crate::formats::studio::towards;
+use crate::math::{DQuat, Rgb, Vec3};
+use crate::world::{Image, Light, Texels, Transform};
+
+/// Rows of the image at most; there are twice as many columns.
+const MOST_ROWS: u32 = 1024;
+
+impl Import<'_> {
+    /// The light from all around a scene; none, and a warning, if its pictures cannot be had.
+    pub(super) fn environment(
+        &mut self,
+        scene: Option<Index<json::Scene>>,
+    ) -> Result<Option<Node>, LoadError> {
+        let document = self.document;
+        let Some(number) = scene.map(|index| index.value()) else { return Ok(None) };
+        let Some(scene) = document.root.scenes.get(number) else { return Ok(None) };
+        let name = "EXT_lights_image_based";
+        let at = format!("/scenes/{number}");
+        let extensions = scene.extensions.as_ref().map(|extensions| &extensions.others);
+        let read: Option<ImageLightOfScene> = document.extension(extensions, name, &at)?;
+        let Some(ImageLightOfScene { light: index }) = read else { return Ok(None) };
+        let extensions = document.root.extensions.as_ref().map(|extensions| &extensions.others);
+        let lights: Option<ImageLights> = document.extension(extensions, name, "")?;
+        let lights = lights.map_or_else(Vec::new, |read| read.lights);
+        let light = lights.get(index).ok_or_else(|| {
+            document.error(&at, format!("there is no light {index}, the file has {}", lights.len()))
+        })?;
+        let at = format!("/extensions/{name}/lights/{index}");
+        let rotation = DQuat::from_array(light.rotation.map(f64::from));
+        if rotation.length() < 1e-6 {
+            let reason = "a rotation is a quaternion of length 1";
+            return Err(document.error(format!("{at}/rotation"), reason));
+        }
+        let Some(image) = self.equirectangular(light, &at)? else { return Ok(None) };
+        let image = Some(self.assets.add_image(image));
+        let radiance = Rgb::splat(light.intensity.max(0.0));
+        Ok(Some(Node {
+            parent: None,
+            name: light.name.clone().filter(|name| !name.is_empty()),
+            transform: Transform::Trs {
+                translation: Vec3::ZERO,
+                rotation: rotation.normalize().as_quat(),
+                scale: Vec3::ONE,
+            },
+            mesh: None,
+            light: Some(Light::Environment { radiance, image }),
+            camera: None,
+        }))
+    }
+
+    fn equirectangular(&mut self, light: &ImageLight, at: &str) -> Result<Option<Image>, LoadError> {
+        let document = self.document;
+        let at = format!("{at}/specularImages");
+        let Some(&[a, b, c, d, e, f]) = light.specular_images.first().map(Vec::as_slice) else {
+            return Err(document.error(at, "the first level must have six images"));
+        };
+        let mut faces = Vec::with_capacity(6);
+        for image in [a, b, c, d, e, f] {
+            let image = self.images.picture(document, Index::new(image), &at, self.warnings)?;
+            let Some(image) = image else { return Ok(None) };
+            faces.push(Face::new(&image));
+        }
+        let rows = faces.iter().map(|face| face.height as u32 * 2).max().unwrap_or(2).clamp(2, MOST_ROWS);
+        let columns = rows * 2;
+        document.charge(u64::from(rows) * u64::from(columns) * 12, &at)?;
+        let mut texels = Vec::with_capacity(rows as usize * columns as usize);
+        for row in 0..rows {
+            for column in 0..columns {
+                let place = |at: u32, of: u32| (f64::from(at) + 0.5) / f64::from(of);
+                let (face, s, t) = on_cube(towards(place(column, columns), place(row, rows)));
+                texels.push(faces[face].at(s, t));
+            }
+        }
+        Ok(Some(Image { source: None, width: columns, height: rows, texels: Texels::Rgb32(texels) }))
+    }
+}
+
+/// One side of the cube, linear.
+struct Face {
+    width: usize,
+    height: usize,
+    texels: Vec<[f32; 3]>,
+}
+
+impl Face {
+    /// Eight-bit pictures are RGBD: colours by the sRGB curve, divided by alpha.
+    fn new(image: &Image) -> Self {
+        let texels = match &image.texels {
+            Texels::Rgb32(texels) => texels.clone(),
+            Texels::Rgba8(texels) => {
+                let linear: Vec<f32> =
+                    (0..=u8::MAX).map(|byte| srgb_decode(f32::from(byte) / 255.0)).collect();
+                let texel = |[r, g, b, d]: &[u8; 4]| {
+                    let divisor = f32::from(*d).max(1.0) / 255.0;
+                    [r, g, b].map(|byte| linear[usize::from(*byte)] / divisor)
+                };
+                texels.iter().map(texel).collect()
+            }
+        };
+        Self { width: image.width as usize, height: image.height as usize, texels }
+    }
+
+    /// Between the four texels around a place, both coordinates from 0 to 1.
+    fn at(&self, s: f32, t: f32) -> [f32; 3] {
+        let split = |at: f32, size: usize| {
+            let at = (at * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
+            let first = at as usize;
+            (first, (first + 1).min(size - 1), at - first as f32)
+        };
+        let (left, right, x) = split(s, self.width);
+        let (top, bottom, y) = split(t, self.height);
+        let texel = |column: usize, row: usize| self.texels[row * self.width + column];
+        let [a, b, c, d] = [texel(left, top), texel(right, top), texel(left, bottom), texel(right, bottom)];
+        std::array::from_fn(|i| {
+            let (above, below) = (a[i] + (b[i] - a[i]) * x, c[i] + (d[i] - c[i]) * x);
+            above + (below - above) * y
+        })
+    }
+}
+
+/// The side of a cube map (+X, −X, +Y, −Y, +Z, −Z) that a direction meets, and where, as
+/// graphics interfaces have it.
+fn on_cube(towards: Vec3) -> (usize, f32, f32) {
+    let [x, y, z] = towards.to_array();
+    let size = towards.abs();
+    let (face, s, t, axis) = if size.x >= size.y && size.x >= size.z {
+        if x > 0.0 { (0, -z, -y, size.x) } else { (1, z, -y, size.x) }
+    } else if size.y >= size.z {
+        if y > 0.0 { (2, x, z, size.y) } else { (3, x, -z, size.y) }
+    } else if z > 0.0 {
+        (4, x, -y, size.z)
+    } else {
+        (5, -x, -y, size.z)
+    };
+    (face, (s / axis + 1.0) * 0.5, (t / axis + 1.0) * 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_meet_the_sides_of_a_cube() {
+        let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+        for (face, axis) in axes.into_iter().enumerate() {
+            assert_eq!(on_cube(axis), (face, 0.5, 0.5));
+        }
+        assert_eq!(on_cube(Vec3::new(0.5, 0.5, 1.0)), (4, 0.75, 0.25));
+        assert_eq!(on_cube(Vec3::new(1.0, 0.0, 0.5)), (0, 0.25, 0.5));
+    }
+
+    #[test]
+    fn alpha_divides() {
+        let image = |texels: Vec<[u8; 4]>| Image {
+            source: None,
+            width: texels.len() as u32,
+            height: 1,
+            texels: Texels::Rgba8(texels),
+        };
+        let face = Face::new(&image(vec![[255, 0, 0, 51], [255, 0, 0, 255]]));
+        let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+        assert!(near(face.at(0.0, 0.0)[0], 5.0) && near(face.at(0.5, 0.5)[0], 3.0));
+    }
+}

@@ -1,0 +1,16 @@
+//! `KHR_draco_mesh_compression`.
+
+use std::collections::BTreeMap;
+
+use gltf::json::Index;
+use gltf::json::buffer::View;
+use serde::Deserialize;
+
+/// Of a primitive.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct Compressed {
+    pub buffer_view: Index<View>,
+    /// The ids of attributes by their names.
+    pub attributes: BTreeMap<String, u32>,
+}

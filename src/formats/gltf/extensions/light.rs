@@ -1,0 +1,73 @@
+//! `KHR_lights_punctual` and `EXT_lights_image_based`.
+
+use serde::Deserialize;
+
+use super::number::{all_finite, finite, one, white};
+
+/// Of the file.
+#[derive(Deserialize)]
+pub(in super::super) struct Lights {
+    pub lights: Vec<Light>,
+}
+
+/// Of a node.
+#[derive(Deserialize)]
+pub(in super::super) struct LightOfNode {
+    pub light: usize,
+}
+
+/// One of [`Lights`]; in candela or, if directional, lux.
+#[derive(Deserialize)]
+pub(in super::super) struct Light {
+    pub name: Option<String>,
+    #[serde(rename = "type")]
+    pub kind: String,
+    #[serde(default = "white", deserialize_with = "all_finite")]
+    pub color: [f32; 3],
+    #[serde(default = "one", deserialize_with = "finite")]
+    pub intensity: f32,
+    pub spot: Option<Spot>,
+}
+
+/// The cone of a [`Light`]: half angles in radians.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct Spot {
+    #[serde(default, deserialize_with = "finite")]
+    pub inner_cone_angle: f32,
+    #[serde(default = "usual_cone", deserialize_with = "finite")]
+    pub outer_cone_angle: f32,
+}
+
+fn usual_cone() -> f32 {
+    std::f32::consts::FRAC_PI_4
+}
+
+/// `EXT_lights_image_based` of the file.
+#[derive(Deserialize)]
+pub(in super::super) struct ImageLights {
+    pub lights: Vec<ImageLight>,
+}
+
+/// The same of a scene.
+#[derive(Deserialize)]
+pub(in super::super) struct ImageLightOfScene {
+    pub light: usize,
+}
+
+/// One of [`ImageLights`].
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct ImageLight {
+    pub name: Option<String>,
+    #[serde(default = "unturned", deserialize_with = "all_finite")]
+    pub rotation: [f32; 4],
+    #[serde(default = "one", deserialize_with = "finite")]
+    pub intensity: f32,
+    /// For each level six images: +X, −X, +Y, −Y, +Z, −Z. The first is not blurred.
+    pub specular_images: Vec<Vec<u32>>,
+}
+
+fn unturned() -> [f32; 4] {
+    [0.0, 0.0, 0.0, 1.0]
+}

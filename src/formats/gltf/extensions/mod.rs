@@ -1,0 +1,78 @@
+//! The extensions that are read, as serde fills them, and what is said about all others.
+
+pub(super) mod draco;
+pub(super) mod light;
+pub(super) mod material;
+pub(super) mod node;
+mod number;
+pub(super) mod texture;
+pub(super) mod variants;
+
+use gltf::json::Root;
+
+use super::document::Document;
+use crate::error::LoadError;
+
+/// Those that are not merely tolerated, besides those of [`is_known`].
+const KNOWN: [&str; 23] = [
+    "EXT_lights_image_based",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+];
+
+/// Refuses a file that cannot be read rightly, and names in a warning what it loses.
+pub(super) fn check(document: &Document, warnings: &mut Vec<String>) -> Result<(), LoadError> {
+    let Root { extensions_required, extensions_used, .. } = &document.root;
+    let unknown = list(extensions_required);
+    if !unknown.is_empty() {
+        return Err(document.error("/extensionsRequired", format!("not supported: {unknown}")));
+    }
+    let unknown = list(extensions_used);
+    if !unknown.is_empty() {
+        warnings
+            .push(document.warning(format_args!("extensions that are not supported and ignored: {unknown}")));
+    }
+    Ok(())
+}
+
+fn is_known(name: &str) -> bool {
+    match name {
+        "KHR_draco_mesh_compression" => cfg!(feature = "draco"),
+        "KHR_texture_basisu" => cfg!(feature = "basisu"),
+        _ => KNOWN.contains(&name),
+    }
+}
+
+fn list(names: &[String]) -> String {
+    const MOST: usize = 16;
+    let mut unknown: Vec<String> = names
+        .iter()
+        .filter(|name| !is_known(name))
+        .map(|name| name.chars().take(64).flat_map(char::escape_debug).collect())
+        .collect();
+    if unknown.len() > MOST {
+        unknown.truncate(MOST);
+        unknown.push("…".to_owned());
+    }
+    unknown.join(", ")
+}

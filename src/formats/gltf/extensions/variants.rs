@@ -1,0 +1,31 @@
+//! `KHR_materials_variants`.
+
+use serde::Deserialize;
+
+/// Of the file.
+#[derive(Deserialize)]
+pub(in super::super) struct Variants {
+    pub variants: Vec<Variant>,
+}
+
+/// One of [`Variants`].
+#[derive(Deserialize)]
+pub(in super::super) struct Variant {
+    #[serde(default)]
+    pub name: String,
+}
+
+/// Of a primitive.
+#[derive(Deserialize)]
+pub(in super::super) struct Mappings {
+    #[serde(default)]
+    pub mappings: Vec<Mapping>,
+}
+
+/// A material, and the variants under which it is the primitive's.
+#[derive(Deserialize)]
+pub(in super::super) struct Mapping {
+    pub material: u32,
+    #[serde(default)]
+    pub variants: Vec<usize>,
+}

@@ -1,0 +1,76 @@
+//! `EXT_mesh_gpu_instancing`: a node's mesh at many places.
+
+use gltf::json;
+use gltf::json::accessor::{ComponentType, Type};
+
+use super::Import;
+use super::accessor::{self, Rule};
+use super::extensions::node::Instancing;
+use crate::error::LoadError;
+use crate::math::{DAffine3, DQuat, Vec3};
+use crate::world::Transform;
+
+const F32: &[ComponentType] = &[ComponentType::F32];
+const SIGNED: &[ComponentType] = &[ComponentType::F32, ComponentType::I8, ComponentType::I16];
+const VECTOR: Rule = Rule { types: &[Type::Vec3], components: F32, always_normalized: false };
+const ROTATION: Rule = Rule { types: &[Type::Vec4], components: SIGNED, always_normalized: true };
+/// What an instance becomes takes up about as much.
+const INSTANCE_BYTES: u64 = 256;
+
+impl Import<'_> {
+    /// The transforms of a node's instances; none if it is shown once.
+    pub(super) fn instances(
+        &self,
+        node: &json::Node,
+        at: &str,
+    ) -> Result<Option<Vec<(Transform, DAffine3)>>, LoadError> {
+        let document = self.document;
+        let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
+        let name = "EXT_mesh_gpu_instancing";
+        let Some(read) = document.extension::<Instancing>(extensions, name, at)? else { return Ok(None) };
+        let at = format!("{at}/extensions/{name}/attributes");
+        let mut count = None;
+        let translations = self.column::<3>(&read, "TRANSLATION", &VECTOR, &at, &mut count)?;
+        let rotations = self.column::<4>(&read, "ROTATION", &ROTATION, &at, &mut count)?;
+        let scales = self.column::<3>(&read, "SCALE", &VECTOR, &at, &mut count)?;
+        // Attributes of other names are for other programs.
+        let Some(count) = count else { return Ok(None) };
+        document.charge(count as u64 * INSTANCE_BYTES, &at)?;
+        let mut instances = Vec::with_capacity(count);
+        for number in 0..count {
+            let [translation, scale] = [(&translations, Vec3::ZERO), (&scales, Vec3::ONE)]
+                .map(|(column, usual)| column.get(number).map_or(usual, |v| Vec3::from_array(*v)));
+            let rotation = rotations.get(number).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
+            let rotation = DQuat::from_array(rotation.map(f64::from));
+            if rotation.length() < 1e-6 {
+                let reason = format!("element {number} is 0: a rotation is a quaternion of length 1");
+                return Err(document.error(format!("{at}/ROTATION"), reason));
+            }
+            let rotation = rotation.normalize();
+            let matrix =
+                DAffine3::from_scale_rotation_translation(scale.as_dvec3(), rotation, translation.as_dvec3());
+            instances.push((Transform::Trs { translation, rotation: rotation.as_quat(), scale }, matrix));
+        }
+        Ok(Some(instances))
+    }
+
+    /// One attribute of all instances, which must be as many as the others have.
+    fn column<const N: usize>(
+        &self,
+        read: &Instancing,
+        name: &str,
+        rule: &Rule,
+        at: &str,
+        count: &mut Option<usize>,
+    ) -> Result<Vec<[f32; N]>, LoadError> {
+        let Some(index) = read.attributes.get(name) else { return Ok(Vec::new()) };
+        let place = format!("{at}/{name}");
+        let column = accessor::floats::<N>(self.document, *index, rule, &place)?;
+        let expected = *count.get_or_insert(column.len());
+        if column.len() != expected {
+            let reason = format!("there are {} of these and {expected} of others", column.len());
+            return Err(self.document.error(place, reason));
+        }
+        Ok(column)
+    }
+}

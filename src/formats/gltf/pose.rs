@@ -1,0 +1,111 @@
+//! Where each node stands: as the file says or as an animation has it.
+
+use gltf::json;
+
+use super::Import;
+use super::document::Document;
+use crate::error::LoadError;
+use crate::math::{DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3};
+use crate::world::Transform;
+
+/// |determinant| over the product of the axes' lengths, below which a transform is flat.
+const FLAT: f64 = 1e-8;
+
+/// What an animation says about a node instead of the node itself.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moved {
+    pub translation: Option<Vec3>,
+    /// Of any length but zero.
+    pub rotation: Option<[f32; 4]>,
+    pub scale: Option<Vec3>,
+    /// Of the mesh's morph targets.
+    pub weights: Option<Vec<f32>>,
+}
+
+impl Moved {
+    fn is_moved(&self) -> bool {
+        self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
+    }
+}
+
+impl Import<'_> {
+    /// A node's own transform, and the same as a matrix.
+    pub(super) fn local(&self, number: usize) -> Result<(Transform, DAffine3), LoadError> {
+        let Some(node) = self.document.root.nodes.get(number) else {
+            return Ok((Transform::IDENTITY, DAffine3::IDENTITY));
+        };
+        transform(self.document, node, self.moved.get(&number), &format!("/nodes/{number}"))
+    }
+
+    /// From a node's space to the scene's.
+    pub(super) fn global(&mut self, number: usize) -> Result<DAffine3, LoadError> {
+        // Upwards to an end or to what is known, and down again.
+        let (mut path, mut at) = (Vec::new(), Some(number));
+        while let Some(node) = at.filter(|node| !self.globals.contains_key(node)) {
+            path.push(node);
+            at = self.parents.get(node).copied().flatten();
+        }
+        let mut above = at.and_then(|node| self.globals.get(&node)).copied().unwrap_or(DAffine3::IDENTITY);
+        for node in path.into_iter().rev() {
+            above *= self.local(node)?.1;
+            self.globals.insert(node, above);
+        }
+        Ok(above)
+    }
+}
+
+fn transform(
+    document: &Document,
+    node: &json::Node,
+    moved: Option<&Moved>,
+    at: &str,
+) -> Result<(Transform, DAffine3), LoadError> {
+    let too_large = |key: &str| document.error(format_args!("{at}/{key}"), "a number is too large");
+    let moved = moved.cloned().unwrap_or_default();
+    if let Some(columns) = node.matrix.filter(|_| !moved.is_moved()) {
+        let matrix = Mat4::from_cols_array(&columns);
+        if !matrix.is_finite() {
+            return Err(too_large("matrix"));
+        }
+        if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+            let reason = "the matrix is not affine: its last row must be 0 0 0 1";
+            return Err(document.error(format_args!("{at}/matrix"), reason));
+        }
+        return Ok((Transform::Matrix(matrix), DAffine3::from_mat4(wide(&matrix))));
+    }
+    let translation = moved.translation.unwrap_or(Vec3::from_array(node.translation.unwrap_or_default()));
+    let scale = moved.scale.unwrap_or(Vec3::from_array(node.scale.unwrap_or([1.0; 3])));
+    if !translation.is_finite() {
+        return Err(too_large("translation"));
+    }
+    if !scale.is_finite() {
+        return Err(too_large("scale"));
+    }
+    let rotation = moved.rotation.unwrap_or(node.rotation.unwrap_or_default().0);
+    let rotation = DQuat::from_array(rotation.map(f64::from));
+    let length = rotation.length();
+    if !(length > 1e-6 && length.is_finite()) {
+        let reason = "a rotation is a quaternion of length 1";
+        return Err(document.error(format_args!("{at}/rotation"), reason));
+    }
+    let rotation = (rotation / length).as_quat();
+    let local = DAffine3::from_scale_rotation_translation(
+        scale.as_dvec3(),
+        rotation.as_dquat().normalize(),
+        translation.as_dvec3(),
+    );
+    Ok((Transform::Trs { translation, rotation, scale }, local))
+}
+
+fn wide(matrix: &Mat4) -> DMat4 {
+    DMat4::from_cols_array(&matrix.to_cols_array().map(f64::from))
+}
+
+/// Whether a transform leaves no volume: a scale of 0 is how files hide things.
+pub(super) fn is_flat(matrix: &DAffine3) -> bool {
+    let axes = matrix.matrix3;
+    let length = |axis: DVec3| axis.length();
+    let lengths = length(axes.x_axis) * length(axes.y_axis) * length(axes.z_axis);
+    let volume = axes.determinant().abs();
+    volume == 0.0 || volume < FLAT * lengths
+}

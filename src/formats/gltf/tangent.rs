@@ -1,0 +1,170 @@
+//! Tangents where a file has none: those of MikkTSpace, by which normal maps are made.
+
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, Ops, TangentSpace};
+
+use super::document::Document;
+use super::vertex::across;
+use crate::error::LoadError;
+use crate::math::{Vec2, Vec3, Vec4};
+use crate::world::Mesh;
+
+/// Triangles around a vertex at most: the algorithm walks around it by recursion, and compares
+/// each two that share an edge.
+const MOST_AROUND: u32 = 1024;
+/// What a vertex more is charged with.
+const VERTEX_BYTES: u64 = 80;
+/// What the algorithm takes for a corner.
+const CORNER_BYTES: u64 = 32;
+
+/// Functions with the same bits everywhere.
+struct Libm;
+
+impl Ops for Libm {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+
+    fn acos(x: f32) -> f32 {
+        libm::acos(f64::from(x)) as f32
+    }
+}
+
+struct Corners<'m> {
+    mesh: &'m Mesh,
+    uvs: &'m [Vec2],
+    tangents: Vec<Option<Vec4>>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.mesh.triangles[face][corner] as usize
+    }
+
+    /// Whether no vertex, as the algorithm tells them apart, has too many triangles.
+    fn is_fit(&self) -> bool {
+        let mut around: HashMap<[u32; 8], u32> = HashMap::new();
+        (0..self.tangents.len()).all(|corner| {
+            let (face, corner) = (corner / 3, corner % 3);
+            let ([a, b, c], [d, e, f]) = (self.position(face, corner), self.normal(face, corner));
+            let [g, h] = self.tex_coord(face, corner);
+            let count = around.entry([a, b, c, d, e, f, g, h].map(f32::to_bits)).or_default();
+            *count += 1;
+            *count <= MOST_AROUND
+        })
+    }
+}
+
+impl Geometry<Libm> for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        // No negative zeros: they would be other places.
+        (self.mesh.positions[self.vertex(face, corner)] + Vec3::ZERO).to_array()
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        let normal =
+            self.mesh.normals.get(self.vertex(face, corner)).and_then(|normal| normal.try_normalize());
+        let flat = || {
+            let [a, b, c] = self.mesh.triangles[face].map(|vertex| self.mesh.positions[vertex as usize]);
+            (b - a).cross(c - a).normalize_or(Vec3::Z)
+        };
+        normal.unwrap_or_else(flat).to_array()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        self.uvs[self.vertex(face, corner)].to_array()
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        // Its v grows upwards, glTF's downwards.
+        self.tangents[face * 3 + corner] = space.map(|space| {
+            let [x, y, z, sign] = space.tangent_encoded();
+            Vec4::new(x, y, z, -sign)
+        });
+    }
+}
+
+/// Gives a mesh tangents along a set of its texture coordinates. A vertex whose corners differ
+/// becomes several. Without texture coordinates there are no tangents.
+pub(super) fn generate(
+    document: &Document,
+    mesh: &mut Mesh,
+    set: u32,
+    at: &str,
+    warnings: &mut Vec<String>,
+) -> Result<(), LoadError> {
+    let uvs = if set == 0 { &mesh.uvs } else { &mesh.uvs1 };
+    if uvs.is_empty() || mesh.triangles.is_empty() {
+        return Ok(());
+    }
+    let corners = mesh.triangles.len() * 3;
+    document.charge(corners as u64 * CORNER_BYTES, at)?;
+    let mut space = Corners { mesh, uvs, tangents: vec![None; corners] };
+    if !space.is_fit() {
+        let what = format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
+        warnings.push(document.warning(what));
+        return Ok(());
+    }
+    // What it refuses are meshes without any area to speak of.
+    let made = bevy_mikktspace::generate_tangents(&mut space);
+    let tangents = space.tangents;
+    if made.is_ok() {
+        split(mesh, &tangents, |bytes| document.charge(bytes, at))?;
+    }
+    Ok(())
+}
+
+/// Gives each corner its tangent.
+fn split(
+    mesh: &mut Mesh,
+    tangents: &[Option<Vec4>],
+    mut charge: impl FnMut(u64) -> Result<(), LoadError>,
+) -> Result<(), LoadError> {
+    let vertices = mesh.positions.len();
+    let mut first: Vec<Option<Vec4>> = vec![None; vertices];
+    let mut copies: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
+    let mut more: Vec<(u32, Vec4)> = Vec::new();
+    for (corner, tangent) in mesh.triangles.as_flattened_mut().iter_mut().zip(tangents) {
+        let tangent = tangent.filter(|tangent| tangent.is_finite() && tangent.truncate().length() > 0.5);
+        let Some(tangent) = tangent else { continue };
+        let known = &mut first[*corner as usize];
+        if *known.get_or_insert(tangent) == tangent {
+            continue;
+        }
+        let vertex = *corner;
+        let copy = copies.entry((vertex, tangent.to_array().map(f32::to_bits)));
+        *corner = *copy.or_insert_with(|| {
+            more.push((vertex, tangent));
+            (vertices + more.len() - 1) as u32
+        });
+    }
+    charge(more.len() as u64 * VERTEX_BYTES)?;
+    fn extend<T: Copy>(column: &mut Vec<T>, more: &[(u32, Vec4)]) {
+        if !column.is_empty() {
+            column.reserve(more.len());
+            more.iter().for_each(|(vertex, _)| column.push(column[*vertex as usize]));
+        }
+    }
+    let normal = |vertex: usize| mesh.normals.get(vertex).copied().unwrap_or_default();
+    let filled = first
+        .iter()
+        .enumerate()
+        .map(|(vertex, tangent)| tangent.unwrap_or_else(|| across(normal(vertex)).extend(1.0)));
+    mesh.tangents = filled.chain(more.iter().map(|(_, tangent)| *tangent)).collect();
+    extend(&mut mesh.positions, &more);
+    extend(&mut mesh.normals, &more);
+    extend(&mut mesh.uvs, &more);
+    extend(&mut mesh.uvs1, &more);
+    extend(&mut mesh.colors, &more);
+    extend(&mut mesh.alphas, &more);
+    Ok(())
+}

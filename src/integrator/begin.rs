@@ -1,0 +1,47 @@
+//! How a path begins, under both transports.
+
+use super::Frame;
+use super::path::{Path, pixel_place};
+use crate::math::{Color, NONE};
+use crate::sampling::draw::draw_2d;
+use crate::sampling::pattern::point;
+use crate::sampling::{Dimension, Key};
+use crate::shading::camera;
+use crate::simd::{Float, Int};
+use crate::world::Transport;
+
+/// The camera's path for a sample of a pixel.
+#[inline(always)]
+pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> {
+    let key = Key::new(frame.seed, pixel, sample, F::Int::splat(0));
+    let dimension = Dimension::Pixel.at(F::Int::splat(0));
+    let (u, v) = match frame.transport {
+        Transport::Whitted => point::<F>(frame.pattern, frame.samples, key, dimension),
+        Transport::Path => draw_2d(frame.sampler, frame.samples, key, dimension),
+    };
+    let (column, row) = pixel_place::<F>(pixel);
+    let half = F::splat(0.5);
+    let across = column + half + frame.filter.sample(u);
+    let down = row + half + frame.filter.sample(v);
+    let [width, height] = frame.size.map(|s| s as f32);
+    let scale = F::splat(2.0 / height);
+    let x = across * scale - F::splat(width / height);
+    let y = F::one() - down * scale;
+    let ray = camera::ray(&frame.scene.camera, x, y, key, frame.samples);
+    let (at_lens, per_metre) = camera::pixel_width(&frame.scene.camera, height);
+    Path {
+        origin: ray.origin,
+        direction: ray.direction,
+        throughput: Color::new(F::one(), F::one(), F::one()),
+        radiance: Color::black(),
+        pixel,
+        sample,
+        branch: F::Int::splat(0),
+        depth: F::Int::splat(0),
+        pdf: F::zero(),
+        t_min: F::zero(),
+        width: F::splat(at_lens),
+        spread: F::splat(per_metre),
+        medium: F::Int::splat(NONE),
+    }
+}

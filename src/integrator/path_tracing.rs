@@ -1,0 +1,366 @@
+//! The path transport: light that is scattered any number of times. At every vertex one light is
+//! sampled and one direction drawn from the surface's lobes; what both can find is shared out by
+//! the power heuristic (Veach 1997). With [`super::whitted`] the only place that reads or writes
+//! throughput and radiance.
+//!
+//! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
+//! gives off, then what its light sends.
+
+use super::Frame;
+use super::path::Path;
+use super::shadow::ShadowRay;
+use crate::math::elementary::exp2;
+use crate::math::{Color, NONE, Ray, Vector};
+use crate::sampling::draw::{draw_1d, draw_2d};
+use crate::sampling::hash::{combine, to_unit};
+use crate::sampling::{Dimension, Key};
+use crate::scene::principled::Coverage;
+use crate::shading::details::coordinates;
+use crate::shading::light::SHADOW_END;
+use crate::shading::principled::bsdf::{Bsdf, Sampled};
+use crate::shading::principled::{Spot, Tables};
+use crate::shading::surface::leave;
+use crate::shading::{HitLanes, Surface, emitter, environment, light_tree};
+use crate::simd::{Float, Int, Mask};
+
+/// What comes of a hit.
+pub struct Outcome<F: Float> {
+    /// The path's radiance with what the surface gives off.
+    pub radiance: Color<F>,
+    /// To one point of one light.
+    pub shadow: ShadowRay<F>,
+    /// Where the path goes on, without its radiance.
+    pub next: Path<F>,
+    /// Whether it does.
+    pub goes_on: F::Mask,
+}
+
+/// Its radiance when the path has hit nothing; it ends there.
+#[inline(always)]
+pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> {
+    let scene = &frame.scene;
+    let mut light = environment::radiance(&scene.environment, path.direction, mask);
+    let found = mask & path.pdf.gt(F::zero());
+    if found.any() && !scene.environment.is_black() {
+        let other = environment::pdf(&scene.environment, path.direction, found) * F::splat(chance_of_far(frame));
+        light = light * F::select(found, heuristic(path.pdf, other), F::one());
+    }
+    path.radiance + limited(frame, path, path.throughput * light)
+}
+
+/// The share of a technique of density `own` where another has density `other`.
+#[inline(always)]
+fn heuristic<F: Float>(own: F, other: F) -> F {
+    // Divided first: squares of large densities are too large.
+    let ratio = other / own.max(F::splat(1e-30));
+    F::one() / (F::one() + ratio * ratio)
+}
+
+/// Cut off as the settings say: what the camera sees by itself never is.
+#[inline(always)]
+fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
+    let Some(most) = frame.clamp else { return light };
+    let largest = light.max_component();
+    let bright = largest.gt(F::splat(most)) & !path.depth.eq(F::Int::splat(0));
+    light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
+}
+
+/// The chance of each emitter that is infinitely far away, and of all others together.
+fn chance_of_far(frame: &Frame) -> f32 {
+    let emitters = &frame.scene.emitters;
+    let far = emitters.len() as u32 - emitters.finite;
+    1.0 / (far + u32::from(emitters.finite > 0)).max(1) as f32
+}
+
+/// An emitter for a point, and the chance of that.
+#[inline(always)]
+fn choose<F: Float>(frame: &Frame, position: Vector<F>, u: F, mask: F::Mask) -> (F::Int, F) {
+    let emitters = &frame.scene.emitters;
+    let (all, finite) = (emitters.len() as u32, emitters.finite);
+    let far = all - finite;
+    let groups = far + u32::from(finite > 0);
+    let scaled = u * F::splat(groups as f32);
+    let group = scaled.floor().min(F::splat((groups - 1) as f32));
+    let rest = (scaled - group).max(F::zero());
+    let is_far = group.lt(F::splat(far as f32));
+    let chance = F::splat(1.0 / groups as f32);
+    let far_index = group.to_int() + F::Int::splat(finite);
+    if finite < 2 {
+        // The only one is behind all that are far away, or there is none.
+        let index = F::Int::select(is_far, far_index, F::Int::splat(0));
+        return (index, chance);
+    }
+    let near = mask & !is_far;
+    let (place, share, _) = light_tree::sample(&emitters.tree, position, Vector::zero(), rest, near);
+    let index = F::Int::select(is_far, far_index, place);
+    (index, F::select(is_far, chance, chance * share))
+}
+
+/// The chance with which [`choose`] takes a finite emitter.
+#[inline(always)]
+fn chance_of<F: Float>(frame: &Frame, position: Vector<F>, index: F::Int, mask: F::Mask) -> F {
+    let emitters = &frame.scene.emitters;
+    let chance = F::splat(chance_of_far(frame));
+    if emitters.finite < 2 {
+        return chance;
+    }
+    chance * light_tree::pmf(&emitters.tree, position, Vector::zero(), index, mask)
+}
+
+/// Looks up hits of one material.
+#[inline(always)]
+pub fn hit<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    material: u32,
+    mask: F::Mask,
+) -> Outcome<F> {
+    let scene = &frame.scene;
+    let record = &scene.principled[material as usize];
+    let ray = path.ray();
+    let surface = Surface::new(&scene.geometry, &ray, hit, mask);
+    let width = path.width + path.spread * hit.t;
+    let spot = Spot {
+        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
+        material: record,
+        hit,
+        surface: &surface,
+        at: coordinates(&scene.geometry, hit, &surface, path.direction, width, mask),
+        to_viewer: -path.direction,
+        mask,
+    };
+    let passes = passing(frame, path, hit, &spot, mask);
+    let here = mask & !passes;
+    let throughput = absorbed(frame, path, hit.t, here);
+    let path = &Path { throughput, ..*path };
+    let mut out = Outcome {
+        radiance: path.radiance,
+        shadow: ShadowRay::none(),
+        next: Path { t_min: hit.t, ..*path },
+        goes_on: passes,
+    };
+    if !here.any() {
+        return out;
+    }
+    out.radiance = Color::select(here, given_off(frame, path, hit, &spot, here), path.radiance);
+    if record.unlit {
+        return out;
+    }
+    let (has, parameters) = spot.parameters();
+    let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
+    let key = path.key(frame.seed);
+    out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
+    let onward = here & path.depth.lt(F::Int::splat(frame.max_depth));
+    if onward.any() {
+        let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, onward);
+        out.next = Path::select(here, next, out.next);
+        out.goes_on = passes | goes_on;
+    }
+    out
+}
+
+/// Lanes in which the surface is not there.
+#[inline(always)]
+fn passing<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    spot: &Spot<F>,
+    mask: F::Mask,
+) -> F::Mask {
+    if !spot.material.may_pass() {
+        return F::Mask::from_bits(0);
+    }
+    let coverage = spot.coverage();
+    let mut least = F::zero();
+    if spot.material.coverage == Coverage::Blend {
+        // Surfaces behind each other need numbers of their own.
+        let key = path.key(frame.seed);
+        let layer = combine(key.shared(Dimension::Alpha.at(path.depth)), hit.primitive);
+        least = to_unit(combine(layer, path.sample));
+    }
+    mask & !coverage.gt(least)
+}
+
+/// Throughput after the way through the body that the path is in (Beer and Lambert).
+#[inline(always)]
+fn absorbed<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Color<F> {
+    let mut throughput = path.throughput;
+    let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
+    while todo.any() {
+        let material = emitter::lane(path.medium, todo);
+        let same = todo & path.medium.eq(F::Int::splat(material));
+        let [r, g, b] = frame.scene.principled[material as usize].absorption;
+        let left = Color::new(decay(r, t), decay(g, t), decay(b, t));
+        throughput = Color::select(same, throughput * left, throughput);
+        todo = todo & !same;
+    }
+    throughput
+}
+
+/// e^(−σ t).
+#[inline(always)]
+fn decay<F: Float>(absorption: f32, t: F) -> F {
+    exp2(t * F::splat(-absorption * std::f32::consts::LOG2_E))
+}
+
+/// The path's radiance with what the surface gives off.
+#[inline(always)]
+fn given_off<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    spot: &Spot<F>,
+    mask: F::Mask,
+) -> Color<F> {
+    let scene = &frame.scene;
+    if spot.material.unlit {
+        return path.radiance + path.throughput * spot.base_color();
+    }
+    if !spot.material.emits() {
+        return path.radiance;
+    }
+    let mut light = spot.emission();
+    let drawn = mask & path.pdf.gt(F::zero()) & hit.instance.eq(F::Int::splat(NONE));
+    if drawn.any() && !scene.emitters.of_primitive.is_empty() {
+        // Spheres come behind the triangles.
+        let sphere = F::Int::splat(crate::bvh::SPHERE);
+        let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0));
+        let behind = (hit.primitive ^ sphere) + F::Int::splat(scene.geometry.world_triangles);
+        let place = F::Int::select(is_sphere, behind, hit.primitive);
+        let index = F::Int::gather(&scene.emitters.of_primitive, place, drawn);
+        let found = drawn & !index.eq(F::Int::splat(NONE));
+        if found.any() {
+            let density = emitter::pdf(scene, index, path.origin, path.direction, hit.t, found)
+                * chance_of(frame, path.origin, index, found);
+            light = light * F::select(found, heuristic(path.pdf, density), F::one());
+        }
+    }
+    path.radiance + limited(frame, path, path.throughput * light)
+}
+
+/// The shadow ray to a point of a light.
+#[inline(always)]
+fn to_light<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    here: F::Mask,
+) -> ShadowRay<F> {
+    let scene = &frame.scene;
+    let mask = here & bsdf.scatters();
+    if scene.emitters.is_empty() || !mask.any() {
+        return ShadowRay::none();
+    }
+    let zero = F::zero();
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(path.depth));
+    let which = if scene.emitters.len() > 1 {
+        draw_1d(frame.sampler, frame.samples, key, Dimension::LightChoice.at(path.depth))
+    } else {
+        zero
+    };
+    let (index, chance) = choose(frame, surface.position, which, mask);
+    let sample = emitter::sample(scene, index, surface.position, u, mask);
+    let (value, own) = bsdf.evaluate(sample.direction, mask);
+    let density = sample.pdf * chance;
+    // At the last vertex no direction is drawn that could share the work.
+    let shared = sample.shared & path.depth.lt(F::Int::splat(frame.max_depth));
+    let weight = F::select(shared, heuristic(density, own), F::one());
+    let light = value * sample.radiance * (weight / density.max(F::splat(1e-30)));
+    let contribution = limited(frame, path, path.throughput * light);
+    let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
+    ShadowRay {
+        ray: Ray {
+            origin,
+            direction: sample.direction,
+            t_min: zero,
+            t_max: sample.distance * F::splat(SHADOW_END),
+        },
+        contribution,
+        mask: mask & chance.gt(zero) & density.gt(zero) & contribution.max_component().gt(zero),
+    }
+}
+
+/// Where the path goes on, if it does.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "all that a vertex knows")]
+fn scattered<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    material: u32,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    width: F,
+    mask: F::Mask,
+) -> (Path<F>, F::Mask) {
+    let (zero, one) = (F::zero(), F::one());
+    let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+    let Sampled { direction, weight, pdf, valid, through, wide } = bsdf.sample(choice, u, mask);
+    let mut throughput = path.throughput * weight;
+    let mut goes_on = valid & throughput.max_component().gt(zero);
+    if let Some(first) = frame.roulette_depth {
+        let plays = !path.depth.lt(F::Int::splat(first));
+        let survival = throughput.max_component().clamp(0.05, 1.0);
+        let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
+        let survives = number.lt(survival);
+        throughput = throughput * F::select(plays, one / survival, one);
+        goes_on = goes_on & (survives | !plays);
+    }
+    let mut medium = path.medium;
+    let record = &frame.scene.principled[material as usize];
+    if !record.thin {
+        let absorbs = record.absorption != [0.0; 3];
+        let inside = F::Int::splat(if absorbs { material } else { NONE });
+        let other = F::Int::select(surface.inside, F::Int::splat(NONE), inside);
+        medium = F::Int::select(through, other, medium);
+    }
+    // A wide lobe blurs what is seen in it over about this angle.
+    let spread = path.spread + F::select(wide, F::splat(0.2), zero);
+    let next = Path {
+        origin: leave(surface.position, surface.geometric_normal, surface.offset, direction),
+        direction,
+        throughput,
+        radiance: Color::black(),
+        depth: path.depth + F::Int::splat(1),
+        pdf,
+        t_min: zero,
+        width,
+        spread,
+        medium,
+        ..*path
+    };
+    (next, goes_on)
+}
+
+/// What is left of shadow rays that have met surfaces of one material, and which of them go on.
+#[inline(always)]
+pub fn shadow_hit<F: Float>(
+    frame: &Frame,
+    shadow: &ShadowRay<F>,
+    hit: &HitLanes<F>,
+    material: u32,
+    mask: F::Mask,
+) -> (Color<F>, F::Mask) {
+    let scene = &frame.scene;
+    let record = &scene.principled[material as usize];
+    if !record.may_pass() {
+        return (Color::black(), F::Mask::from_bits(0));
+    }
+    let surface = Surface::new(&scene.geometry, &shadow.ray, hit, mask);
+    let spot = Spot {
+        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
+        material: record,
+        hit,
+        surface: &surface,
+        at: coordinates(&scene.geometry, hit, &surface, shadow.ray.direction, F::zero(), mask),
+        to_viewer: -shadow.ray.direction,
+        mask,
+    };
+    let left = shadow.contribution * (F::one() - spot.coverage());
+    (left, mask & left.max_component().gt(F::zero()))
+}

@@ -1,0 +1,208 @@
+//! Stages of the path transport: hits are shaded material by material, and shadow rays may meet
+//! what is not there.
+
+use super::queue::{HitQueue, PathQueue, ShadowQueue};
+use super::stages::lanes;
+use crate::integrator::shadow::connect;
+use crate::integrator::{Frame, path_tracing};
+use crate::math::{Color, NONE};
+use crate::scene::Geometry;
+use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+
+/// The material of each lane's hit, [`NONE`] for misses.
+#[inline(always)]
+pub fn material_of<F: Float>(geometry: &Geometry, primitive: F::Int, instance: F::Int, mask: F::Mask) -> F::Int {
+    let none = F::Int::splat(NONE);
+    let hit = mask & !primitive.eq(none);
+    let sphere = F::Int::splat(crate::bvh::SPHERE);
+    let is_sphere = !(primitive & sphere).eq(F::Int::splat(0)) & hit;
+    let is_triangle = hit & !is_sphere;
+    let mut part = F::Int::gather(&geometry.triangle_parts, primitive, is_triangle);
+    if is_sphere.any() {
+        let spheres = F::Int::gather(&geometry.sphere_parts, primitive ^ sphere, is_sphere);
+        part = F::Int::select(is_sphere, spheres, part);
+    }
+    let mut material = F::Int::gather(&geometry.parts.material, part, hit);
+    let placed = hit & !instance.eq(none);
+    if placed.any() {
+        let given = F::Int::gather(&geometry.instance_materials, instance, placed);
+        material = F::Int::select(placed & !given.eq(none), given, material);
+    }
+    F::Int::select(hit, material, none)
+}
+
+/// Places of hits, one material's after another's.
+#[derive(Default)]
+pub struct Groups {
+    order: Vec<u32>,
+    /// Material, first place and the place behind the last one, of those that there are.
+    groups: Vec<(u32, u32, u32)>,
+    counts: Vec<u32>,
+}
+
+impl Groups {
+    /// For hits of `materials` materials, at most `capacity` of them.
+    pub fn new(capacity: usize, materials: usize) -> Self {
+        Self {
+            order: vec![0; capacity + super::queue::PADDING],
+            groups: Vec::with_capacity(materials.min(capacity)),
+            counts: vec![0; materials],
+        }
+    }
+
+    /// Sorts by counting: places of equal materials keep their order.
+    pub fn sort(&mut self, materials: &[u32]) {
+        self.groups.clear();
+        self.counts.fill(0);
+        for material in materials {
+            self.counts[*material as usize] += 1;
+        }
+        let mut first = 0;
+        for (material, count) in self.counts.iter_mut().enumerate() {
+            if *count > 0 {
+                self.groups.push((material as u32, first, first + *count));
+                first += std::mem::replace(count, first);
+            }
+        }
+        for (place, material) in materials.iter().enumerate() {
+            let next = &mut self.counts[*material as usize];
+            self.order[*next as usize] = place as u32;
+            *next += 1;
+        }
+    }
+}
+
+/// Hits to what surfaces give off, shadow rays and the next rays.
+pub struct ShadePaths<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Paths that have hit something; their radiance gets what surfaces give off.
+    pub paths: &'a mut PathQueue,
+    /// What they have hit.
+    pub hits: &'a HitQueue,
+    /// In which order.
+    pub groups: &'a Groups,
+    /// For each path 1 if it goes on.
+    pub goes_on: &'a mut [u32],
+    /// Paths that do.
+    pub next: &'a mut PathQueue,
+    /// To lights.
+    pub shadow: &'a mut ShadowQueue,
+}
+
+impl Kernel for ShadePaths<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let width = L::Queue::WIDTH;
+        for &(material, first, end) in &self.groups.groups {
+            for at in (first as usize..end as usize).step_by(width) {
+                let valid = lanes::<L::Queue>(end as usize - at);
+                let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
+                let path = self.paths.gather::<L::Queue>(places, valid);
+                let hit = self.hits.gather::<L::Queue>(places, valid);
+                let outcome = path_tracing::hit(self.frame, &path, &hit, material, valid);
+                let goes_on: <L::Queue as Float>::Int =
+                    Int::select(outcome.goes_on, Int::splat(1), Int::splat(0));
+                put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
+                self.shadow.append(&outcome.shadow, places);
+                self.next.append(outcome.goes_on, &outcome.next, places);
+            }
+        }
+    }
+}
+
+/// Writes radiance and whether the path goes on to where the lanes came from.
+#[inline(always)]
+fn put_back<F: Float>(
+    paths: &mut PathQueue,
+    flags: &mut [u32],
+    places: F::Int,
+    radiance: Color<F>,
+    goes_on: F::Int,
+    mask: F::Mask,
+) {
+    let (mut at, mut flag) = ([0; 16], [0; 16]);
+    let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    places.store(&mut at);
+    goes_on.store(&mut flag);
+    radiance.r.store(&mut r);
+    radiance.g.store(&mut g);
+    radiance.b.store(&mut b);
+    let [to_r, to_g, to_b] = paths.radiance_mut();
+    for lane in 0..mask.count() {
+        let place = at[lane] as usize;
+        (to_r[place], to_g[place], to_b[place]) = (r[lane], g[lane], b[lane]);
+        flags[place] = flag[lane];
+    }
+}
+
+/// Shadow rays that have met something: what goes on behind it closes ranks at the front.
+pub struct PassShadows<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Rays, in and out.
+    pub shadow: &'a mut ShadowQueue,
+    /// What they have met.
+    pub hits: &'a HitQueue,
+    /// Whose radiance gets what arrives.
+    pub paths: &'a mut PathQueue,
+}
+
+impl Kernel for PassShadows<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (width, count) = (L::Queue::WIDTH, self.shadow.0.len());
+        let mut kept = 0;
+        for at in (0..count).step_by(width) {
+            let valid = lanes::<L::Queue>(count - at);
+            let (mut shadow, target) = self.shadow.load::<L::Queue>(at);
+            let hit = self.hits.load::<L::Queue>(at);
+            let geometry = &self.frame.scene.geometry;
+            let materials = material_of::<L::Queue>(geometry, hit.primitive, hit.instance, valid);
+            let missed = valid & hit.primitive.eq(Int::splat(NONE));
+            if missed.any() {
+                arrive::<L::Queue>(self.paths, target, shadow.contribution, missed);
+            }
+            let mut todo = valid & !missed;
+            let mut goes_on = <L::Queue as Float>::Mask::from_bits(0);
+            while todo.any() {
+                let material = crate::shading::emitter::lane(materials, todo);
+                let same = todo & materials.eq(Int::splat(material));
+                let (left, passes) = path_tracing::shadow_hit(self.frame, &shadow, &hit, material, same);
+                shadow.contribution = Color::select(same, left, shadow.contribution);
+                goes_on = goes_on | passes;
+                todo = todo & !same;
+            }
+            shadow.ray.t_min = hit.t;
+            shadow.mask = goes_on;
+            // In place: what is written lies at or before what has been read.
+            self.shadow.store(kept, &shadow, target);
+            kept += goes_on.count();
+        }
+        self.shadow.0.set_len(kept);
+    }
+}
+
+/// Adds contributions where they belong. Every path has at most one shadow ray, so that the order
+/// does not matter.
+#[inline(always)]
+fn arrive<F: Float>(paths: &mut PathQueue, target: F::Int, contribution: Color<F>, mask: F::Mask) {
+    let mut at = [0; 16];
+    let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    target.store(&mut at);
+    contribution.r.store(&mut r);
+    contribution.g.store(&mut g);
+    contribution.b.store(&mut b);
+    let [to_r, to_g, to_b] = paths.radiance_mut();
+    let mut bits = mask.bits();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        let place = at[lane] as usize;
+        let so_far = Color::new(to_r[place], to_g[place], to_b[place]);
+        let sum = connect(so_far, Color::new(r[lane], g[lane], b[lane]));
+        (to_r[place], to_g[place], to_b[place]) = (sum.r, sum.g, sum.b);
+    }
+}

@@ -1,0 +1,68 @@
+//! Everything that lights a surface, as the path transport samples it.
+
+use super::light_tree::LightTree;
+
+/// Kinds of emitters: the rows of [`Emitters::rows`] mean different things.
+pub mod kind {
+    /// A triangle: corner, two edges, radiance.
+    pub const TRIANGLE: u32 = 0;
+    /// A parallelogram: corner, two edges, radiance.
+    pub const QUAD: u32 = 1;
+    /// A sphere: centre, radius at 9, radiance at 10.
+    pub const SPHERE: u32 = 2;
+    /// A point: place, intensity at 10; 1 at 9 if light falls with distance.
+    pub const POINT: u32 = 3;
+    /// A spot: as a point; axis at 3, cosine of the outer angle at 6, scale at 7.
+    pub const SPOT: u32 = 4;
+    /// Parallel light: direction to it, 1 − cosine of half its angle at 3, irradiance at 10.
+    pub const DIRECTIONAL: u32 = 5;
+    /// All around.
+    pub const ENVIRONMENT: u32 = 6;
+}
+
+/// Bits of [`Emitters::flags`].
+pub mod flag {
+    /// Its back shines, too.
+    pub const TWO_SIDED: u32 = 1;
+    /// Its radiance comes from its material's texture.
+    pub const TEXTURED: u32 = 2;
+    /// Rays can hit it: it is found in two ways, which share the work.
+    pub const VISIBLE: u32 = 4;
+}
+
+/// Columns by emitter. Those in finite places come first, then those infinitely far away.
+#[derive(Debug, Default)]
+pub struct Emitters {
+    /// See [`kind`].
+    pub kinds: Vec<u32>,
+    /// See [`flag`].
+    pub flags: Vec<u32>,
+    /// See [`kind`]; radiance or intensity is at 10.
+    pub rows: Vec<[f32; 13]>,
+    /// Material of a textured triangle.
+    pub material: Vec<u32>,
+    /// The triangle.
+    pub primitive: Vec<u32>,
+    /// The light that it was authored as, for people: index into the scene's lights or
+    /// [`crate::math::NONE`].
+    pub light: Vec<u32>,
+    /// How many stand in finite places.
+    pub finite: u32,
+    /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
+    /// [`crate::math::NONE`]; empty if there is none.
+    pub of_primitive: Vec<u32>,
+    /// By what each finite emitter may bring to a point.
+    pub tree: LightTree,
+}
+
+impl Emitters {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Whether nothing shines.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+}

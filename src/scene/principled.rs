@@ -1,0 +1,161 @@
+//! Materials as the path transport reads them: one record each, because all lanes that are
+//! shaded together have the same material.
+
+use crate::math::NONE;
+
+/// A colour: a constant times a texture, if there is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorParam {
+    /// What the texture is multiplied by.
+    pub factor: [f32; 3],
+    /// Texture id or [`NONE`].
+    pub texture: u32,
+}
+
+/// A number: a constant times a channel of a texture, if there is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScalarParam {
+    /// What the channel is multiplied by.
+    pub factor: f32,
+    /// Texture id or [`NONE`].
+    pub texture: u32,
+    /// 0 red to 3 alpha.
+    pub channel: u32,
+}
+
+impl ColorParam {
+    /// The same everywhere.
+    pub const fn constant(factor: [f32; 3]) -> Self {
+        Self { factor, texture: NONE }
+    }
+
+    /// Whether it is black everywhere.
+    pub fn is_black(&self) -> bool {
+        self.factor == [0.0; 3]
+    }
+}
+
+impl ScalarParam {
+    /// The same everywhere.
+    pub const fn constant(factor: f32) -> Self {
+        Self { factor, texture: NONE, channel: 0 }
+    }
+
+    /// Whether it is nothing everywhere.
+    pub fn is_zero(&self) -> bool {
+        self.factor == 0.0
+    }
+
+    /// Whether it is one everywhere.
+    pub fn is_one(&self) -> bool {
+        self.factor == 1.0 && self.texture == NONE
+    }
+}
+
+/// How much of a surface is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// All of it.
+    Whole,
+    /// What has at least this alpha.
+    Mask(f32),
+    /// Alpha of it.
+    Blend,
+}
+
+/// A tangent-space normal map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalParam {
+    /// Texture id.
+    pub texture: u32,
+    /// A factor on x and y.
+    pub scale: f32,
+}
+
+/// What happens to light at a surface (see [`crate::world::Principled`] for the meanings).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Principled {
+    /// Albedo of dielectrics, reflectance straight on of metals.
+    pub base_color: ColorParam,
+    /// By [`Principled::coverage`].
+    pub alpha: ScalarParam,
+    /// What alpha means.
+    pub coverage: Coverage,
+    /// Whether rays pass through its back as if it were not there.
+    pub hides_back: bool,
+    /// 0 to 1.
+    pub metallic: ScalarParam,
+    /// Perceptual.
+    pub roughness: ScalarParam,
+    /// Of the base layer.
+    pub normal: Option<NormalParam>,
+    /// Radiance.
+    pub emission: ColorParam,
+    /// Whether its back gives off none.
+    pub one_sided_emission: bool,
+    /// Its base colour is what is seen; no light falls on it.
+    pub unlit: bool,
+    /// Index of refraction of the inside.
+    pub ior: f32,
+    /// Strength of the dielectric's reflection; also what it grows to at grazing angles.
+    pub specular: ScalarParam,
+    /// Its colour: a factor on F₀.
+    pub specular_color: ColorParam,
+    /// F₀ without strength and colour: ((n − 1)/(n + 1))².
+    pub f0: f32,
+    /// Reflectance does not depend on the angle (Blinn-Phong's ks and kr).
+    pub constant_fresnel: bool,
+    /// The part of the rest that goes through.
+    pub transmission: ScalarParam,
+    /// Whether it goes through a thin sheet, unbent.
+    pub thin: bool,
+    /// Absorption inside, m⁻¹.
+    pub absorption: [f32; 3],
+    /// The part of diffuse light that leaves on the other side, and its colour.
+    pub diffuse_transmission: ScalarParam,
+    /// Its colour.
+    pub diffuse_transmission_color: ColorParam,
+    /// Coverage by the clear layer; its reflectance straight on is in `coat_f0`.
+    pub coat: ScalarParam,
+    /// Perceptual.
+    pub coat_roughness: ScalarParam,
+    /// The clear layer's own normals.
+    pub coat_normal: Option<NormalParam>,
+    /// Reflectance straight on, and at grazing angles.
+    pub coat_f0: [f32; 3],
+    /// Reflectance at grazing angles.
+    pub coat_f90: [f32; 3],
+    /// Fibres.
+    pub sheen_color: ColorParam,
+    /// Perceptual.
+    pub sheen_roughness: ScalarParam,
+    /// 0 round to 1.
+    pub anisotropy: f32,
+    /// Cosine and sine of the angle from the tangent.
+    pub anisotropy_direction: [f32; 2],
+    /// Red, green: direction; blue: strength.
+    pub anisotropy_texture: u32,
+}
+
+impl Principled {
+    /// Whether a ray may go on behind it as if it were not there.
+    pub fn may_pass(&self) -> bool {
+        self.hides_back || self.coverage != Coverage::Whole
+    }
+
+    /// Whether it reflects like a mirror, however blurred.
+    pub fn is_specular(&self) -> bool {
+        let dielectric = self.f0 > 0.0 && !self.specular.is_zero() && !self.specular_color.is_black();
+        dielectric || !self.metallic.is_zero()
+    }
+
+    /// Whether it gives off light.
+    pub fn emits(&self) -> bool {
+        !self.emission.is_black() && !self.unlit
+    }
+
+    /// Whether directions along the surface matter.
+    pub fn needs_tangents(&self) -> bool {
+        self.normal.is_some() || self.coat_normal.is_some() || self.anisotropy > 0.0
+    }
+}

@@ -1,0 +1,297 @@
+//! Emitters seen from a point: directions to them, what they send, and with what density they
+//! are sampled.
+
+use super::details::point_coordinates;
+use super::sampled::color;
+use super::surface::{HitLanes, unit_or};
+use super::{environment, principled::bsdf::Frame};
+use crate::math::elementary::sin_cos_turns;
+use crate::math::{Color, Vector};
+use crate::scene::CompiledScene;
+use crate::scene::emitters::{flag, kind};
+use crate::simd::{Float, Int, Mask};
+
+/// A point of an emitter as seen from another point.
+#[derive(Clone, Copy)]
+pub struct EmitterSample<F: Float> {
+    /// Unit vector to it.
+    pub direction: Vector<F>,
+    /// How far it is.
+    pub distance: F,
+    /// Its radiance; irradiance where it has no extent.
+    pub radiance: Color<F>,
+    /// Density per steradian; 1 where it has no extent.
+    pub pdf: F,
+    /// Where rays can also hit it by themselves.
+    pub shared: F::Mask,
+}
+
+/// A point of an emitter from a point of the unit square.
+#[inline(always)]
+pub fn sample<F: Float>(
+    scene: &CompiledScene,
+    emitter: F::Int,
+    position: Vector<F>,
+    u: (F, F),
+    mask: F::Mask,
+) -> EmitterSample<F> {
+    let table = &scene.emitters;
+    let what = F::Int::gather(&table.kinds, emitter, mask);
+    let flags = F::Int::gather(&table.flags, emitter, mask);
+    let up = Vector::new(F::zero(), F::zero(), F::one());
+    let mut out = EmitterSample {
+        direction: up,
+        distance: F::splat(f32::INFINITY),
+        radiance: Color::black(),
+        pdf: F::one(),
+        shared: has(flags, flag::VISIBLE),
+    };
+    let row = Row { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let is = |k: u32| what.eq(F::Int::splat(k)) & mask;
+    let planar = is(kind::TRIANGLE) | is(kind::QUAD);
+    if planar.any() {
+        let sample = planar_sample(scene, &row, emitter, is(kind::TRIANGLE), flags, position, u);
+        out = out.replaced(planar, sample);
+    }
+    if is(kind::SPHERE).any() {
+        out = out.replaced(is(kind::SPHERE), sphere_sample(&row, position, u));
+    }
+    let point = is(kind::POINT) | is(kind::SPOT);
+    if point.any() {
+        out = out.replaced(point, point_sample(&row, is(kind::SPOT), position));
+    }
+    if is(kind::DIRECTIONAL).any() {
+        out = out.replaced(is(kind::DIRECTIONAL), parallel_sample(&row, u));
+    }
+    if is(kind::ENVIRONMENT).any() {
+        let (direction, pdf) = environment::sample(&scene.environment, u, mask);
+        let sample = EmitterSample {
+            direction,
+            distance: F::splat(f32::INFINITY),
+            radiance: environment::radiance(&scene.environment, direction, mask),
+            pdf,
+            shared: out.shared,
+        };
+        out = out.replaced(is(kind::ENVIRONMENT), sample);
+    }
+    out
+}
+
+/// Density with which [`sample`] would have found the point of an emitter that a ray along
+/// `direction` has hit at distance `t`; 0 for what it never finds.
+#[inline(always)]
+pub fn pdf<F: Float>(
+    scene: &CompiledScene,
+    emitter: F::Int,
+    position: Vector<F>,
+    direction: Vector<F>,
+    t: F,
+    mask: F::Mask,
+) -> F {
+    let table = &scene.emitters;
+    let what = F::Int::gather(&table.kinds, emitter, mask);
+    let row = Row { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
+    let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
+    let mut pdf = planar_pdf(row.vector(3).cross(row.vector(6)), triangle, direction, t);
+    if sphere.any() {
+        let one_minus_cos = cone(row.vector(0) - position, row.number(9)).0;
+        pdf = F::select(sphere, F::splat(0.5 / std::f32::consts::PI) / one_minus_cos, pdf);
+    }
+    pdf
+}
+
+impl<F: Float> EmitterSample<F> {
+    #[inline(always)]
+    fn replaced(self, mask: F::Mask, by: Self) -> Self {
+        Self {
+            direction: Vector::select(mask, by.direction, self.direction),
+            distance: F::select(mask, by.distance, self.distance),
+            radiance: Color::select(mask, by.radiance, self.radiance),
+            pdf: F::select(mask, by.pdf, self.pdf),
+            shared: self.shared,
+        }
+    }
+}
+
+/// Lanes whose flags have a bit set.
+#[inline(always)]
+fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
+    !(flags & I::splat(bit)).eq(I::splat(0))
+}
+
+/// An emitter's row (see [`kind`]).
+struct Row<'a, F: Float> {
+    table: &'a [f32],
+    first: F::Int,
+    mask: F::Mask,
+}
+
+impl<F: Float> Row<'_, F> {
+    #[inline(always)]
+    fn number(&self, at: u32) -> F {
+        F::gather(self.table, self.first + F::Int::splat(at), self.mask)
+    }
+
+    #[inline(always)]
+    fn vector(&self, at: u32) -> Vector<F> {
+        Vector::gather_flat(self.table, self.first + F::Int::splat(at), self.mask)
+    }
+
+    #[inline(always)]
+    fn light(&self) -> Color<F> {
+        let v = self.vector(10);
+        Color::new(v.x, v.y, v.z)
+    }
+}
+
+/// d² / (A |cos|), with |e₁ × e₂| = A or 2A.
+#[inline(always)]
+fn planar_pdf<F: Float>(cross: Vector<F>, triangle: F::Mask, direction: Vector<F>, distance: F) -> F {
+    let part = F::select(triangle, F::splat(0.5), F::one());
+    let seen = cross.dot(direction).abs() * part;
+    distance * distance / seen.max(F::splat(1e-30))
+}
+
+/// Uniform over a triangle or a parallelogram.
+#[inline(always)]
+fn planar_sample<F: Float>(
+    scene: &CompiledScene,
+    row: &Row<F>,
+    emitter: F::Int,
+    triangle: F::Mask,
+    flags: F::Int,
+    position: Vector<F>,
+    u: (F, F),
+) -> EmitterSample<F> {
+    // Heitz 2019: the square onto the triangle with little distortion.
+    let half = F::splat(0.5);
+    let upper = u.1.gt(u.0);
+    let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
+    let b = F::select(upper, u.1 - u.0 * half, u.1 * half);
+    let (a, b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
+    let (e1, e2) = (row.vector(3), row.vector(6));
+    let way = row.vector(0) + e1 * a + e2 * b - position;
+    let square = way.dot(way).max(F::splat(1e-30));
+    let distance = square.sqrt();
+    let direction = way * (F::one() / distance);
+    let cross = e1.cross(e2);
+    let mut light = row.light();
+    let textured = has(flags, flag::TEXTURED) & row.mask;
+    if textured.any() {
+        light = Color::select(textured, textured_light(scene, emitter, (a, b), textured), light);
+    }
+    let shines = has(flags, flag::TWO_SIDED) | cross.dot(direction).lt(F::zero());
+    EmitterSample {
+        direction,
+        distance,
+        radiance: Color::select(shines, light, Color::black()),
+        pdf: planar_pdf(cross, triangle, direction, distance),
+        shared: F::Mask::from_bits(0),
+    }
+}
+
+/// Radiance of triangles whose emission is a texture, material by material.
+#[inline(always)]
+fn textured_light<F: Float>(scene: &CompiledScene, emitter: F::Int, place: (F, F), mask: F::Mask) -> Color<F> {
+    let primitive = F::Int::gather(&scene.emitters.primitive, emitter, mask);
+    let material = F::Int::gather(&scene.emitters.material, emitter, mask);
+    let hit = HitLanes { t: F::zero(), u: place.0, v: place.1, primitive, instance: F::Int::splat(u32::MAX) };
+    let at = point_coordinates(&scene.geometry, &hit, mask);
+    let mut light = Color::black();
+    let mut todo = mask;
+    while todo.any() {
+        let first = lane(material, todo);
+        let same = material.eq(F::Int::splat(first)) & todo;
+        let emission = &scene.principled[first as usize].emission;
+        light = Color::select(same, color(emission, &scene.textures, &at, same), light);
+        todo = todo & !same;
+    }
+    light
+}
+
+/// The value of the first lane of a mask.
+#[inline(always)]
+pub fn lane<I: Int>(values: I, mask: I::Mask) -> u32 {
+    let mut lanes = [0; 16];
+    values.store(&mut lanes);
+    lanes[(mask.bits().trailing_zeros() & 15) as usize]
+}
+
+/// 1 − cosine of the angle that a sphere takes up, and that cosine; all around from within.
+#[inline(always)]
+fn cone<F: Float>(way: Vector<F>, radius: F) -> (F, F) {
+    let square = way.dot(way);
+    let sin2 = (radius * radius / square.max(F::splat(1e-30))).min(F::one());
+    let cos = (F::one() - sin2).max(F::zero()).sqrt();
+    // 1 − √(1 − s) loses all digits for small s.
+    let part = sin2 / (F::one() + cos);
+    let within = square.le(radius * radius);
+    (F::select(within, F::splat(2.0), part).max(F::splat(1e-12)), F::select(within, -F::one(), cos))
+}
+
+/// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4).
+#[inline(always)]
+fn sphere_sample<F: Float>(row: &Row<F>, position: Vector<F>, u: (F, F)) -> EmitterSample<F> {
+    let (center, radius) = (row.vector(0), row.number(9));
+    let way = center - position;
+    let (part, _) = cone(way, radius);
+    let lift = part * u.0;
+    let cos = F::one() - lift;
+    let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
+    let (s, c) = sin_cos_turns(u.1);
+    let axis = unit_or(way, Vector::new(F::zero(), F::zero(), F::one()));
+    let frame = Frame::about(axis);
+    let direction = frame.world(Vector::new(sin * c, sin * s, cos));
+    let along = direction.dot(way);
+    let half = (radius * radius - (way.dot(way) - along * along)).max(F::zero()).sqrt();
+    let near = along - half;
+    let distance = F::select(near.gt(F::zero()), near, along + half).max(F::zero());
+    EmitterSample {
+        direction,
+        distance,
+        radiance: row.light(),
+        pdf: F::splat(0.5 / std::f32::consts::PI) / part,
+        shared: F::Mask::from_bits(0),
+    }
+}
+
+/// From a point, perhaps within a cone.
+#[inline(always)]
+fn point_sample<F: Float>(row: &Row<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
+    let way = row.vector(0) - position;
+    let square = way.dot(way).max(F::splat(1e-30));
+    let distance = square.sqrt();
+    let direction = way * (F::one() / distance);
+    let falls = row.number(9).gt(F::zero());
+    let mut light = row.light() * F::select(falls, F::one() / square, F::one());
+    if spot.any() {
+        let cos = -direction.dot(row.vector(3));
+        let inside = ((cos - row.number(6)) * row.number(7)).clamp(0.0, 1.0);
+        light = light * F::select(spot, inside * inside, F::one());
+    }
+    EmitterSample {
+        direction,
+        distance,
+        radiance: light,
+        pdf: F::one(),
+        shared: F::Mask::from_bits(0),
+    }
+}
+
+/// Parallel light, or from a disk in the sky.
+#[inline(always)]
+fn parallel_sample<F: Float>(row: &Row<F>, u: (F, F)) -> EmitterSample<F> {
+    let axis = row.vector(0);
+    let lift = row.number(3) * u.0;
+    let (s, c) = sin_cos_turns(u.1);
+    let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
+    let direction = Frame::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
+    EmitterSample {
+        direction,
+        distance: F::splat(f32::INFINITY),
+        radiance: row.light(),
+        pdf: F::one(),
+        shared: F::Mask::from_bits(0),
+    }
+}

@@ -1,0 +1,143 @@
+//! How much light a rough mirror of reflectance 1 gives back after one bounce between its
+//! microfacets: what is missing bounces more than once, and is given back by a lobe of its own
+//! (Kulla and Conty 2017) so that a white surface in white surroundings stays white.
+
+use std::sync::LazyLock;
+
+use super::ggx::Ggx;
+use crate::math::Vector;
+use crate::simd::{Float, Int};
+
+/// Cosines in the table: the nodes are at squares, closer together at grazing angles.
+const COSINES: usize = 48;
+/// Roughnesses (√α) in the table.
+const ROUGHNESSES: usize = 32;
+/// Directions for an entry, along each axis of the unit square.
+const SAMPLES: usize = 24;
+
+/// Albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is
+/// F₀ · `straight` + F₉₀ · `grazing`: both at each roughness and cosine, and their means over the
+/// hemisphere.
+struct Table {
+    entries: Vec<f32>,
+    means: Vec<f32>,
+}
+
+static TABLE: LazyLock<Table> = LazyLock::new(Table::new);
+
+/// Two parts of an albedo (see [`directional`]).
+#[derive(Clone, Copy)]
+pub struct Albedo<F> {
+    /// What F₀ is multiplied by.
+    pub straight: F,
+    /// What F₉₀ is multiplied by.
+    pub grazing: F,
+}
+
+impl<F: Float> Albedo<F> {
+    /// Of a surface that reflects all.
+    #[inline(always)]
+    pub fn whole(&self) -> F {
+        self.straight + self.grazing
+    }
+
+    #[inline(always)]
+    fn mix(self, other: Self, weight: F) -> Self {
+        let rest = F::one() - weight;
+        Self {
+            straight: self.straight * rest + other.straight * weight,
+            grazing: self.grazing * rest + other.grazing * weight,
+        }
+    }
+}
+
+impl Table {
+    fn new() -> Self {
+        let (mut entries, mut means) = (Vec::new(), Vec::new());
+        for r in 0..ROUGHNESSES {
+            let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
+            let alpha = (roughness * roughness).max(1e-4);
+            for c in 0..COSINES {
+                let node = c as f32 / (COSINES - 1) as f32;
+                let albedo = integrate((node * node).max(1e-4), alpha);
+                entries.extend([albedo.straight, albedo.grazing]);
+            }
+            // ∫ 2 μ E(μ) dμ.
+            let steps = 256;
+            let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+            for i in 0..steps {
+                let cosine = (i as f64 + 0.5) / steps as f64;
+                let place = cosine.sqrt() * (COSINES - 1) as f64;
+                let at = (place as usize).min(COSINES - 2);
+                let weight = place - at as f64;
+                let first = 2 * (r * COSINES + at);
+                let value =
+                    |k: usize| entries[first + k] as f64 * (1.0 - weight) + entries[first + 2 + k] as f64 * weight;
+                straight += 2.0 * cosine * value(0) / steps as f64;
+                grazing += 2.0 * cosine * value(1) / steps as f64;
+            }
+            means.extend([straight as f32, grazing as f32]);
+        }
+        Table { entries, means }
+    }
+}
+
+/// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts.
+fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
+    let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+    let ggx = Ggx { x: alpha, y: alpha };
+    let own = 1.0 + ggx.lambda(w);
+    let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+    for i in 0..SAMPLES * SAMPLES {
+        let (u, v) = ((i / SAMPLES) as f32 + 0.5, (i % SAMPLES) as f32 + 0.5);
+        let h = ggx.sample(w, (u / SAMPLES as f32, v / SAMPLES as f32));
+        let cos = w.dot(h).max(0.0);
+        let wi = h * (2.0 * cos) - w;
+        if wi.z > 0.0 {
+            let weight = (own / (own + ggx.lambda(wi))) as f64;
+            let f = (1.0 - cos as f64).powi(5);
+            straight += weight * (1.0 - f);
+            grazing += weight * f;
+        }
+    }
+    let count = (SAMPLES * SAMPLES) as f64;
+    Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 }
+}
+
+/// The place between two nodes: the lower one and the weight of the upper.
+#[inline(always)]
+fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
+    let place = place.clamp(0.0, (nodes - 1) as f32);
+    let node = place.floor().min(F::splat((nodes - 2) as f32));
+    (node.to_int(), place - node)
+}
+
+/// Albedo for a cosine to the normal at a roughness √α.
+#[inline(always)]
+pub fn directional<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
+    let table = &TABLE.entries[..];
+    let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
+    let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+    let first = (r * F::Int::splat(COSINES as u32) + c) * F::Int::splat(2);
+    let row = F::Int::splat(2 * COSINES as u32);
+    let low = entry(table, first, mask).mix(entry(table, first + F::Int::splat(2), mask), wc);
+    let first = first + row;
+    let high = entry(table, first, mask).mix(entry(table, first + F::Int::splat(2), mask), wc);
+    low.mix(high, wr)
+}
+
+/// The same, averaged over the hemisphere with weight cos/π.
+#[inline(always)]
+pub fn average<F: Float>(roughness: F, mask: F::Mask) -> Albedo<F> {
+    let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+    let first = r * F::Int::splat(2);
+    entry(&TABLE.means, first, mask).mix(entry(&TABLE.means, first + F::Int::splat(2), mask), wr)
+}
+
+#[inline(always)]
+fn entry<F: Float>(table: &[f32], first: F::Int, mask: F::Mask) -> Albedo<F> {
+    Albedo {
+        straight: F::gather(table, first, mask),
+        grazing: F::gather(table, first + F::Int::splat(1), mask),
+    }
+}

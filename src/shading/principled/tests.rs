@@ -1,0 +1,224 @@
+//! Energy, densities and reciprocity of the lobes.
+
+use super::bsdf::{Bsdf, Coat, Frame, Has, Parameters, Sheen};
+use super::ggx::Ggx;
+use crate::math::{Color, Rgb, Vector};
+use crate::sampling::sobol;
+use std::num::Wrapping;
+
+fn grey(value: f32) -> Color<f32> {
+    Color::splat(Rgb::splat(value))
+}
+
+fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
+    Vector { x, y, z }
+}
+
+/// A direction whose cosine to the normal is given.
+fn towards(cos: f32, turns: f32) -> Vector<f32> {
+    let sin = (1.0 - cos * cos).max(0.0).sqrt();
+    let angle = turns as f64 * std::f64::consts::TAU;
+    vector(sin * libm::cos(angle) as f32, sin * libm::sin(angle) as f32, cos)
+}
+
+/// An opaque surface of base colour `base`, of ior 1.5.
+fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
+    let up = vector(0.0, 0.0, 1.0);
+    let frame = Frame::about(up);
+    let alpha = (roughness * roughness).max(1e-4);
+    let f0 = 0.04 * (1.0 - metallic) + base * metallic;
+    let parameters = Parameters {
+        frame,
+        geometric_normal: up,
+        diffuse: grey(base * (1.0 - metallic)),
+        back: grey(0.0),
+        f0: grey(f0),
+        f90: grey(1.0),
+        metallic,
+        ggx: Ggx { x: alpha, y: alpha },
+        roughness,
+        through: grey(0.0),
+        eta: 1.0,
+        coat: Coat { weight: 0.0, roughness: 0.0, frame, f0: grey(0.04), f90: grey(1.0) },
+        sheen: Sheen { color: grey(0.0), roughness: 0.5 },
+    };
+    (Has { diffuse: metallic < 1.0, specular: true, ..Has::default() }, parameters)
+}
+
+/// Glass of ior 1.5 seen from outside (or inside).
+fn glass(roughness: f32, inside: bool) -> (Has, Parameters<f32>) {
+    let (_, mut parameters) = opaque(1.0, 0.0, roughness);
+    parameters.through = grey(1.0);
+    parameters.diffuse = grey(0.0);
+    parameters.eta = if inside { 1.5 } else { 1.0 / 1.5 };
+    (Has { specular: true, transmission: true, solid: true, ..Has::default() }, parameters)
+}
+
+/// The mean of the weights of sampled directions: the part of light that comes back.
+fn albedo(has: Has, p: Parameters<f32>, cos: f32) -> f32 {
+    let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
+    let count = 1 << 14;
+    let mut sum = 0.0f64;
+    for i in 0..count {
+        let i = Wrapping(i);
+        let choice: f32 = sobol::one(i, Wrapping(1));
+        let sampled = bsdf.sample(choice, sobol::two(i, Wrapping(2)), true);
+        if sampled.valid {
+            sum += sampled.weight.r as f64;
+        }
+    }
+    (sum / count as f64) as f32
+}
+
+#[test]
+fn a_white_furnace_stays_white() {
+    for metallic in [0.0, 0.5, 1.0] {
+        for roughness in [0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0] {
+            for cos in [0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0] {
+                let (has, p) = opaque(1.0, metallic, roughness);
+                let found = albedo(has, p, cos);
+                assert!(
+                    (found - 1.0).abs() < 0.005,
+                    "metallic {metallic} roughness {roughness} cos {cos}: {found}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_clear_layer_loses_nothing() {
+    for roughness in [0.0, 0.3, 1.0] {
+        for cos in [0.1, 0.5, 1.0] {
+            let (mut has, mut p) = opaque(1.0, 0.0, 0.5);
+            has.coat = true;
+            (p.coat.weight, p.coat.roughness) = (1.0, roughness);
+            let found = albedo(has, p, cos);
+            // Light lost between the layer's own microfacets is left to the base.
+            assert!((found - 1.0).abs() < 0.01, "roughness {roughness} cos {cos}: {found}");
+        }
+    }
+}
+
+#[test]
+fn sheen_adds_no_light() {
+    for roughness in [0.1, 0.5, 1.0] {
+        for cos in [0.1, 0.5, 1.0] {
+            let (mut has, mut p) = opaque(1.0, 0.0, 0.5);
+            has.sheen = true;
+            p.sheen = Sheen { color: grey(1.0), roughness };
+            let found = albedo(has, p, cos);
+            assert!((0.93..1.02).contains(&found), "roughness {roughness} cos {cos}: {found}");
+        }
+    }
+}
+
+#[test]
+fn glass_divides_light_without_loss() {
+    for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
+        for (inside, cosines) in [(false, [0.2, 0.5, 1.0]), (true, [0.3, 0.8, 1.0])] {
+            for cos in cosines {
+                let (has, p) = glass(roughness, inside);
+                let found = albedo(has, p, cos);
+                let allowed = if roughness > 0.5 { 0.12 } else { 0.05 };
+                assert!((found - 1.0).abs() < allowed, "roughness {roughness} {inside} cos {cos}: {found}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_goes_there_comes_back() {
+    for (metallic, roughness) in [(0.0, 0.3), (0.0, 1.0), (0.5, 0.5), (1.0, 0.2), (1.0, 0.9)] {
+        for (a, b) in [(0.2, 0.9), (0.5, 0.6), (0.1, 0.3)] {
+            let (wo, wi) = (towards(a, 0.0), towards(b, 0.3));
+            let (has, p) = opaque(0.7, metallic, roughness);
+            let there = Bsdf::new(has, p, wo, true).evaluate(wi, true).0.r / b;
+            let back = Bsdf::new(has, p, wi, true).evaluate(wo, true).0.r / a;
+            assert!((there / back - 1.0).abs() < 1e-3, "{metallic} {roughness} {a} {b}: {there} {back}");
+        }
+    }
+}
+
+/// Cells of equal solid angle over the sphere.
+const RINGS: usize = 16;
+const SECTORS: usize = 16;
+
+/// Pearson's χ² of sampled directions against the integral of the density over cells.
+fn chi_square(has: Has, p: Parameters<f32>, cos: f32) -> (f64, usize) {
+    let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
+    let mut counts = vec![0u32; RINGS * SECTORS];
+    let total = 200_000u32;
+    let hash = |i: u32, d: u32| {
+        crate::sampling::hash::to_unit::<f32>(crate::sampling::hash::combine(Wrapping(i), Wrapping(d)))
+    };
+    for i in 0..total {
+        let sampled = bsdf.sample(hash(i, 1), (hash(i, 2), hash(i, 3)), true);
+        if sampled.valid {
+            let d = sampled.direction;
+            let ring = ((d.z + 1.0) * 0.5 * RINGS as f32) as usize;
+            let turns = libm::atan2f(d.y, d.x) / std::f32::consts::TAU + 0.5;
+            counts[ring.min(RINGS - 1) * SECTORS + ((turns * SECTORS as f32) as usize).min(SECTORS - 1)] += 1;
+        }
+    }
+    let (mut sum, mut cells) = (0.0, 0);
+    let (mut few_expected, mut few_counted) = (0.0, 0.0);
+    for (cell, counted) in counts.iter().enumerate() {
+        let expected = total as f64 * integral(&bsdf, cell / SECTORS, cell % SECTORS);
+        if expected < 10.0 {
+            few_expected += expected;
+            few_counted += *counted as f64;
+        } else {
+            sum += (*counted as f64 - expected).powi(2) / expected;
+            cells += 1;
+        }
+    }
+    if few_expected > 10.0 {
+        sum += (few_counted - few_expected).powi(2) / few_expected;
+        cells += 1;
+    }
+    (sum, cells)
+}
+
+fn integral(bsdf: &Bsdf<f32>, ring: usize, sector: usize) -> f64 {
+    let steps = 48;
+    let mut sum = 0.0f64;
+    for i in 0..steps {
+        for j in 0..steps {
+            let z = (ring as f32 + (i as f32 + 0.5) / steps as f32) / RINGS as f32 * 2.0 - 1.0;
+            let turns = (sector as f32 + (j as f32 + 0.5) / steps as f32) / SECTORS as f32 - 0.5;
+            sum += bsdf.evaluate(towards(z, turns), true).1 as f64;
+        }
+    }
+    let area = 4.0 * std::f64::consts::PI / (RINGS * SECTORS) as f64;
+    sum / (steps * steps) as f64 * area
+}
+
+#[test]
+fn directions_are_drawn_with_the_density_that_is_said() {
+    let mut all: Vec<(String, (Has, Parameters<f32>))> = Vec::new();
+    for roughness in [0.3, 0.6, 1.0] {
+        for metallic in [0.0, 1.0] {
+            all.push((format!("metallic {metallic} roughness {roughness}"), opaque(0.8, metallic, roughness)));
+        }
+        all.push((format!("glass {roughness}"), glass(roughness, false)));
+        all.push((format!("glass from within {roughness}"), glass(roughness, true)));
+    }
+    let (mut has, mut p) = opaque(0.8, 0.5, 0.4);
+    (has.transmission, p.through) = (true, grey(0.5));
+    all.push(("thin".into(), (has, p)));
+    let (mut has, mut p) = opaque(0.8, 0.0, 0.4);
+    (has.back, p.back) = (true, grey(0.5));
+    (has.coat, p.coat.weight, p.coat.roughness) = (true, 1.0, 0.3);
+    p.ggx = Ggx { x: 0.5, y: 0.1 };
+    all.push(("back, coat, anisotropic".into(), (has, p)));
+    for (name, (has, p)) in all {
+        for cos in [0.3, 0.95] {
+            let (sum, cells) = chi_square(has, p, cos);
+            // Five standard deviations of the χ² distribution, and what the quadrature gets wrong.
+            let freedom = cells.max(2) as f64 - 1.0;
+            let most = freedom + 5.0 * (2.0 * freedom).sqrt() + 20.0;
+            assert!(sum < most, "{name}, cos {cos}: χ² {sum:.0} of {freedom} degrees of freedom");
+        }
+    }
+}

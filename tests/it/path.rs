@@ -1,0 +1,263 @@
+//! The path transport against what can be said without rendering.
+
+use rayfront::integrator::Schedule;
+use rayfront::math::{Rgb, Vec3};
+use rayfront::render::Options;
+use rayfront::world::{
+    Background, Camera, ColorInput, Light, Material, PixelFilter, Principled, Sampler, ScalarInput, Shape,
+    Transform, Transport, World,
+};
+
+use crate::support::{self, Picture};
+
+fn at(translation: Vec3) -> Transform {
+    Transform::Trs { translation, rotation: rayfront::math::Quat::IDENTITY, scale: Vec3::ONE }
+}
+
+/// A path-traced world with a camera at the origin.
+fn world(size: u32, samples: u32) -> World {
+    let mut world = World::default();
+    world.settings.size = [size, size];
+    world.settings.samples = samples;
+    world.settings.transport = Transport::Path;
+    world.settings.filter = PixelFilter::Box;
+    world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, at(Vec3::ZERO)));
+    world
+}
+
+fn surface(base: f32, metallic: f32, roughness: f32) -> Material {
+    Material::Principled(Box::new(Principled {
+        base_color: ColorInput::Constant(Rgb::splat(base)),
+        metallic: ScalarInput::constant(metallic),
+        roughness: ScalarInput::constant(roughness),
+        ..Principled::default()
+    }))
+}
+
+fn mean(picture: &Picture) -> f64 {
+    let sum: f64 = picture.pixels.iter().map(|p| (p.r as f64 + p.g as f64 + p.b as f64) / 3.0).sum();
+    sum / picture.pixels.len() as f64
+}
+
+/// Within a sphere that gives off 1 and gives back a, radiance is 1 + a + a² + … = 1/(1 − a).
+#[test]
+fn a_furnace_of_albedo_one_half_is_twice_as_bright() {
+    for sampler in [Sampler::Sobol, Sampler::Jittered, Sampler::Independent] {
+        let mut world = world(16, 64);
+        world.settings.sampler = sampler;
+        world.settings.max_depth = 64;
+        let half = Material::BlinnPhong(rayfront::world::BlinnPhong {
+            diffuse: ColorInput::Constant(Rgb::splat(0.5)),
+            emission: ColorInput::Constant(Rgb::WHITE),
+            ..Default::default()
+        });
+        let material = world.assets.add_material(None, half);
+        world.entities.spawn((Shape::Sphere { radius_m: 2.0 }, material, at(Vec3::new(0.3, 0.1, 0.0))));
+        let found = mean(&Picture::of(&world));
+        assert!((found - 2.0).abs() < 0.02, "{sampler:?}: {found}");
+    }
+}
+
+/// White surfaces in white surroundings cannot be seen.
+#[test]
+fn white_vanishes_in_white() {
+    for (metallic, roughness) in [(0.0, 0.0), (0.0, 0.4), (0.0, 1.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (0.5, 0.7)]
+    {
+        let mut world = world(16, 256);
+        world.settings.background = Background::Constant(Rgb::splat(0.5));
+        world.settings.max_depth = 32;
+        let material = world.assets.add_material(None, surface(1.0, metallic, roughness));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -2.6))));
+        let picture = Picture::of(&world);
+        let found = mean(&picture);
+        assert!((found / 0.5 - 1.0).abs() < 0.005, "metallic {metallic} roughness {roughness}: {found}");
+    }
+}
+
+/// Direct light from a rectangle on a diffuse floor, by Lambert's formula for polygons.
+#[test]
+fn a_rectangle_lights_the_floor_as_lambert_says() {
+    let mut world = world(1, 4096);
+    world.settings.max_depth = 0;
+    let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, -5.0));
+    let gray = Material::BlinnPhong(rayfront::world::BlinnPhong {
+        diffuse: ColorInput::Constant(Rgb::splat(0.6)),
+        ..Default::default()
+    });
+    let material = world.assets.add_material(None, gray);
+    world.entities.spawn((Shape::Plane { corners: floor }, material));
+    // A narrow view of the floor's middle.
+    for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
+        *camera = Camera::Pinhole { vertical_fov: 1e-3 };
+    }
+    let size = rayfront::math::Vec2::new(2.0, 1.0);
+    let light = Light::Area {
+        power_w: Rgb::splat(std::f32::consts::PI * 2.0 * 10.0),
+        size_m: size,
+        samples: 1,
+        pattern: Default::default(),
+        visible: false,
+    };
+    // It shines along −Z, from 3 m above the floor, beside the camera.
+    world.entities.spawn((light, at(Vec3::new(2.0, 0.5, -2.0))));
+    let found = Picture::of(&world).at(0, 0).r as f64;
+
+    let corners = [(1.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0)];
+    let unit: Vec<[f64; 3]> = corners
+        .iter()
+        .map(|(x, y): &(f64, f64)| {
+            let length = (x * x + y * y + 9.0).sqrt();
+            [x / length, y / length, 3.0 / length]
+        })
+        .collect();
+    let mut sum = 0.0;
+    for k in 0..4 {
+        let (a, b) = (unit[k], unit[(k + 1) % 4]);
+        let dot: f64 = (0..3).map(|i| a[i] * b[i]).sum();
+        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let length = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
+        sum += libm::acos(dot) * cross[2] / length;
+    }
+    let expected = 0.6 / std::f64::consts::PI * 10.0 / 2.0 * sum;
+    assert!((found / expected - 1.0).abs() < 0.003, "{found} {expected}");
+}
+
+/// Emission is found by light sampling alone, by directions alone, or by both: the same light.
+#[test]
+fn both_ways_to_find_a_light_agree() {
+    let lit = |radius: f32, distance: f32| {
+        let mut world = world(8, 1024);
+        world.settings.max_depth = 1;
+        let material = world.assets.add_material(None, surface(0.8, 0.3, 0.4));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -3.0))));
+        let power = 20.0 / (radius * radius);
+        let lamp = Material::BlinnPhong(rayfront::world::BlinnPhong {
+            diffuse: ColorInput::default(),
+            emission: ColorInput::Constant(Rgb::splat(power)),
+            ..Default::default()
+        });
+        let lamp = world.assets.add_material(None, lamp);
+        world.entities.spawn((Shape::Sphere { radius_m: radius }, lamp, at(Vec3::new(0.0, distance, 0.0))));
+        world
+    };
+    let with_lights = mean(&Picture::of(&lit(2.0, 6.0)));
+    // Stretched by next to nothing it is an instance, which light sampling does not know.
+    let mut alone = lit(2.0, 6.0);
+    for (shape, transform) in alone.entities.query_mut::<(&Shape, &mut Transform)>() {
+        if *shape == (Shape::Sphere { radius_m: 2.0 })
+            && let Transform::Trs { scale, .. } = transform
+        {
+            *scale = Vec3::new(1.0, 1.0, 1.0001);
+        }
+    }
+    let by_directions = mean(&Picture::of(&alone));
+    assert!((with_lights / by_directions - 1.0).abs() < 0.02, "{with_lights} {by_directions}");
+}
+
+/// Noise falls at least with the square root of the samples.
+#[test]
+fn more_samples_less_noise() {
+    let error = |samples: u32| {
+        let mut world = world(16, samples);
+        world.settings.background = Background::Gradient { bottom: Rgb::BLACK, top: Rgb::WHITE };
+        let material = world.assets.add_material(None, surface(0.7, 0.0, 0.6));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -2.6))));
+        support::film(&world, Options::default()).noise().expect("two halves")
+    };
+    let (few, many) = (error(8), error(128));
+    assert!(many < few / 4.0, "{few} {many}");
+}
+
+/// What is cut out lets light through, what is half there half of it, and both schedules agree.
+#[test]
+fn alpha_lets_light_through() {
+    use rayfront::world::AlphaMode;
+    let seen = |alpha: f32, mode: AlphaMode, schedule: Schedule| {
+        let mut world = world(8, 256);
+        world.settings.background = Background::Constant(Rgb::WHITE);
+        world.settings.max_depth = 4;
+        let material = Principled {
+            base_color: ColorInput::Constant(Rgb::BLACK),
+            specular: ScalarInput::constant(0.0),
+            metallic: ScalarInput::constant(0.0),
+            alpha: ScalarInput::constant(alpha),
+            alpha_mode: mode,
+            double_sided: true,
+            ..Principled::default()
+        };
+        let material = world.assets.add_material(None, Material::Principled(Box::new(material)));
+        for z in [-1.0, -2.0] {
+            let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
+            world.entities.spawn((Shape::Plane { corners }, material));
+        }
+        let film = support::film(&world, Options { schedule, ..Options::default() });
+        let pixels = film.radiance();
+        pixels.iter().map(|p| p.r as f64).sum::<f64>() / pixels.len() as f64
+    };
+    for schedule in [Schedule::Wavefront, Schedule::Recursive] {
+        assert_eq!(seen(0.4, AlphaMode::Mask { cutoff: 0.5 }, schedule), 1.0);
+        assert_eq!(seen(0.6, AlphaMode::Mask { cutoff: 0.5 }, schedule), 0.0);
+        assert_eq!(seen(0.6, AlphaMode::Opaque, schedule), 0.0);
+        let twice_half = seen(0.5, AlphaMode::Blend, schedule);
+        assert!((twice_half - 0.25).abs() < 0.01, "{twice_half}");
+    }
+}
+
+/// A shadow behind a sheet that is half there is half as dark.
+#[test]
+fn shadows_of_sheets_are_transparent() {
+    use rayfront::world::{AlphaMode, Falloff};
+    let lit = |sheet: Option<f32>| {
+        let mut world = world(1, 16);
+        world.settings.max_depth = 0;
+        let white = world.assets.add_material(None, surface(0.8, 0.0, 1.0));
+        let corners =
+            |z: f32| [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
+        world.entities.spawn((Shape::Plane { corners: corners(-5.0) }, white));
+        if let Some(alpha) = sheet {
+            let sheet = Principled {
+                alpha: ScalarInput::constant(alpha),
+                alpha_mode: AlphaMode::Blend,
+                double_sided: true,
+                ..Principled::default()
+            };
+            let sheet = world.assets.add_material(None, Material::Principled(Box::new(sheet)));
+            // Between the light and the floor, behind the camera.
+            world.entities.spawn((Shape::Plane { corners: corners(1.0) }, sheet));
+        }
+        let lamp = Light::Point { power_w: Rgb::splat(1000.0), falloff: Falloff::InverseSquare };
+        world.entities.spawn((lamp, at(Vec3::new(0.0, 0.0, 2.0))));
+        Picture::of(&world).at(0, 0).r as f64
+    };
+    let open = lit(None);
+    assert!(open > 0.1);
+    assert!((lit(Some(0.3)) / open - 0.7).abs() < 0.01);
+    assert_eq!(lit(Some(1.0)), 0.0);
+}
+
+/// Beer and Lambert: a slab of a metre leaves the attenuation colour of what enters.
+#[test]
+fn a_body_absorbs_by_its_thickness() {
+    let mut world = world(1, 64);
+    world.settings.background = Background::Constant(Rgb::WHITE);
+    world.settings.max_depth = 16;
+    for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
+        *camera = Camera::Pinhole { vertical_fov: 1e-3 };
+    }
+    let glass = Principled {
+        metallic: ScalarInput::constant(0.0),
+        roughness: ScalarInput::constant(0.0),
+        transmission: ScalarInput::constant(1.0),
+        ior: 1.0,
+        volume: Some(rayfront::world::Volume {
+            attenuation_color: Rgb::new(0.25, 0.5, 1.0),
+            attenuation_distance: 2.0,
+        }),
+        ..Principled::default()
+    };
+    let glass = world.assets.add_material(None, Material::Principled(Box::new(glass)));
+    // Two metres thick: as thick as the distance.
+    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, glass, at(Vec3::new(0.0, 0.0, -5.0))));
+    let found = Picture::of(&world).at(0, 0);
+    assert!((found.r - 0.25).abs() < 2e-3 && (found.g - 0.5).abs() < 2e-3 && (found.b - 1.0).abs() < 2e-3, "{found:?}");
+}
