@@ -9,7 +9,7 @@ use crate::film::Region;
 use crate::formats::LoadOptions;
 use crate::integrator::Schedule;
 use crate::simd::Level;
-use crate::world::{BuildQuality, Settings, Tonemap};
+use crate::world::{BuildQuality, Sampler, Settings, Tonemap, Transport};
 
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]
@@ -108,6 +108,12 @@ pub struct Render {
     /// Bounces after the camera ray
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
+    /// How light travels [default: the scene's]
+    #[arg(long, value_enum)]
+    pub transport: Option<TransportName>,
+    /// Which numbers the path transport draws [default: the scene's]
+    #[arg(long, value_enum)]
+    pub sampler: Option<SamplerName>,
     /// Order in which rays are traced; the image is the same
     #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
     pub schedule: ScheduleName,
@@ -180,8 +186,49 @@ impl Render {
         settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
         settings.exposure_ev = self.exposure.unwrap_or(settings.exposure_ev);
+        settings.transport = self.transport.map_or(settings.transport, Into::into);
+        settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
         settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
+    }
+}
+
+/// Names of [`Transport`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum TransportName {
+    /// Direct light, mirrors, glass
+    Whitted,
+    /// Light that is scattered any number of times
+    Path,
+}
+
+impl From<TransportName> for Transport {
+    fn from(name: TransportName) -> Self {
+        match name {
+            TransportName::Whitted => Transport::Whitted,
+            TransportName::Path => Transport::Path,
+        }
+    }
+}
+
+/// Names of [`Sampler`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum SamplerName {
+    /// Stratified at every scale
+    Sobol,
+    /// One in each cell of a grid
+    Jittered,
+    /// Each on its own
+    Independent,
+}
+
+impl From<SamplerName> for Sampler {
+    fn from(name: SamplerName) -> Self {
+        match name {
+            SamplerName::Sobol => Sampler::Sobol,
+            SamplerName::Jittered => Sampler::Jittered,
+            SamplerName::Independent => Sampler::Independent,
+        }
     }
 }
 

@@ -46,11 +46,11 @@ fn hash<I: Int>(seed: I, which: u32) -> I {
 /// ("Building a better LK hash", 2021), whose bits depend on each other as they should.
 #[inline(always)]
 fn scramble<I: Int>(x: I, seed: I) -> I {
-    let x = x ^ x * I::splat(0x3d20_adea);
+    let x = x ^ (x * I::splat(0x3d20_adea));
     let x = x + seed;
     let x = x * (seed.shr::<16>() | I::splat(1));
-    let x = x ^ x * I::splat(0x0552_6c56);
-    x ^ x * I::splat(0x53a2_2864)
+    let x = x ^ (x * I::splat(0x0552_6c56));
+    x ^ (x * I::splat(0x53a2_2864))
 }
 
 /// Sobol's second dimension on reversed bits. Bit k of an index stands for the polynomial

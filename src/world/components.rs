@@ -13,6 +13,10 @@ pub struct Name(pub String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Model(pub std::path::PathBuf);
 
+/// Materials instead of those that the entity's [`Model`] calls so.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides(pub Vec<(String, MaterialId)>);
+
 /// Marks the entities that came with an ancestor's [`Model`]: a saved scene names the file and
 /// leaves them out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

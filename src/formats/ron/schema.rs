@@ -2,9 +2,19 @@
 //! depends on their form (a colour is a tuple, a number or a texture), and `lower` has to
 //! know where they stand.
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::source::Raw;
+
+/// A value of which `None` means something else than leaving it out.
+#[derive(Default)]
+pub(super) struct Given<'a>(pub Option<Raw<'a>>);
+
+impl<'de: 'a, 'a> Deserialize<'de> for Given<'a> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Raw::deserialize(deserializer).map(|raw| Self(Some(raw)))
+    }
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
@@ -21,7 +31,11 @@ pub(super) struct Settings<'a> {
     pub samples: Option<Raw<'a>>,
     pub max_depth: Option<Raw<'a>>,
     pub min_throughput: Option<Raw<'a>>,
+    #[serde(default)]
+    pub roulette_depth: Given<'a>,
+    pub clamp: Option<Raw<'a>>,
     pub transport: Option<Raw<'a>>,
+    pub sampler: Option<Raw<'a>>,
     pub seed: Option<Raw<'a>>,
     pub filter: Option<Raw<'a>>,
     pub pixel_pattern: Option<Raw<'a>>,
@@ -62,13 +76,86 @@ pub(super) struct BlinnPhong<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Principled<'a> {
+    pub base_color: Option<Raw<'a>>,
+    pub alpha: Option<Raw<'a>>,
+    pub alpha_mode: Option<Raw<'a>>,
+    pub metallic: Option<Raw<'a>>,
+    pub roughness: Option<Raw<'a>>,
+    pub normal: Option<Raw<'a>>,
+    pub emission: Option<Raw<'a>>,
+    pub double_sided: Option<Raw<'a>>,
+    pub unlit: Option<Raw<'a>>,
+    pub ior: Option<Raw<'a>>,
+    pub specular: Option<Raw<'a>>,
+    pub specular_color: Option<Raw<'a>>,
+    pub transmission: Option<Raw<'a>>,
+    pub volume: Option<Raw<'a>>,
+    pub dispersion: Option<Raw<'a>>,
+    pub diffuse_transmission: Option<Raw<'a>>,
+    pub diffuse_transmission_color: Option<Raw<'a>>,
+    pub clearcoat: Option<Raw<'a>>,
+    pub clearcoat_roughness: Option<Raw<'a>>,
+    pub clearcoat_normal: Option<Raw<'a>>,
+    pub sheen_color: Option<Raw<'a>>,
+    pub sheen_roughness: Option<Raw<'a>>,
+    pub anisotropy: Option<Raw<'a>>,
+    pub iridescence: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Mask<'a> {
+    pub cutoff: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct NormalMap<'a> {
+    pub texture: Raw<'a>,
+    pub scale: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Volume<'a> {
+    pub attenuation_color: Option<Raw<'a>>,
+    #[serde(alias = "attenuation_distance")]
+    pub attenuation_distance_m: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Anisotropy<'a> {
+    pub strength: Option<Raw<'a>>,
+    pub rotation_degrees: Option<Raw<'a>>,
+    pub texture: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Iridescence<'a> {
+    pub factor: Option<Raw<'a>>,
+    pub ior: Option<Raw<'a>>,
+    #[serde(alias = "thickness_minimum")]
+    pub thickness_minimum_nm: Option<Raw<'a>>,
+    #[serde(alias = "thickness_maximum")]
+    pub thickness_maximum_nm: Option<Raw<'a>>,
+    pub thickness: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct Texture<'a> {
     pub image: Raw<'a>,
     pub filter: Option<Raw<'a>>,
     pub wrap: Option<Raw<'a>>,
     pub scale: Option<Raw<'a>>,
+    pub rotation_degrees: Option<Raw<'a>>,
     pub offset: Option<Raw<'a>>,
+    pub uv_set: Option<Raw<'a>>,
     pub color_space: Option<Raw<'a>>,
+    pub channel: Option<Raw<'a>>,
     pub factor: Option<Raw<'a>>,
 }
 
@@ -80,6 +167,7 @@ pub(super) struct Entity<'a> {
     pub transform: Option<Raw<'a>>,
     pub shape: Option<Raw<'a>>,
     pub gltf: Option<Raw<'a>>,
+    pub overrides: Option<Raw<'a>>,
     pub material: Option<Raw<'a>>,
     pub light: Option<Raw<'a>>,
     pub camera: Option<Raw<'a>>,
@@ -142,6 +230,14 @@ pub(super) struct Spot<'a> {
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct Directional<'a> {
     pub irradiance: Raw<'a>,
+    pub angle_degrees: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Environment<'a> {
+    pub radiance: Option<Raw<'a>>,
+    pub image: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

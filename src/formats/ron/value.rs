@@ -54,6 +54,16 @@ impl<'a> Source<'a> {
         if number >= 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "at least 0")) }
     }
 
+    /// A number from 0 to 1.
+    pub(super) fn part(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
+        let number = self.number(raw)?;
+        if (0.0..=1.0).contains(&number) {
+            Ok(number)
+        } else {
+            Err(self.out_of_range(raw, what, "from 0 to 1"))
+        }
+    }
+
     /// A whole number from `least` to `most`.
     pub(super) fn whole(&self, raw: Raw<'a>, what: &str, least: u64, most: u64) -> Result<u64, LoadError> {
         match self.try_read::<u64>(raw) {
@@ -143,6 +153,16 @@ impl<'a> Source<'a> {
         let [r, g, b] = self.tuple(raw, "(r, g, b)")?;
         let component = |raw| self.at_least_zero(raw, what);
         Ok(Rgb::new(component(r)?, component(g)?, component(b)?))
+    }
+
+    /// What `Some(…)` holds, or the value itself; none for `None`.
+    pub(super) fn optional(&self, raw: Raw<'a>) -> Option<Raw<'a>> {
+        let (name, rest) = locate::split_identifier(raw.0);
+        match (name, locate::items(locate::skip_blank(rest)).as_slice()) {
+            ("None", _) => None,
+            ("Some", [inner]) => Some(Raw(inner)),
+            _ => Some(raw),
+        }
     }
 
     /// One of several names.

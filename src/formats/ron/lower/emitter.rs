@@ -1,13 +1,14 @@
 //! `light` and `camera`.
 
+use super::Lowering;
 use super::settings::{MOST_SAMPLES, PATTERNS};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source, Variant};
-use crate::math::Vec2;
+use crate::math::{Rgb, Vec2};
 use crate::world::{Camera, Falloff, Light, Pattern};
 
-const LIGHTS: &[&str] = &["Point", "Spot", "Directional", "Area"];
+const LIGHTS: &[&str] = &["Point", "Spot", "Directional", "Environment", "Area"];
 const CAMERAS: &[&str] = &["Pinhole", "ThinLens", "Orthographic"];
 const FALLOFFS: &[(&str, Falloff)] =
     &[("InverseSquare", Falloff::InverseSquare), ("Constant", Falloff::Constant)];
@@ -24,29 +25,43 @@ pub(in crate::formats::ron) fn radians(degrees: f64) -> f32 {
     (degrees * (std::f64::consts::PI / 180.0)) as f32
 }
 
-pub(super) fn light<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Light, LoadError> {
-    let Some(variant) = source.variant(raw) else {
-        return Err(source.expected(raw, &format!("a light: {}", LIGHTS.join(", "))));
-    };
-    match variant.name {
-        "Point" => {
-            let read: schema::Point = source.variant_fields(variant)?;
-            Ok(Light::Point {
-                power_w: source.color(read.power_w, "a power")?,
-                falloff: falloff(source, read.falloff)?,
-            })
-        }
-        "Spot" => spot(source, variant),
-        "Directional" => {
-            let read: schema::Directional = source.variant_fields(variant)?;
-            {
-                let irradiance = source.color(read.irradiance, "an irradiance")?;
-                Ok(Light::Directional { irradiance, angle: 0.0 })
+impl<'a> Lowering<'_, 'a> {
+    pub(super) fn light(&mut self, raw: Raw<'a>) -> Result<Light, LoadError> {
+        let source = self.source;
+        let Some(variant) = source.variant(raw) else {
+            return Err(source.expected(raw, &format!("a light: {}", LIGHTS.join(", "))));
+        };
+        match variant.name {
+            "Point" => {
+                let read: schema::Point = source.variant_fields(variant)?;
+                Ok(Light::Point {
+                    power_w: source.color(read.power_w, "a power")?,
+                    falloff: falloff(source, read.falloff)?,
+                })
             }
+            "Spot" => spot(source, variant),
+            "Directional" => directional(source, variant),
+            "Environment" => {
+                let read: schema::Environment = source.variant_fields(variant)?;
+                let radiance = read.radiance.map_or(Ok(Rgb::WHITE), |raw| source.color(raw, "a radiance"))?;
+                let image = read.image.map(|raw| self.assets.image(source, raw, &mut self.world));
+                Ok(Light::Environment { radiance, image: image.transpose()? })
+            }
+            "Area" => area(source, variant),
+            other => Err(source.unknown(other, "light", LIGHTS)),
         }
-        "Area" => area(source, variant),
-        other => Err(source.unknown(other, "light", LIGHTS)),
     }
+}
+
+fn directional<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+    let read: schema::Directional = source.variant_fields(variant)?;
+    let irradiance = source.color(read.irradiance, "an irradiance")?;
+    let Some(raw) = read.angle_degrees else { return Ok(Light::Directional { irradiance, angle: 0.0 }) };
+    let degrees = source.number::<f64>(raw)?;
+    if !(0.0..=180.0).contains(&degrees) {
+        return Err(source.out_of_range(raw, "the angle of a source", "from 0 to 180 degrees"));
+    }
+    Ok(Light::Directional { irradiance, angle: radians(degrees) })
 }
 
 fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::overrides::{self, Override};
 use super::{Lowering, emitter, transform};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
@@ -16,8 +17,8 @@ struct Family<'a> {
     names: HashMap<String, (Raw<'a>, usize)>,
     /// Which entity asks for a parent, and where.
     parents: Vec<(usize, Raw<'a>)>,
-    /// Which entity places a glTF file.
-    models: Vec<(usize, Raw<'a>)>,
+    /// Which entity places a glTF file, and with which materials.
+    models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
 
 impl<'a> Lowering<'_, 'a> {
@@ -35,11 +36,17 @@ impl<'a> Lowering<'_, 'a> {
             let _ = self.world.entities.insert_one(family.entities[*child], Parent(family.entities[parent]));
         }
         // Last, so that the scene's own entities keep their names and come first.
-        for (index, raw) in &family.models {
+        for (index, raw, overrides) in &family.models {
             let (source, file) = self.assets.model(self.source, *raw, &mut self.world)?;
             let entity = family.entities[*index];
             let _ = self.world.entities.insert_one(entity, Model(file));
+            // Entities are numbered in the order of their birth, and none has died.
+            let first = self.world.entities.len();
             source.place(&mut self.world, Some(entity));
+            if !overrides.is_empty() {
+                let _ = self.world.entities.insert_one(entity, overrides::component(overrides));
+                self.apply(first, overrides)?;
+            }
         }
         Ok(())
     }
@@ -51,9 +58,11 @@ impl<'a> Lowering<'_, 'a> {
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
-        let schema::Entity { name, parent, transform, shape, gltf, material, light, camera } = read;
-        if [name, parent, transform, shape, gltf, material, light, camera].iter().all(Option::is_none) {
-            let keys = "name, parent, transform, shape, gltf, material, light, camera";
+        let schema::Entity { name, parent, transform, shape, gltf, overrides, material, light, camera } =
+            read;
+        let all = [name, parent, transform, shape, gltf, overrides, material, light, camera];
+        if all.iter().all(Option::is_none) {
+            let keys = "name, parent, transform, shape, gltf, overrides, material, light, camera";
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
         let index = family.entities.len();
@@ -77,12 +86,19 @@ impl<'a> Lowering<'_, 'a> {
             builder.add(self.material_of_entity(raw)?);
         }
         if let Some(raw) = light {
-            builder.add(emitter::light(source, raw)?);
+            builder.add(self.light(raw)?);
         }
         if let Some(raw) = camera {
             builder.add(emitter::camera(source, raw)?);
         }
-        family.models.extend(gltf.map(|raw| (index, raw)));
+        let overrides = match (overrides, gltf) {
+            (None, _) => Vec::new(),
+            (Some(raw), None) => {
+                return Err(source.error(raw.0, "there is nothing to override: the entity has no gltf"));
+            }
+            (Some(raw), Some(_)) => self.overrides(raw)?,
+        };
+        family.models.extend(gltf.map(|raw| (index, raw, overrides)));
         family.parents.extend(parent.map(|raw| (index, raw)));
         family.entities.push(self.world.entities.spawn(builder.build()));
         Ok(())

@@ -4,17 +4,11 @@ use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Variant, shorten, suggest};
-use crate::math::{Rgb, Vec2};
-use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::{BlinnPhong, ColorInput, Highlight, Material, MaterialId, Texture};
+use crate::math::Rgb;
+use crate::world::{BlinnPhong, ColorInput, Highlight, Material, MaterialId};
 
-const MODELS: &[&str] = &["BlinnPhong"];
-const INPUTS: &[&str] = &["Image", "Texture"];
+const MODELS: &[&str] = &["BlinnPhong", "Principled"];
 const HIGHLIGHTS: &[(&str, Highlight)] = &[("Blinn", Highlight::Blinn), ("Phong", Highlight::Phong)];
-const WRAPS: &[(&str, Wrap)] = &[("Repeat", Wrap::Repeat), ("Clamp", Wrap::Clamp), ("Mirror", Wrap::Mirror)];
-const FILTERS: &[(&str, TextureFilter)] =
-    &[("Nearest", TextureFilter::Nearest), ("Bilinear", TextureFilter::Bilinear)];
-const COLOR_SPACES: &[(&str, ColorSpace)] = &[("Srgb", ColorSpace::Srgb), ("Linear", ColorSpace::Linear)];
 
 impl<'a> Lowering<'_, 'a> {
     /// The scene's map of materials by name.
@@ -54,12 +48,16 @@ impl<'a> Lowering<'_, 'a> {
     fn material(&mut self, raw: Raw<'a>) -> Result<Material, LoadError> {
         let read: schema::BlinnPhong = match self.source.variant(raw) {
             Some(variant) if variant.name == "BlinnPhong" => self.source.variant_fields(variant)?,
+            Some(variant) if variant.name == "Principled" => {
+                let read = self.source.variant_fields(variant)?;
+                return Ok(Material::Principled(Box::new(self.principled(read)?)));
+            }
             Some(Variant { name, body: Some(_) }) => {
                 return Err(self.source.unknown(name, "material model", MODELS));
             }
             None if raw.0.starts_with('(') => self.source.fields(raw, "BlinnPhong")?,
             _ => {
-                let expected = "a material, as \"name\", BlinnPhong(…) or (diffuse: …)";
+                let expected = "a material, as \"name\", BlinnPhong(…), Principled(…) or (diffuse: …)";
                 return Err(self.source.expected(raw, expected));
             }
         };
@@ -93,53 +91,6 @@ impl<'a> Lowering<'_, 'a> {
             material.emission = self.color_input(raw, "an emission")?;
         }
         Ok(material)
-    }
-
-    fn color_input(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
-        let Some(variant) = self.source.variant(raw) else {
-            return Ok(ColorInput::Constant(self.source.color(raw, what)?));
-        };
-        let texture = match variant.name {
-            "Image" => {
-                let body = Raw(variant.body.unwrap_or(variant.name));
-                let [path] = self.source.tuple(body, "Image(\"path\")")?;
-                Texture::new(self.assets.image(self.source, path, &mut self.world)?)
-            }
-            "Texture" => self.texture(variant)?,
-            other => return Err(self.source.unknown(other, "texture", INPUTS)),
-        };
-        Ok(ColorInput::Texture(self.assets.texture(texture, &mut self.world)))
-    }
-
-    fn texture(&mut self, variant: Variant<'a>) -> Result<Texture, LoadError> {
-        let source = self.source;
-        let read: schema::Texture = source.variant_fields(variant)?;
-        let mut texture = Texture::new(self.assets.image(source, read.image, &mut self.world)?);
-        if let Some(raw) = read.filter {
-            texture.filter = source.choice(raw, "filter", FILTERS)?;
-        }
-        if let Some(raw) = read.wrap {
-            texture.wrap = if raw.0.starts_with('(') {
-                let [u, v] = source.tuple(raw, "(wrap along u, wrap along v)")?;
-                [source.choice(u, "wrap", WRAPS)?, source.choice(v, "wrap", WRAPS)?]
-            } else {
-                [source.choice(raw, "wrap", WRAPS)?; 2]
-            };
-        }
-        if let Some(raw) = read.scale {
-            texture.scale =
-                if raw.0.starts_with('(') { source.vec2(raw)? } else { Vec2::splat(source.number(raw)?) };
-        }
-        if let Some(raw) = read.offset {
-            texture.offset = source.vec2(raw)?;
-        }
-        if let Some(raw) = read.color_space {
-            texture.color_space = source.choice(raw, "color_space", COLOR_SPACES)?;
-        }
-        if let Some(raw) = read.factor {
-            texture.factor = source.color(raw, "a factor")?;
-        }
-        Ok(texture)
     }
 }
 

@@ -5,11 +5,15 @@ mod emitter;
 mod entity;
 mod geometry;
 mod material;
+mod overrides;
+mod principled;
 mod settings;
+mod texture;
 mod transform;
 
 pub(super) use self::emitter::radians;
 pub(super) use self::material::glass;
+pub(super) use self::principled::usual_channel;
 
 use std::collections::HashMap;
 

@@ -3,7 +3,7 @@
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
-use crate::world::{Background, BuildQuality, Pattern, PixelFilter, Settings, Tonemap, Transport};
+use crate::world::{Background, BuildQuality, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport};
 
 /// Image width and height in pixels.
 const LARGEST_SIZE: u64 = 65_536;
@@ -15,6 +15,9 @@ pub(super) const PATTERNS: &[(&str, Pattern)] =
     &[("Uniform", Pattern::Uniform), ("Jittered", Pattern::Jittered), ("Regular", Pattern::Regular)];
 
 const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted), ("Path", Transport::Path)];
+
+const SAMPLERS: &[(&str, Sampler)] =
+    &[("Sobol", Sampler::Sobol), ("Jittered", Sampler::Jittered), ("Independent", Sampler::Independent)];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
     ("Clamp", Tonemap::Clamp),
@@ -47,8 +50,18 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.min_throughput {
         settings.min_throughput = source.at_least_zero(raw, "min_throughput")?;
     }
+    if let Some(raw) = read.roulette_depth.0 {
+        let depth = source.optional(raw).map(|raw| source.whole(raw, "roulette_depth", 0, LARGEST_DEPTH));
+        settings.roulette_depth = depth.transpose()?.map(|depth| depth as u32);
+    }
+    if let Some(raw) = read.clamp {
+        settings.clamp = Some(source.positive(raw, "clamp")?);
+    }
     if let Some(raw) = read.transport {
         settings.transport = source.choice(raw, "transport", TRANSPORTS)?;
+    }
+    if let Some(raw) = read.sampler {
+        settings.sampler = source.choice(raw, "sampler", SAMPLERS)?;
     }
     if let Some(raw) = read.seed {
         settings.seed = source.whole(raw, "seed", 0, u64::MAX)?;

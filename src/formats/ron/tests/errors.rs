@@ -48,7 +48,7 @@ fn unknown_fields() {
     entity_fails(
         "name: \"ü\", ^shpe: Sphere",
         "unknown field \"shpe\" in an entity (did you mean \"shape\"?); \
-         fields: name, parent, transform, shape, gltf, material, light, camera",
+         fields: name, parent, transform, shape, gltf, overrides, material, light, camera",
     );
     fails(
         "(^setings: (), entities: [])",
@@ -60,7 +60,7 @@ fn unknown_fields() {
     );
     entity_fails(
         "light: Directional(^power_w: 1)",
-        "unknown field \"power_w\" in Directional; fields: irradiance",
+        "unknown field \"power_w\" in Directional; fields: irradiance, angle_degrees",
     );
 }
 
@@ -83,7 +83,7 @@ fn unknown_variants() {
     );
     entity_fails(
         "material: ^Glossy(kd: 1)",
-        "unknown material model \"Glossy\"; material models: BlinnPhong",
+        "unknown material model \"Glossy\"; material models: BlinnPhong, Principled",
     );
     entity_fails(
         "material: (kd: ^Imge(\"a.png\"))",
@@ -93,7 +93,10 @@ fn unknown_variants() {
         "transform: ^Lookat(from: 1)",
         "unknown transform \"Lookat\" (did you mean \"LookAt\"?); transforms: LookAt, Matrix, (translate: …)",
     );
-    entity_fails("light: ^Sun()", "unknown light \"Sun\"; lights: Point, Spot, Directional, Area");
+    entity_fails(
+        "light: ^Sun()",
+        "unknown light \"Sun\"; lights: Point, Spot, Directional, Environment, Area",
+    );
     entity_fails(
         "camera: ^Pinhol()",
         "unknown camera \"Pinhol\" (did you mean \"Pinhole\"?); cameras: Pinhole, ThinLens, Orthographic",
@@ -122,7 +125,7 @@ fn wrong_types() {
     entity_fails("transform: ^5", "expected a transform, as (translate: …), LookAt(…) or Matrix(…), found 5");
     entity_fails(
         "material: ^glass",
-        "expected a material, as \"name\", BlinnPhong(…) or (diffuse: …), found glass",
+        "expected a material, as \"name\", BlinnPhong(…), Principled(…) or (diffuse: …), found glass",
     );
     entity_fails(
         "material: (kd: ^\"red\")",
@@ -156,7 +159,7 @@ fn missing_fields() {
     entity_fails("material: (kd: ^Texture(wrap: Clamp))", "Texture needs the field \"image\"");
     fails(
         "(entities: [^()])",
-        "an entity needs at least one key; keys: name, parent, transform, shape, gltf, material, light, camera",
+        "an entity needs at least one key; keys: name, parent, transform, shape, gltf, overrides, material, light, camera",
     );
 }
 

@@ -2,6 +2,7 @@
 
 mod errors;
 mod models;
+mod principled;
 mod reading;
 mod robust;
 mod writing;
@@ -90,6 +91,7 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
 (
     settings: (
         size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, transport: Whitted, seed: 7,
+        roulette_depth: None, clamp: 20, sampler: Independent,
         filter: Gaussian(radius: 2), pixel_pattern: Regular,
         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces,
         exposure_ev: -1.5, build_quality: High,
@@ -103,6 +105,10 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
                 offset: (0.5, 0), color_space: Linear, factor: (1, 0.5, 0.25),
             ),
             ks: 0.1, kt: 0.5, emission: (0, 0, 1),
+        ),
+        "car": Principled(
+            base_color: (0.8, 0.1, 0), metallic: 0, roughness: Image("../assets/checker.png"), clearcoat: 1,
+            normal: Texture(image: "../assets/checker.png", filter: Trilinear, rotation_degrees: 30, uv_set: 1),
         ),
     },
     entities: [
@@ -121,6 +127,8 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
         (light: Point(power_w: 5, falloff: Constant), transform: (rotate_quaternion: (0, 0, 0.6, 0.8))),
         (light: Spot(power_w: 100, inner_degrees: 20, outer_degrees: 40)),
         (light: Directional(irradiance: (1, 1, 0.5)), name: r#"raw "name""#),
+        (light: Environment(radiance: 2, image: "../assets/checker.png")),
+        (light: Directional(irradiance: 1, angle_degrees: 0.53)),
         (camera: Orthographic(height_m: 3)), (camera: Pinhole(vertical_fov_degrees: Some(60.5))),
     ],
 )

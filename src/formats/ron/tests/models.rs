@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Fake, grey, read};
 use crate::formats::ron::{parse, write};
-use crate::world::{Light, MaterialId, Model, Name, Parent, Placed, Shape, World};
+use crate::world::{Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, World};
 
 const SCENE: &str = r#"(entities: [
     (name: "room", gltf: "../models/room.glb", transform: (translate: (0, 1, 0))),
@@ -64,4 +64,80 @@ fn its_mistakes_are_reported_where_it_is_named() {
         "scenes/test.ron:2:10: scenes/missing.glb: this is no glTF: it has no \"asset\""
     );
     assert!(message("(entities: [(gltf: \"\")])").ends_with("1:20: the path is empty"));
+}
+
+#[test]
+fn its_materials_are_overridden_by_name() {
+    let text = r#"(
+        materials: {"red": (diffuse: (1, 0, 0))},
+        entities: [
+            (name: "room", gltf: "room.glb", overrides: {"paint": "red"}),
+            (gltf: "room.glb", overrides: {"paint": (diffuse: 0.25)}),
+            (gltf: "room.glb"),
+        ],
+    )"#;
+    let world = read(text).unwrap();
+    let order = world.in_order();
+    let material = |at: usize| world.entities.get::<&MaterialId>(order[at]).ok().map(|id| *id);
+    let shapes: Vec<usize> =
+        (0..order.len()).filter(|at| world.entities.get::<&Shape>(order[*at]).is_ok()).collect();
+    let [first, second, third] = shapes[..] else { panic!("{shapes:?}") };
+    let name = |id: MaterialId| world.assets.materials[id.0 as usize].name.clone();
+    assert_eq!(name(material(first).unwrap()).as_deref(), Some("red"));
+    assert_eq!(name(material(second).unwrap()), None);
+    assert_eq!(material(third), None);
+    assert_eq!(world.assets.meshes.len(), 1, "a mesh of one material needs no copy");
+    assert_eq!(world.entities.get::<&Overrides>(order[0]).unwrap().0[0].0, "paint");
+    let text = write(&world, Path::new("scenes/test.ron")).unwrap();
+    assert!(text.contains("gltf: \"room.glb\", overrides: {\"paint\": \"red\"}"), "{text}");
+    assert!(text.contains("overrides: {\"paint\": (diffuse: 0.25)}"), "{text}");
+    assert_eq!(write(&read(&text).unwrap(), Path::new("scenes/test.ron")).unwrap(), text);
+}
+
+#[test]
+fn a_mesh_of_several_materials_is_copied_to_change_some() {
+    let text = r#"(entities: [
+        (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.25)}), (gltf: "two.gltf"),
+        (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.5), "paint": (diffuse: 0.75)}),
+    ])"#;
+    let two = super::MODEL
+        .replace(r#"{"name": "paint"}"#, r#"{"name": "paint"}, {"name": "metal"}"#)
+        .replace(r#""material": 0}]"#, r#""material": 0}, {"attributes": {"POSITION": 0}, "material": 1}]"#);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("two.gltf"), two).unwrap();
+    let scene = folder.path().join("scene.ron");
+    std::fs::write(&scene, text).unwrap();
+    let world = crate::formats::load(&scene).unwrap();
+    let mut meshes = Vec::new();
+    for entity in world.in_order() {
+        if let Ok(shape) = world.entities.get::<&Shape>(entity) {
+            let Shape::Mesh(id) = *shape else { panic!("no mesh") };
+            meshes.push(id);
+            assert!(world.entities.get::<&MaterialId>(entity).is_err());
+        }
+    }
+    let materials = |at: usize| {
+        let ids = &world.assets.meshes[meshes[at].0 as usize].triangle_materials;
+        ids.iter().map(|id| world.assets.materials[id.0 as usize].name.as_deref()).collect::<Vec<_>>()
+    };
+    assert_eq!(materials(0), [Some("paint"), None]);
+    assert_eq!(materials(1), [Some("paint"), Some("metal")]);
+    assert_eq!(materials(2), [None, None]);
+    assert_eq!(world.assets.meshes.len(), 3);
+}
+
+#[test]
+fn overrides_of_nothing_are_refused() {
+    let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
+    let found = message("gltf: \"room.glb\", overrides: {\"piant\": (diffuse: 1)}");
+    assert!(
+        found.ends_with("1:44: nothing in the file has a material \"piant\" (did you mean \"paint\"?)"),
+        "{found}"
+    );
+    let found = message("shape: Sphere, overrides: {}");
+    assert!(found.ends_with("there is nothing to override: the entity has no gltf"), "{found}");
+    let found = message("gltf: \"room.glb\", overrides: {\"paint\": (), \"paint\": ()}");
+    assert!(found.ends_with("there is already an override of \"paint\""), "{found}");
+    let found = message("gltf: \"room.glb\", overrides: {\"paint\": \"galss\"}");
+    assert!(found.ends_with("unknown material \"galss\""), "{found}");
 }

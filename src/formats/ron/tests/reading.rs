@@ -25,10 +25,12 @@ fn settings_are_read_and_default() {
             pixel_pattern: Pattern::Regular,
             background: Background::Gradient { bottom: grey(0.25), top: Rgb::new(0.1, 0.2, 1.0) },
             ambient: grey(0.01),
+            roulette_depth: None,
+            clamp: Some(20.0),
+            sampler: Sampler::Independent,
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
             build_quality: BuildQuality::High,
-            ..Settings::default()
         }
     );
     assert_eq!(read("(entities: [])").unwrap().settings, Settings::default());
@@ -36,6 +38,10 @@ fn settings_are_read_and_default() {
     assert_eq!(settings("filter: Tent").filter, PixelFilter::Tent { radius: 1.0 });
     assert_eq!(settings("filter: BlackmanHarris()").filter, PixelFilter::BlackmanHarris { radius: 1.5 });
     assert_eq!(settings("filter: Box").filter, PixelFilter::Box);
+    assert_eq!(settings("roulette_depth: 7").roulette_depth, Some(7));
+    assert_eq!(settings("roulette_depth: Some(7), clamp: None").roulette_depth, Some(7));
+    assert_eq!(settings("transport: Path").transport, Transport::Path);
+    assert_eq!(settings("sampler: Jittered").sampler, Sampler::Jittered);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));
     assert_eq!(settings("samples: 4194304, size: (65536, 1)").samples, 1 << 22);
@@ -114,7 +120,7 @@ fn shapes_lights_and_cameras_have_their_defaults() {
 fn entities_keep_the_files_order_and_parents_may_follow() {
     let world = read(EVERYTHING).unwrap();
     let order = world.in_order();
-    assert_eq!(order.len(), 13);
+    assert_eq!(order.len(), 15);
     let child = order[1];
     assert_eq!(world.name_of(child), "child");
     assert_eq!(world.entities.get::<&Parent>(child).unwrap().0, order[2]);
@@ -132,7 +138,7 @@ fn every_file_is_read_once_relative_to_the_scene() {
     let paths = ["scenes/../assets/checker.png", "scenes/../assets/knot.ply"].map(PathBuf::from);
     assert_eq!(files.loaded, paths);
     assert_eq!((world.assets.images.len(), world.assets.meshes.len()), (1, 1));
-    assert_eq!(world.assets.textures.len(), 2);
+    assert_eq!(world.assets.textures.len(), 4);
     assert_eq!(world.assets.meshes[0].source.as_deref(), Some(paths[1].as_path()));
     assert_eq!(world.warnings.len(), 1);
     // However a path is written, the file is the same.
@@ -214,7 +220,7 @@ fn numbers_are_rounded_once() {
 #[test]
 fn a_byte_order_mark_and_windows_line_ends_are_no_matter() {
     let world = read(&format!("\u{feff}{}", EVERYTHING.replace('\n', "\r\n"))).unwrap();
-    assert_eq!(world.in_order().len(), 13);
+    assert_eq!(world.in_order().len(), 15);
 }
 
 #[test]

@@ -23,10 +23,17 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
     let parent = entities.get::<&Parent>(entity).ok().map(|parent| world.name_of(parent.0));
     let material = entities.get::<&MaterialId>(entity).ok().map(|id| {
         let named = &world.assets.materials[id.0 as usize];
-        let Material::BlinnPhong(BlinnPhong { diffuse, specular, kr, emission, .. }) = &named.material else {
-            panic!("only classic materials are made here");
+        let inputs = match &named.material {
+            Material::BlinnPhong(BlinnPhong { diffuse, specular, kr, emission, .. }) => {
+                [*diffuse, *specular, *kr, *emission]
+            }
+            // Of numbers' textures only the ids are compared.
+            Material::Principled(material) => {
+                let Principled { base_color, specular_color, sheen_color, emission, .. } = **material;
+                [base_color, specular_color, sheen_color, emission]
+            }
         };
-        let textures: Vec<_> = [diffuse, specular, kr, emission]
+        let textures: Vec<_> = inputs
             .into_iter()
             .filter_map(|input| match input {
                 ColorInput::Texture(id) => Some(world.assets.textures[id.0 as usize]),
@@ -69,7 +76,8 @@ fn a_scene_with_everything_comes_back() {
 fn the_text_is_one_to_read() {
     let text = write(&read(EVERYTHING).unwrap(), Path::new(SCENE)).unwrap();
     for line in [
-        "    settings: (size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, seed: 7, \
+        "    settings: (size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, roulette_depth: None, \
+         clamp: 20, sampler: Independent, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          build_quality: High),",
@@ -254,7 +262,9 @@ fn light() -> impl Strategy<Value = Light> {
         (color(), 0.0..=right_angle, 0.0..=right_angle, falloff()).prop_map(|(power_w, a, b, falloff)| {
             Light::Spot { power_w, inner_angle: a.min(b), outer_angle: a.max(b), falloff }
         }),
-        color().prop_map(|irradiance| Light::Directional { irradiance, angle: 0.0 }),
+        (color(), 0.0..=std::f32::consts::PI)
+            .prop_map(|(irradiance, angle)| Light::Directional { irradiance, angle }),
+        color().prop_map(|radiance| Light::Environment { radiance, image: None }),
         (color(), [positive(), positive()], 1..=1_u32 << 22, pattern(), any::<bool>()).prop_map(
             |(power_w, size, samples, pattern, visible)| Light::Area {
                 power_w,
@@ -319,11 +329,15 @@ fn settings() -> impl Strategy<Value = Settings> {
     ]);
     let numbers = ([1..=65536_u32, 1..=65536_u32], 1..=1_u32 << 22, 0..=65535_u32, any::<u64>());
     let quality = prop::sample::select(vec![BuildQuality::Fast, BuildQuality::Default, BuildQuality::High]);
-    (numbers, positive(), filter, pattern(), background, color(), (tonemap, quality), float()).prop_map(
-        |(numbers, min_throughput, filter, pixel_pattern, background, ambient, choices, exposure_ev)| {
-            let (tonemap, build_quality) = choices;
+    let samplers = vec![Sampler::Sobol, Sampler::Jittered, Sampler::Independent];
+    let transports = vec![Transport::Whitted, Transport::Path];
+    let choices = (tonemap, quality, prop::sample::select(samplers), prop::sample::select(transports));
+    let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()));
+    (numbers, limits, filter, pattern(), background, color(), choices, float()).prop_map(
+        |(numbers, limits, filter, pixel_pattern, background, ambient, choices, exposure_ev)| {
+            let (tonemap, build_quality, sampler, transport) = choices;
             let (size, samples, max_depth, seed) = numbers;
-            let transport = Transport::Whitted;
+            let (min_throughput, roulette_depth, clamp) = limits;
             Settings {
                 size,
                 samples,
@@ -338,7 +352,9 @@ fn settings() -> impl Strategy<Value = Settings> {
                 tonemap,
                 exposure_ev,
                 build_quality,
-                ..Settings::default()
+                roulette_depth,
+                clamp,
+                sampler,
             }
         },
     )
@@ -398,6 +414,7 @@ proptest! {
     #[test]
     fn any_texture_comes_back(
         numbers in [float(), float(), float(), float()], factor in color(), nearest in any::<bool>(), wraps in 0..9_usize,
+        turn in (float(), 0..2_u32),
     ) {
         use crate::world::assets::{ColorSpace, TextureFilter};
         let mut world = read("(entities: [(material: (kd: Image(\"ä b/c.png\")))])").unwrap();
@@ -405,13 +422,14 @@ proptest! {
         let wrap = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
         world.assets.textures[0] = Texture {
             image: ImageId(0),
-            filter: if nearest { TextureFilter::Nearest } else { TextureFilter::Bilinear },
+            filter: if nearest { TextureFilter::Nearest } else { TextureFilter::Trilinear },
             wrap: [wrap[wraps / 3], wrap[wraps % 3]],
             scale: Vec2::new(u, v),
             offset: Vec2::new(x, y),
             color_space: if nearest { ColorSpace::Srgb } else { ColorSpace::Linear },
             factor,
-            ..Texture::new(ImageId(0))
+            rotation: turn.0 % 7.0,
+            uv_set: turn.1,
         };
         assert_same(&world, &there_and_back(&world));
     }

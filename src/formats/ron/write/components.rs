@@ -3,13 +3,8 @@
 use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, pairs, same, tuple, uniform_or_tuple, vectors};
-use crate::formats::ron::lower::glass;
 use crate::math::{Mat4, Rgb};
-use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::{
-    Assets, BlinnPhong, Camera, ColorInput, Falloff, Highlight, Light, Material, Pattern, Shape, Texture,
-    TextureId, Transform,
-};
+use crate::world::{Camera, Falloff, Light, Pattern, Shape, Transform};
 
 /// None for the identity, which need not be said.
 pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
@@ -56,69 +51,7 @@ pub(super) fn shape(shape: &Shape, paths: &AssetPaths) -> Written {
     })
 }
 
-pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths) -> Written {
-    let Material::BlinnPhong(material) = material else {
-        return Err("a physically based material cannot be written yet".into());
-    };
-    let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, emission } = material;
-    let default = if ior.is_some() { glass() } else { BlinnPhong::default() };
-    let mut keys = Keys::default();
-    let push_input = |keys: &mut Keys, key: &str, input: &ColorInput, default: &ColorInput| {
-        keys.push_unless(is_same_constant(input, default), key, || color_input(input, assets, paths))
-    };
-    push_input(&mut keys, "diffuse", diffuse, &default.diffuse)?;
-    push_input(&mut keys, "specular", specular, &default.specular)?;
-    keys.push_unless(same(&[*shininess], &[default.shininess]), "shininess", || number(*shininess))?;
-    keys.push_unless(*highlight == Highlight::default(), "highlight", || Ok(format!("{highlight:?}")))?;
-    push_input(&mut keys, "kr", kr, &default.kr)?;
-    keys.push_unless(same(&kt.to_array(), &default.kt.to_array()), "kt", || color(*kt))?;
-    if let Some(ior) = ior {
-        keys.push("ior", number(*ior)?);
-    }
-    push_input(&mut keys, "emission", emission, &default.emission)?;
-    Ok(keys.finish("BlinnPhong"))
-}
-
-fn is_same_constant(a: &ColorInput, b: &ColorInput) -> bool {
-    match (a, b) {
-        (ColorInput::Constant(a), ColorInput::Constant(b)) => same(&a.to_array(), &b.to_array()),
-        _ => false,
-    }
-}
-
-fn color_input(input: &ColorInput, assets: &Assets, paths: &AssetPaths) -> Written {
-    match input {
-        ColorInput::Constant(constant) => color(*constant),
-        ColorInput::Texture(TextureId(number)) => {
-            let texture = assets.textures.get(*number as usize);
-            texture_lookup(texture.ok_or_else(|| format!("there is no texture of number {number}"))?, paths)
-        }
-    }
-}
-
-fn texture_lookup(texture: &Texture, paths: &AssetPaths) -> Written {
-    let Texture { image, filter, wrap: [u, v], scale, offset, color_space, factor, .. } = texture;
-    let image = paths.image(*image)?;
-    let [scale, offset] = [scale.to_array(), offset.to_array()];
-    let mut keys = Keys::default();
-    keys.push_unless(*filter == TextureFilter::default(), "filter", || Ok(format!("{filter:?}")))?;
-    keys.push_unless([*u, *v] == [Wrap::default(); 2], "wrap", || {
-        Ok(if u == v { format!("{u:?}") } else { format!("({u:?}, {v:?})") })
-    })?;
-    keys.push_unless(same(&scale, &[1.0; 2]), "scale", || uniform_or_tuple(&scale))?;
-    keys.push_unless(same(&offset, &[0.0; 2]), "offset", || tuple(&offset))?;
-    let is_default = *color_space == ColorSpace::default();
-    keys.push_unless(is_default, "color_space", || Ok(format!("{color_space:?}")))?;
-    keys.push_unless(same(&factor.to_array(), &Rgb::WHITE.to_array()), "factor", || color(*factor))?;
-    let rest = keys.finish("");
-    Ok(if rest == "()" {
-        format!("Image({image})")
-    } else {
-        format!("Texture(image: {image}, {}", &rest[1..])
-    })
-}
-
-pub(super) fn light(light: &Light) -> Written {
+pub(super) fn light(light: &Light, paths: &AssetPaths) -> Written {
     let mut keys = Keys::default();
     let with_falloff = |mut keys: Keys, falloff: &Falloff, name: &str| {
         keys.push_unless(*falloff == Falloff::default(), "falloff", || Ok(format!("{falloff:?}")))?;
@@ -135,10 +68,19 @@ pub(super) fn light(light: &Light) -> Written {
             keys.push("outer_degrees", degrees(*outer_angle)?);
             with_falloff(keys, falloff, "Spot")
         }
-        Light::Directional { irradiance, .. } => {
-            Ok(format!("Directional(irradiance: {})", color(*irradiance)?))
+        Light::Directional { irradiance, angle } => {
+            keys.push("irradiance", color(*irradiance)?);
+            keys.push_unless(same(&[*angle], &[0.0]), "angle_degrees", || degrees(*angle))?;
+            Ok(keys.finish("Directional"))
         }
-        Light::Environment { .. } => Err("an environment cannot be written yet".into()),
+        Light::Environment { radiance, image } => {
+            let is_default = same(&radiance.to_array(), &Rgb::WHITE.to_array());
+            keys.push_unless(is_default, "radiance", || color(*radiance))?;
+            if let Some(image) = image {
+                keys.push("image", paths.image(*image)?);
+            }
+            Ok(keys.finish("Environment"))
+        }
         Light::Area { power_w, size_m, samples, pattern, visible } => {
             keys.push("power_w", color(*power_w)?);
             keys.push("size_m", uniform_or_tuple(&size_m.to_array())?);

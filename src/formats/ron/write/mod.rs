@@ -9,8 +9,10 @@
 
 mod assets;
 mod components;
+mod material;
 mod number;
 mod settings;
+mod texture;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -18,7 +20,9 @@ use std::path::Path;
 use self::assets::AssetPaths;
 use crate::error::SaveError;
 use crate::world::assets::NamedMaterial;
-use crate::world::{Camera, Light, MaterialId, Model, Name, Parent, Placed, Shape, Transform, World};
+use crate::world::{
+    Camera, Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, Transform, World,
+};
 
 /// Longer entities take a line for each key.
 const LONGEST_LINE: usize = 110;
@@ -54,7 +58,7 @@ fn text(world: &World, scene_path: &Path) -> Written {
     if !named.is_empty() {
         text.push_str("    materials: {\n");
         for (id, name) in named {
-            let material = components::material(&material(world, *id)?.material, &world.assets, &paths)?;
+            let material = material::material(&lookup(world, *id)?.material, &world.assets, &paths)?;
             text.push_str(&format!("        {}: {material},\n", quote(name)?));
         }
         text.push_str("    },\n");
@@ -95,18 +99,24 @@ fn one_entity(
     if let Ok(model) = world.entities.get::<&Model>(entity) {
         keys.push(format!("gltf: {}", paths.model(&model.0).map_err(within)?));
     }
+    // By its name in the file, or all of it.
+    let written = |id: MaterialId| match materials.get(&id) {
+        Some(name) => quote(name),
+        None => {
+            let written = material::material(&lookup(world, id)?.material, &world.assets, paths)?;
+            Ok(written.strip_prefix("BlinnPhong").map_or(written.clone(), str::to_owned))
+        }
+    };
+    if let Ok(overrides) = world.entities.get::<&Overrides>(entity) {
+        let one = |(name, id): &(String, MaterialId)| Ok(format!("{}: {}", quote(name)?, written(*id)?));
+        let all: Vec<String> = overrides.0.iter().map(one).collect::<Written<_>>().map_err(within)?;
+        keys.push(format!("overrides: {{{}}}", all.join(", ")));
+    }
     if let Ok(id) = world.entities.get::<&MaterialId>(entity) {
-        let written = match materials.get(&id) {
-            Some(name) => quote(name)?,
-            None => {
-                let material = &material(world, *id).map_err(within)?.material;
-                components::material(material, &world.assets, paths).map_err(within)?
-            }
-        };
-        keys.push(format!("material: {}", written.strip_prefix("BlinnPhong").unwrap_or(&written)));
+        keys.push(format!("material: {}", written(*id).map_err(within)?));
     }
     if let Ok(light) = world.entities.get::<&Light>(entity) {
-        keys.push(format!("light: {}", components::light(&light).map_err(within)?));
+        keys.push(format!("light: {}", components::light(&light, paths).map_err(within)?));
     }
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
         keys.push(format!("camera: {}", components::camera(&camera).map_err(within)?));
@@ -154,6 +164,11 @@ fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, 
         if let Ok(id) = world.entities.get::<&MaterialId>(*entity) {
             *users.entry(*id).or_default() += 1;
         }
+        if let Ok(overrides) = world.entities.get::<&Overrides>(*entity) {
+            for (_, id) in &overrides.0 {
+                *users.entry(*id).or_default() += 1;
+            }
+        }
     }
     let of_meshes: HashSet<MaterialId> =
         world.assets.meshes.iter().flat_map(|mesh| mesh.triangle_materials.iter().copied()).collect();
@@ -187,7 +202,7 @@ fn free_name(wish: &str, taken: &HashSet<String>) -> String {
     candidates.find(|name| !taken.contains(name)).unwrap_or_default()
 }
 
-fn material(world: &World, id: MaterialId) -> Written<&NamedMaterial> {
+fn lookup(world: &World, id: MaterialId) -> Written<&NamedMaterial> {
     let found = world.assets.materials.get(id.0 as usize);
     found.ok_or_else(|| format!("there is no material of number {}", id.0))
 }

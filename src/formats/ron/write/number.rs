@@ -71,6 +71,10 @@ impl Keys {
         self.0.push(format!("{key}: {value}"));
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Adds `key` unless `is_default`.
     pub(super) fn push_unless(
         &mut self,

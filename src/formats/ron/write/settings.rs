@@ -10,6 +10,9 @@ pub(super) fn settings(settings: &Settings) -> Written {
         samples,
         max_depth,
         min_throughput,
+        roulette_depth,
+        clamp,
+        sampler,
         transport,
         seed,
         filter,
@@ -19,7 +22,6 @@ pub(super) fn settings(settings: &Settings) -> Written {
         tonemap,
         exposure_ev,
         build_quality,
-        ..
     } = settings;
     let default = Settings::default();
     let mut keys = Keys::default();
@@ -28,7 +30,14 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(*max_depth == default.max_depth, "max_depth", || Ok(max_depth.to_string()))?;
     let is_default = same(&[*min_throughput], &[default.min_throughput]);
     keys.push_unless(is_default, "min_throughput", || number(*min_throughput))?;
+    keys.push_unless(*roulette_depth == default.roulette_depth, "roulette_depth", || {
+        Ok(roulette_depth.map_or_else(|| "None".to_owned(), |depth| depth.to_string()))
+    })?;
+    if let Some(clamp) = clamp {
+        keys.push("clamp", number(*clamp)?);
+    }
     keys.push_unless(*transport == default.transport, "transport", || Ok(format!("{transport:?}")))?;
+    keys.push_unless(*sampler == default.sampler, "sampler", || Ok(format!("{sampler:?}")))?;
     keys.push_unless(*seed == default.seed, "seed", || Ok(seed.to_string()))?;
     keys.push_unless(*filter == default.filter, "filter", || pixel_filter(*filter))?;
     let is_default = *pixel_pattern == default.pixel_pattern;

@@ -1,0 +1,131 @@
+//! `overrides`: other materials for what a glTF file brought along.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::Lowering;
+use crate::error::LoadError;
+use crate::formats::ron::source::{Raw, shorten, suggest};
+use crate::world::{MaterialId, Mesh, MeshId, Overrides, Shape};
+
+/// The file's name for a material, where that stands, and what takes its place.
+pub(super) struct Override<'a> {
+    place: Raw<'a>,
+    name: String,
+    material: MaterialId,
+}
+
+/// What becomes of a mesh.
+#[derive(Clone, Copy)]
+enum Change {
+    /// All of it gets one material.
+    Whole(MaterialId),
+    /// A copy has others for some triangles.
+    Copy(MeshId),
+}
+
+impl<'a> Lowering<'_, 'a> {
+    /// `{"name in the file": material, …}`.
+    pub(super) fn overrides(&mut self, raw: Raw<'a>) -> Result<Vec<Override<'a>>, LoadError> {
+        let mut overrides: Vec<Override> = Vec::new();
+        let mut names = BTreeSet::new();
+        for (place, value) in self.source.map(raw, "the overrides")? {
+            let name = self.source.string(place, "the file's name of a material")?;
+            if !names.insert(name.clone()) {
+                let reason = format!("there is already an override of \"{}\"", shorten(&name));
+                return Err(self.source.error(place.0, reason));
+            }
+            let material = self.material_of_entity(value)?;
+            overrides.push(Override { place, name, material });
+        }
+        Ok(overrides)
+    }
+
+    /// Changes the entities that a file brought along: those whose number is at least `first`.
+    pub(super) fn apply(&mut self, first: u32, overrides: &[Override<'a>]) -> Result<(), LoadError> {
+        let mut placed = Vec::new();
+        for (entity, shape) in self.world.entities.query::<(hecs::Entity, &Shape)>().iter() {
+            if let Shape::Mesh(mesh) = shape
+                && entity.id() >= first
+            {
+                placed.push((entity, *mesh));
+            }
+        }
+        placed.sort_by_key(|(entity, _)| entity.id());
+        self.refuse_unknown(&placed, overrides)?;
+        let mut changes = HashMap::new();
+        for (entity, id) in placed {
+            let change = match changes.get(&id) {
+                Some(known) => *known,
+                None => {
+                    let change = self.change(id, overrides);
+                    changes.insert(id, change);
+                    change
+                }
+            };
+            // The entity was just found.
+            let _ = match change {
+                None => Ok(()),
+                Some(Change::Whole(material)) => self.world.entities.insert_one(entity, material),
+                Some(Change::Copy(mesh)) => self.world.entities.insert_one(entity, Shape::Mesh(mesh)),
+            };
+        }
+        Ok(())
+    }
+
+    /// Names that no material of the placed meshes has.
+    fn refuse_unknown(
+        &self,
+        placed: &[(hecs::Entity, MeshId)],
+        overrides: &[Override<'a>],
+    ) -> Result<(), LoadError> {
+        let meshes: BTreeSet<MeshId> = placed.iter().map(|(_, mesh)| *mesh).collect();
+        let used =
+            meshes.into_iter().filter_map(|id| self.mesh(id)).flat_map(|mesh| &mesh.triangle_materials);
+        let used: BTreeSet<MaterialId> = used.copied().collect();
+        let known: BTreeSet<&str> = used.into_iter().filter_map(|id| self.name(id)).collect();
+        let unknown = overrides.iter().find(|one| !known.contains(&one.name[..]));
+        unknown.map_or(Ok(()), |one| {
+            let suggestion = suggest(&one.name, known.iter().copied());
+            let name = shorten(&one.name);
+            let reason = format!("nothing in the file has a material \"{name}\"{suggestion}");
+            Err(self.source.error(one.place.0, reason))
+        })
+    }
+
+    /// What the overrides make of a mesh; none: nothing.
+    fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<Change> {
+        let mesh = self.mesh(id)?;
+        let of = |old: MaterialId| {
+            let name = self.name(old)?;
+            overrides.iter().find(|one| one.name == name).map(|one| one.material)
+        };
+        let used: BTreeSet<MaterialId> = mesh.triangle_materials.iter().copied().collect();
+        let new: HashMap<MaterialId, MaterialId> =
+            used.iter().filter_map(|old| Some((*old, of(*old)?))).collect();
+        let targets: BTreeSet<MaterialId> = new.values().copied().collect();
+        if new.is_empty() {
+            return None;
+        }
+        if new.len() == used.len()
+            && let [only] = Vec::from_iter(targets)[..]
+        {
+            return Some(Change::Whole(only));
+        }
+        let materials = mesh.triangle_materials.iter().map(|old| *new.get(old).unwrap_or(old)).collect();
+        let copy = Mesh { triangle_materials: materials, ..mesh.clone() };
+        Some(Change::Copy(self.world.assets.add_mesh(copy)))
+    }
+
+    fn mesh(&self, id: MeshId) -> Option<&Mesh> {
+        self.world.assets.meshes.get(id.0 as usize)
+    }
+
+    fn name(&self, id: MaterialId) -> Option<&str> {
+        self.world.assets.materials.get(id.0 as usize)?.name.as_deref()
+    }
+}
+
+/// As the entity keeps them.
+pub(super) fn component(overrides: &[Override]) -> Overrides {
+    Overrides(overrides.iter().map(|one| (one.name.clone(), one.material)).collect())
+}

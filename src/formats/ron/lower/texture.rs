@@ -1,0 +1,178 @@
+//! What may come from a picture: colours, numbers and normals.
+
+use super::{Lowering, radians};
+use crate::error::LoadError;
+use crate::formats::ron::schema;
+use crate::formats::ron::source::{Raw, Variant};
+use crate::math::{Rgb, Vec2};
+use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::{Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
+
+const INPUTS: &[&str] = &["Image", "Texture"];
+const WRAPS: &[(&str, Wrap)] = &[("Repeat", Wrap::Repeat), ("Clamp", Wrap::Clamp), ("Mirror", Wrap::Mirror)];
+const FILTERS: &[(&str, TextureFilter)] = &[
+    ("Nearest", TextureFilter::Nearest),
+    ("Bilinear", TextureFilter::Bilinear),
+    ("Trilinear", TextureFilter::Trilinear),
+];
+const COLOR_SPACES: &[(&str, ColorSpace)] = &[("Srgb", ColorSpace::Srgb), ("Linear", ColorSpace::Linear)];
+const CHANNELS: &[(&str, Channel)] =
+    &[("Red", Channel::Red), ("Green", Channel::Green), ("Blue", Channel::Blue), ("Alpha", Channel::Alpha)];
+
+/// A texture's parts, before it is known what they are for.
+struct Read<'a> {
+    texture: Texture,
+    channel: Option<Raw<'a>>,
+    factor: Option<Raw<'a>>,
+}
+
+impl<'a> Lowering<'_, 'a> {
+    /// A colour or a texture.
+    pub(super) fn color_input(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
+        let Some(variant) = self.source.variant(raw) else {
+            return Ok(ColorInput::Constant(self.source.color(raw, what)?));
+        };
+        let mut read = self.texture(variant, ColorSpace::Srgb)?;
+        self.no_channel(&read)?;
+        if let Some(raw) = read.factor {
+            read.texture.factor = self.source.color(raw, "a factor")?;
+        }
+        Ok(ColorInput::Texture(self.assets.texture(read.texture, &mut self.world)))
+    }
+
+    /// A colour of which nothing is above 1, or a texture.
+    pub(super) fn reflectance(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
+        let input = self.color_input(raw, what)?;
+        match input {
+            ColorInput::Constant(color) if color.max_component() > 1.0 => {
+                Err(self.source.out_of_range(raw, what, "from 0 to 1"))
+            }
+            input => Ok(input),
+        }
+    }
+
+    /// A number from 0 to 1, or a texture's channel, times such a number.
+    pub(super) fn scalar_input(
+        &mut self,
+        raw: Raw<'a>,
+        what: &str,
+        usual: Channel,
+    ) -> Result<ScalarInput, LoadError> {
+        let Some(variant) = self.source.variant(raw) else {
+            return Ok(ScalarInput::constant(self.source.part(raw, what)?));
+        };
+        let read = self.texture(variant, ColorSpace::Linear)?;
+        let factor = read.factor.map_or(Ok(1.0), |raw| self.source.part(raw, what))?;
+        Ok(ScalarInput { factor, texture: Some(self.channel(&read, usual)?) })
+    }
+
+    /// A texture's channel.
+    pub(super) fn channel_input(
+        &mut self,
+        raw: Raw<'a>,
+        usual: Channel,
+    ) -> Result<(TextureId, Channel), LoadError> {
+        let read = self.data(raw)?;
+        self.no_factor(&read)?;
+        self.channel(&read, usual)
+    }
+
+    /// A texture whose numbers are no colours.
+    pub(super) fn data_input(&mut self, raw: Raw<'a>) -> Result<TextureId, LoadError> {
+        let read = self.data(raw)?;
+        self.no_channel(&read)?;
+        self.no_factor(&read)?;
+        Ok(self.assets.texture(read.texture, &mut self.world))
+    }
+
+    /// A texture, or `(texture: …, scale: …)`.
+    pub(super) fn normal_map(&mut self, raw: Raw<'a>) -> Result<NormalMap, LoadError> {
+        if !raw.0.starts_with('(') {
+            return Ok(NormalMap { texture: self.data_input(raw)?, scale: 1.0 });
+        }
+        let read: schema::NormalMap = self.source.fields(raw, "a normal map")?;
+        let scale = read.scale.map_or(Ok(1.0), |raw| self.source.number(raw))?;
+        Ok(NormalMap { texture: self.data_input(read.texture)?, scale })
+    }
+
+    fn data(&mut self, raw: Raw<'a>) -> Result<Read<'a>, LoadError> {
+        let Some(variant) = self.source.variant(raw) else {
+            return Err(self.source.expected(raw, "a texture, as Image(\"path\") or Texture(…)"));
+        };
+        self.texture(variant, ColorSpace::Linear)
+    }
+
+    fn channel(&mut self, read: &Read<'a>, usual: Channel) -> Result<(TextureId, Channel), LoadError> {
+        let channel = read.channel.map_or(Ok(usual), |raw| self.source.choice(raw, "channel", CHANNELS))?;
+        Ok((self.assets.texture(read.texture, &mut self.world), channel))
+    }
+
+    fn no_channel(&self, read: &Read<'a>) -> Result<(), LoadError> {
+        read.channel.map_or(Ok(()), |raw| {
+            Err(self.source.error(raw.0, "all channels are used here: leave the channel out"))
+        })
+    }
+
+    fn no_factor(&self, read: &Read<'a>) -> Result<(), LoadError> {
+        read.factor.map_or(Ok(()), |raw| {
+            Err(self.source.error(raw.0, "these numbers are used as they are: leave the factor out"))
+        })
+    }
+
+    /// `Image("path")`, `Image("path", Green)` or `Texture(image: "path", …)`; values of eight bits
+    /// are usually in `space`.
+    fn texture(&mut self, variant: Variant<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
+        let source = self.source;
+        match variant.name {
+            "Image" => {
+                let body = Raw(variant.body.unwrap_or(variant.name));
+                let (path, channel) = match source.tuple(body, "Image(\"path\")") {
+                    Ok([path]) => (path, None),
+                    Err(error) => match source.tuple(body, "") {
+                        Ok([path, channel]) if source.variant(channel).is_some() => (path, Some(channel)),
+                        _ => return Err(error),
+                    },
+                };
+                let image = self.assets.image(source, path, &mut self.world)?;
+                let texture = Texture { color_space: space, ..Texture::new(image) };
+                Ok(Read { texture, channel, factor: None })
+            }
+            "Texture" => self.lookup(source.variant_fields(variant)?, space),
+            other => Err(source.unknown(other, "texture", INPUTS)),
+        }
+    }
+
+    fn lookup(&mut self, read: schema::Texture<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
+        let source = self.source;
+        let image = self.assets.image(source, read.image, &mut self.world)?;
+        let mut texture = Texture { color_space: space, factor: Rgb::WHITE, ..Texture::new(image) };
+        if let Some(raw) = read.filter {
+            texture.filter = source.choice(raw, "filter", FILTERS)?;
+        }
+        if let Some(raw) = read.wrap {
+            texture.wrap = if raw.0.starts_with('(') {
+                let [u, v] = source.tuple(raw, "(wrap along u, wrap along v)")?;
+                [source.choice(u, "wrap", WRAPS)?, source.choice(v, "wrap", WRAPS)?]
+            } else {
+                [source.choice(raw, "wrap", WRAPS)?; 2]
+            };
+        }
+        if let Some(raw) = read.scale {
+            texture.scale =
+                if raw.0.starts_with('(') { source.vec2(raw)? } else { Vec2::splat(source.number(raw)?) };
+        }
+        if let Some(raw) = read.rotation_degrees {
+            texture.rotation = radians(source.number(raw)?);
+        }
+        if let Some(raw) = read.offset {
+            texture.offset = source.vec2(raw)?;
+        }
+        if let Some(raw) = read.uv_set {
+            texture.uv_set = source.whole(raw, "uv_set", 0, 1)? as u32;
+        }
+        if let Some(raw) = read.color_space {
+            texture.color_space = source.choice(raw, "color_space", COLOR_SPACES)?;
+        }
+        Ok(Read { texture, channel: read.channel, factor: read.factor })
+    }
+}

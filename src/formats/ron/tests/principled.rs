@@ -1,0 +1,148 @@
+//! Physically based materials: what their keys become, there and back again.
+
+use std::path::Path;
+
+use super::{grey, read, read_entity};
+use crate::formats::ron::write;
+use crate::math::Rgb;
+use crate::world::assets::{ColorSpace, TextureFilter};
+use crate::world::*;
+
+fn principled(keys: &str) -> (Principled, World) {
+    let world = read_entity(&format!("material: Principled({keys})"));
+    let material = world.assets.materials.last().unwrap().material.clone();
+    let Material::Principled(material) = material else { panic!("classic") };
+    (*material, world)
+}
+
+fn texture(world: &World, id: TextureId) -> Texture {
+    world.assets.textures[id.0 as usize]
+}
+
+const ALL: &str = r#"
+    base_color: Texture(image: "a.png", rotation_degrees: 90, factor: 0.5), alpha: Image("a.png"),
+    alpha_mode: Mask(cutoff: 0.25), metallic: Image("b.png"), roughness: Image("b.png", Red),
+    normal: (texture: Image("n.png"), scale: 0.5), emission: (10, 5, 0), double_sided: true, unlit: true,
+    ior: 1.33, specular: 0.5, specular_color: (1, 0.5, 2),
+    transmission: Texture(image: "b.png", channel: Blue, factor: 0.75, uv_set: 1),
+    volume: (attenuation_color: (0.5, 0.75, 1), attenuation_distance_m: 0.125), dispersion: 0.5,
+    diffuse_transmission: 0.25, diffuse_transmission_color: (1, 0.5, 0.25),
+    clearcoat: 1, clearcoat_roughness: 0.125, clearcoat_normal: Image("n.png"),
+    sheen_color: 0.5, sheen_roughness: 0.25,
+    anisotropy: (strength: 0.5, rotation_degrees: 90, texture: Image("d.png")),
+    iridescence: (factor: 1, ior: 1.5, thickness_minimum_nm: 200, thickness_maximum_nm: 500,
+                  thickness: Image("i.png"))
+"#;
+
+#[test]
+fn every_key_is_read() {
+    let (material, world) = principled(ALL);
+    let scalar = |factor| ScalarInput::constant(factor);
+    let ColorInput::Texture(base) = material.base_color else { panic!("no texture") };
+    let base = texture(&world, base);
+    assert_eq!((base.rotation, base.factor), (std::f32::consts::FRAC_PI_2, grey(0.5)));
+    assert_eq!(base.color_space, ColorSpace::Srgb);
+    assert_eq!(material.alpha.texture.unwrap().1, Channel::Alpha);
+    assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
+    let (metallic, channel) = material.metallic.texture.unwrap();
+    assert_eq!((channel, material.metallic.factor), (Channel::Blue, 1.0));
+    assert_eq!(texture(&world, metallic).color_space, ColorSpace::Linear);
+    assert_eq!(material.roughness.texture, Some((metallic, Channel::Red)));
+    let normal = material.normal.unwrap();
+    assert_eq!((normal.scale, texture(&world, normal.texture).color_space), (0.5, ColorSpace::Linear));
+    assert_eq!(material.emission, ColorInput::Constant(Rgb::new(10.0, 5.0, 0.0)));
+    assert!(material.double_sided && material.unlit);
+    assert_eq!((material.ior, material.specular, material.dispersion), (1.33, scalar(0.5), 0.5));
+    let (transmission, channel) = material.transmission.texture.unwrap();
+    assert_eq!((channel, material.transmission.factor), (Channel::Blue, 0.75));
+    assert_eq!((texture(&world, transmission).uv_set, texture(&world, transmission).factor), (1, Rgb::WHITE));
+    let volume = Volume { attenuation_color: Rgb::new(0.5, 0.75, 1.0), attenuation_distance: 0.125 };
+    assert_eq!(material.volume, Some(volume));
+    assert_eq!(material.diffuse_transmission, scalar(0.25));
+    assert_eq!((material.clearcoat, material.clearcoat_roughness), (scalar(1.0), scalar(0.125)));
+    assert_eq!(material.clearcoat_normal, Some(NormalMap { texture: normal.texture, scale: 1.0 }));
+    assert_eq!(material.sheen_color, ColorInput::Constant(grey(0.5)));
+    assert_eq!(material.anisotropy.rotation, std::f32::consts::FRAC_PI_2);
+    assert!(material.anisotropy.texture.is_some());
+    let film = material.iridescence;
+    assert_eq!((film.factor, film.ior), (scalar(1.0), 1.5));
+    assert_eq!((film.thickness_minimum, film.thickness_maximum), (200.0, 500.0));
+    assert_eq!(film.thickness.unwrap().1, Channel::Green);
+}
+
+#[test]
+fn defaults_are_those_of_the_world() {
+    assert_eq!(principled("").0, Principled::default());
+    let (glass, _) = principled("transmission: 1, volume: (), alpha_mode: Blend");
+    let volume = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY };
+    assert_eq!((glass.volume, glass.alpha_mode), (Some(volume), AlphaMode::Blend));
+    assert_eq!(principled("alpha_mode: Mask").0.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    // The names of the world are understood, too.
+    let (short, _) = principled("volume: (attenuation_distance: 2)");
+    assert_eq!(short.volume.unwrap().attenuation_distance, 2.0);
+}
+
+#[test]
+fn it_comes_back() {
+    for keys in ["", "volume: ()", "alpha_mode: Blend, ior: 0, metallic: 0", ALL] {
+        let (material, world) = principled(keys);
+        let text = write(&world, Path::new("scenes/test.ron")).unwrap();
+        let again = read(&text).unwrap_or_else(|error| panic!("{error} in\n{text}"));
+        assert_eq!(again.assets.materials.last().unwrap().material, Material::Principled(Box::new(material)));
+        assert_eq!(again.assets.textures, world.assets.textures);
+        assert_eq!(write(&again, Path::new("scenes/test.ron")).unwrap(), text);
+    }
+    let (_, world) = principled("roughness: Image(\"b.png\", Red), anisotropy: (strength: 0.5)");
+    let text = write(&world, Path::new("scenes/test.ron")).unwrap();
+    let expected = "(material: Principled(roughness: Image(\"b.png\", Red), anisotropy: (strength: 0.5)))";
+    assert!(text.contains(expected), "{text}");
+}
+
+#[test]
+fn trilinear_textures_and_environments_come_back() {
+    let world = read("(entities: [(light: Environment(image: \"studio.exr\"), material: (kd: Texture(image: \"a.png\", filter: Trilinear)))])").unwrap();
+    assert_eq!(world.assets.textures[0].filter, TextureFilter::Trilinear);
+    let text = write(&world, Path::new("scenes/test.ron")).unwrap();
+    assert!(text.contains("light: Environment(image: \"studio.exr\")"), "{text}");
+    assert!(read(&text).is_ok());
+}
+
+#[test]
+fn mistakes_are_reported() {
+    let message = |keys: &str| {
+        let text = format!("(entities: [(material: Principled({keys}))])");
+        read(&text).err().unwrap_or_else(|| panic!("{keys} was accepted")).to_string()
+    };
+    for (keys, reason) in [
+        ("roughnes: 1", "unknown field \"roughnes\" in Principled (did you mean \"roughness\"?)"),
+        ("roughness: 1.5", "roughness must be from 0 to 1, not 1.5"),
+        ("metallic: true", "expected a number, found true"),
+        ("base_color: (2, 0, 0)", "base_color must be from 0 to 1, not (2, 0, 0)"),
+        ("ior: 0.5", "an index of refraction must be 0 or at least 1, not 0.5"),
+        ("alpha_mode: Blnd", "unknown alpha mode \"Blnd\" (did you mean \"Blend\"?)"),
+        ("alpha_mode: 1", "expected an alpha mode: Opaque, Mask, Blend, found 1"),
+        ("roughness: Image(\"a.png\", Gren)", "unknown channel \"Gren\" (did you mean \"Green\"?)"),
+        ("roughness: Image(\"a.png\", 5)", "expected Image(\"path\"), found 2 values"),
+        ("base_color: Image(\"a.png\", Red)", "all channels are used here: leave the channel out"),
+        (
+            "normal: Texture(image: \"a.png\", factor: 2)",
+            "these numbers are used as they are: leave the factor",
+        ),
+        ("normal: 0.5", "expected a texture, as Image(\"path\") or Texture(…), found 0.5"),
+        (
+            "roughness: Texture(image: \"a.png\", uv_set: 2)",
+            "uv_set must be a whole number from 0 to 1, not 2",
+        ),
+        ("iridescence: (ior: 0.9)", "a film's index of refraction must be at least 1, not 0.9"),
+        ("volume: (attenuation_distance_m: 0)", "attenuation_distance_m must be above 0, not 0"),
+        ("volume: (attenuation_colour: 0)", "unknown field \"attenuation_colour\" in a volume (did you mean"),
+    ] {
+        let found = message(keys);
+        assert!(found.contains(reason), "{keys}: {found}");
+    }
+    let light = read("(entities: [(light: Directional(irradiance: 1, angle_degrees: 200))])").err().unwrap();
+    assert!(
+        light.to_string().ends_with("the angle of a source must be from 0 to 180 degrees, not 200"),
+        "{light}"
+    );
+}

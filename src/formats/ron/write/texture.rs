@@ -1,0 +1,88 @@
+//! Colours and numbers that may come from textures.
+
+use super::Written;
+use super::assets::AssetPaths;
+use super::number::{Keys, color, degrees, number, same, tuple, uniform_or_tuple};
+use crate::formats::ron::lower::usual_channel;
+use crate::math::Rgb;
+use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::{Assets, Channel, ColorInput, ScalarInput, Texture, TextureId};
+
+/// Where textures and images are.
+#[derive(Clone, Copy)]
+pub(super) struct Textures<'a> {
+    pub assets: &'a Assets,
+    pub paths: &'a AssetPaths<'a>,
+}
+
+impl Textures<'_> {
+    pub(super) fn color(&self, input: &ColorInput) -> Written {
+        match input {
+            ColorInput::Constant(constant) => color(*constant),
+            ColorInput::Texture(id) => {
+                let factor = self.get(*id)?.factor;
+                let mut keys = self.lookup(*id, ColorSpace::Srgb)?;
+                let is_default = same(&factor.to_array(), &Rgb::WHITE.to_array());
+                keys.push_unless(is_default, "factor", || color(factor))?;
+                self.finish(*id, keys, None)
+            }
+        }
+    }
+
+    /// The number that is called `key`.
+    pub(super) fn scalar(&self, input: &ScalarInput, key: &str) -> Written {
+        let Some((id, channel)) = input.texture else { return number(input.factor) };
+        let mut keys = self.lookup(id, ColorSpace::Linear)?;
+        let factor = input.factor;
+        keys.push_unless(same(&[factor], &[1.0]), "factor", || number(factor))?;
+        self.finish(id, keys, (channel != usual_channel(key)).then_some(channel))
+    }
+
+    pub(super) fn channel(&self, id: TextureId, channel: Channel, key: &str) -> Written {
+        let keys = self.lookup(id, ColorSpace::Linear)?;
+        self.finish(id, keys, (channel != usual_channel(key)).then_some(channel))
+    }
+
+    pub(super) fn data(&self, id: TextureId) -> Written {
+        let keys = self.lookup(id, ColorSpace::Linear)?;
+        self.finish(id, keys, None)
+    }
+
+    fn get(&self, id: TextureId) -> Written<&Texture> {
+        let texture = self.assets.textures.get(id.0 as usize);
+        texture.ok_or_else(|| format!("there is no texture of number {}", id.0))
+    }
+
+    /// What says how it is looked up; values are usually in `space`.
+    fn lookup(&self, id: TextureId, space: ColorSpace) -> Written<Keys> {
+        let Texture { filter, wrap: [u, v], scale, rotation, offset, uv_set, color_space, .. } =
+            self.get(id)?;
+        let [scale, offset] = [scale.to_array(), offset.to_array()];
+        let mut keys = Keys::default();
+        keys.push_unless(*filter == TextureFilter::default(), "filter", || Ok(format!("{filter:?}")))?;
+        keys.push_unless([*u, *v] == [Wrap::default(); 2], "wrap", || {
+            Ok(if u == v { format!("{u:?}") } else { format!("({u:?}, {v:?})") })
+        })?;
+        keys.push_unless(same(&scale, &[1.0; 2]), "scale", || uniform_or_tuple(&scale))?;
+        keys.push_unless(same(&[*rotation], &[0.0]), "rotation_degrees", || degrees(*rotation))?;
+        keys.push_unless(same(&offset, &[0.0; 2]), "offset", || tuple(&offset))?;
+        keys.push_unless(*uv_set == 0, "uv_set", || Ok(uv_set.to_string()))?;
+        keys.push_unless(*color_space == space, "color_space", || Ok(format!("{color_space:?}")))?;
+        Ok(keys)
+    }
+
+    /// The short form if there is nothing else to say.
+    fn finish(&self, id: TextureId, mut keys: Keys, channel: Option<Channel>) -> Written {
+        let image = self.paths.image(self.get(id)?.image)?;
+        if keys.is_empty() {
+            return Ok(match channel {
+                Some(channel) => format!("Image({image}, {channel:?})"),
+                None => format!("Image({image})"),
+            });
+        }
+        if let Some(channel) = channel {
+            keys.push("channel", format!("{channel:?}"));
+        }
+        Ok(format!("Texture(image: {image}, {}", &keys.finish("")[1..]))
+    }
+}
