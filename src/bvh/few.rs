@@ -203,13 +203,7 @@ impl<F: Float> Group<F> {
         self.best.v.store(&mut v);
         self.best.primitive.store(&mut primitive);
         for lane in 0..lanes {
-            let hit = Hit {
-                t: t[lane],
-                u: u[lane],
-                v: v[lane],
-                primitive: primitive[lane],
-                instance: NONE,
-            };
+            let hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: primitive[lane], instance: NONE };
             answers.put(first + lane, &hit);
         }
     }

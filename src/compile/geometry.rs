@@ -91,7 +91,17 @@ fn mesh_of(world: &World, id: MeshId) -> &Mesh {
 }
 
 fn plain_part(material: MaterialId) -> Part {
-    Part { material: material.0, normals: NONE, uvs: NONE, uvs1: NONE, tangents: NONE, colors: NONE, alphas: NONE, mirrored: false, entity: 0 }
+    Part {
+        material: material.0,
+        normals: NONE,
+        uvs: NONE,
+        uvs1: NONE,
+        tangents: NONE,
+        colors: NONE,
+        alphas: NONE,
+        mirrored: false,
+        entity: 0,
+    }
 }
 
 fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[Vec2; 3]>) -> Mesh {

@@ -3,8 +3,8 @@
 use hecs::Entity;
 
 use super::emitters::VisibleArea;
-use super::{materials, principled};
 use super::transforms::{WorldTransforms, direction, entity_error, point};
+use super::{materials, principled};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::sampling::pattern::{Grid, MAX_STRATA};
@@ -116,7 +116,8 @@ fn emitter(
         emission: ColorInput::Constant(radiance),
         ..BlinnPhong::default()
     };
-    let material = materials::push(materials, &material_of_light, format!("light of {}", world.name_of(entity)));
+    let material =
+        materials::push(materials, &material_of_light, format!("light of {}", world.name_of(entity)));
     materials.flags[material as usize] |= flag::ONE_SIDED_EMISSION;
     let record = principled::record(&Material::BlinnPhong(material_of_light));
     principled.push(Principled { one_sided_emission: true, ..record });

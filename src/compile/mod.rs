@@ -33,9 +33,12 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let (geometry, bvh) = geometry::compile(world, &order, &transforms, &rectangles)?;
     let environment = environment::compile(world, &order, &transforms);
     let emitters = emitters::compile(&geometry, &principled, &lights, &angles, &visible, &environment);
-    let has_cutouts = geometry.parts.material.iter().chain(&geometry.instance_materials).any(|m| {
-        principled.get(*m as usize).is_some_and(|m| m.may_pass())
-    });
+    let has_cutouts = geometry
+        .parts
+        .material
+        .iter()
+        .chain(&geometry.instance_materials)
+        .any(|m| principled.get(*m as usize).is_some_and(|m| m.may_pass()));
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
         camera,

@@ -17,7 +17,8 @@ use crate::sampling::{Dimension, Key};
 use crate::scene::principled::Coverage;
 use crate::shading::details::coordinates;
 use crate::shading::light::SHADOW_END;
-use crate::shading::principled::bsdf::{Bsdf, Sampled};
+use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::draw::Sampled;
 use crate::shading::principled::{Spot, Tables};
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, Surface, emitter, environment, light_tree};
@@ -42,7 +43,8 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
     if found.any() && !scene.environment.is_black() {
-        let other = environment::pdf(&scene.environment, path.direction, found) * F::splat(chance_of_far(frame));
+        let other =
+            environment::pdf(&scene.environment, path.direction, found) * F::splat(chance_of_far(frame));
         light = light * F::select(found, heuristic(path.pdf, other), F::one());
     }
     path.radiance + limited(frame, path, path.throughput * light)
@@ -262,8 +264,10 @@ fn to_light<F: Float>(
     } else {
         zero
     };
-    let (index, chance) = choose(frame, surface.position, which, mask);
-    let sample = emitter::sample(scene, index, surface.position, u, mask);
+    // Seen from where drawn directions begin, too: on a light itself the difference matters.
+    let position = surface.position + surface.geometric_normal * surface.offset;
+    let (index, chance) = choose(frame, position, which, mask);
+    let sample = emitter::sample(scene, index, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
     // At the last vertex no direction is drawn that could share the work.

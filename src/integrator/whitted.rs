@@ -19,7 +19,9 @@ use crate::simd::{Float, Int, Mask};
 /// Its radiance when the path has hit nothing; it ends there.
 #[inline(always)]
 pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
-    path.radiance + path.throughput * environment::radiance(&frame.scene.environment, path.direction, F::Mask::first(F::WIDTH))
+    path.radiance
+        + path.throughput
+            * environment::radiance(&frame.scene.environment, path.direction, F::Mask::first(F::WIDTH))
 }
 
 /// What is left of a hit for its lights.

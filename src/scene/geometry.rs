@@ -124,7 +124,8 @@ impl Geometry {
     }
 
     /// The part of a primitive.
-    pub fn part_of(&self, primitive: u32) -> u32 { if primitive & crate::bvh::SPHERE != 0 {
+    pub fn part_of(&self, primitive: u32) -> u32 {
+        if primitive & crate::bvh::SPHERE != 0 {
             self.sphere_parts[(primitive & !crate::bvh::SPHERE) as usize]
         } else {
             self.triangle_parts[primitive as usize]

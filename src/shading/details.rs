@@ -1,7 +1,7 @@
 //! What only some materials ask of a hit: a second set of texture coordinates, the footprint of
 //! the ray, vertex alpha, directions along the surface.
 
-use super::principled::bsdf::Frame;
+use super::principled::frame::Frame;
 use super::sampled::Coordinates;
 use super::surface::{HitLanes, Surface, corners, rows, unit_or};
 use crate::bvh::SPHERE;
@@ -168,11 +168,7 @@ pub fn tangent_frame<F: Float>(
     let known = given | derived;
     let part_sign = F::gather(&geometry.parts.sign, triangle.part, triangle.is_triangle);
     let y = outward.cross(x) * (sign * F::select(triangle.is_triangle, part_sign, F::one()));
-    Frame {
-        x: Vector::select(known, x, plain.x),
-        y: Vector::select(known, y, plain.y),
-        z: surface.normal,
-    }
+    Frame { x: Vector::select(known, x, plain.x), y: Vector::select(known, y, plain.y), z: surface.normal }
 }
 
 #[inline(always)]
@@ -212,17 +208,22 @@ fn derived_tangents<F: Float>(
 
 /// The vertex normals' frame seen through a normal map's texel (already −1 to 1, x and y scaled).
 #[inline(always)]
-pub fn bend<F: Float>(frame: &Frame<F>, surface: &Surface<F>, n: Vector<F>, to_viewer: Vector<F>) -> Frame<F> {
+pub fn bend<F: Float>(
+    frame: &Frame<F>,
+    surface: &Surface<F>,
+    n: Vector<F>,
+    to_viewer: Vector<F>,
+) -> Frame<F> {
     let bent = unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z);
     // A normal that looks away from the viewer is turned until it does not.
     let least = F::splat(0.01);
     let cos = bent.dot(to_viewer);
     let away = cos.lt(least);
-    let bent = Vector::select(away, unit_or(bent + to_viewer * (least - cos), surface.geometric_normal), bent);
+    let bent =
+        Vector::select(away, unit_or(bent + to_viewer * (least - cos), surface.geometric_normal), bent);
     let x = unit_or(frame.x - bent * bent.dot(frame.x), Frame::about(bent).x);
     Frame { x, y: bent.cross(x), z: bent }
 }
-
 
 /// The factor of the vertex colours.
 #[inline(always)]

@@ -4,7 +4,7 @@
 use super::details::point_coordinates;
 use super::sampled::color;
 use super::surface::{HitLanes, unit_or};
-use super::{environment, principled::bsdf::Frame};
+use super::{environment, principled::frame::Frame};
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, Vector};
 use crate::scene::CompiledScene;
@@ -193,7 +193,12 @@ fn planar_sample<F: Float>(
 
 /// Radiance of triangles whose emission is a texture, material by material.
 #[inline(always)]
-fn textured_light<F: Float>(scene: &CompiledScene, emitter: F::Int, place: (F, F), mask: F::Mask) -> Color<F> {
+fn textured_light<F: Float>(
+    scene: &CompiledScene,
+    emitter: F::Int,
+    place: (F, F),
+    mask: F::Mask,
+) -> Color<F> {
     let primitive = F::Int::gather(&scene.emitters.primitive, emitter, mask);
     let material = F::Int::gather(&scene.emitters.material, emitter, mask);
     let hit = HitLanes { t: F::zero(), u: place.0, v: place.1, primitive, instance: F::Int::splat(u32::MAX) };
@@ -270,13 +275,7 @@ fn point_sample<F: Float>(row: &Row<F>, spot: F::Mask, position: Vector<F>) -> E
         let inside = ((cos - row.number(6)) * row.number(7)).clamp(0.0, 1.0);
         light = light * F::select(spot, inside * inside, F::one());
     }
-    EmitterSample {
-        direction,
-        distance,
-        radiance: light,
-        pdf: F::one(),
-        shared: F::Mask::from_bits(0),
-    }
+    EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
 }
 
 /// Parallel light, or from a disk in the sky.

@@ -44,12 +44,7 @@ pub fn color<F: Float>(
 
 /// A material's number.
 #[inline(always)]
-pub fn scalar<F: Float>(
-    param: &ScalarParam,
-    textures: &Textures,
-    at: &Coordinates<F>,
-    mask: F::Mask,
-) -> F {
+pub fn scalar<F: Float>(param: &ScalarParam, textures: &Textures, at: &Coordinates<F>, mask: F::Mask) -> F {
     let factor = F::splat(param.factor);
     if param.texture == NONE || param.is_zero() {
         return factor;
@@ -121,7 +116,10 @@ impl<F: Float> Texel<F> {
     #[inline(always)]
     fn mix(self, other: Self, weight: F) -> Self {
         let rest = F::one() - weight;
-        Self { color: self.color * rest + other.color * weight, alpha: self.alpha * rest + other.alpha * weight }
+        Self {
+            color: self.color * rest + other.color * weight,
+            alpha: self.alpha * rest + other.alpha * weight,
+        }
     }
 }
 
@@ -160,7 +158,10 @@ impl<F: Float> Picture<'_, F> {
     fn texel(&self, first: F::Int, width: F, x: F, y: F) -> Texel<F> {
         let index = first + y.to_int() * width.to_int() + x.to_int();
         if self.sampled.float {
-            return Texel { color: Color::gather(&self.textures.texels32, index, self.mask), alpha: F::one() };
+            return Texel {
+                color: Color::gather(&self.textures.texels32, index, self.mask),
+                alpha: F::one(),
+            };
         }
         let word = F::Int::gather(&self.textures.texels8, index, self.mask);
         let curve = F::Int::splat(if self.sampled.srgb { 256 } else { 0 });

@@ -141,6 +141,7 @@ mod tests {
             texels8: vec![word(255, 0, 0), word(0, 255, 0), word(0, 0, 255), word(255, 255, 255)],
             texels32: vec![],
             decode: unit.clone().chain(unit).collect(),
+            ..Textures::default()
         }
     }
 

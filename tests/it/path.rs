@@ -61,7 +61,8 @@ fn a_furnace_of_albedo_one_half_is_twice_as_bright() {
 /// White surfaces in white surroundings cannot be seen.
 #[test]
 fn white_vanishes_in_white() {
-    for (metallic, roughness) in [(0.0, 0.0), (0.0, 0.4), (0.0, 1.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (0.5, 0.7)]
+    for (metallic, roughness) in
+        [(0.0, 0.0), (0.0, 0.4), (0.0, 1.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (0.5, 0.7)]
     {
         let mut world = world(16, 256);
         world.settings.background = Background::Constant(Rgb::splat(0.5));
@@ -187,7 +188,8 @@ fn alpha_lets_light_through() {
         };
         let material = world.assets.add_material(None, Material::Principled(Box::new(material)));
         for z in [-1.0, -2.0] {
-            let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
+            let corners =
+                [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
             world.entities.spawn((Shape::Plane { corners }, material));
         }
         let film = support::film(&world, Options { schedule, ..Options::default() });
@@ -259,5 +261,8 @@ fn a_body_absorbs_by_its_thickness() {
     // Two metres thick: as thick as the distance.
     world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, glass, at(Vec3::new(0.0, 0.0, -5.0))));
     let found = Picture::of(&world).at(0, 0);
-    assert!((found.r - 0.25).abs() < 2e-3 && (found.g - 0.5).abs() < 2e-3 && (found.b - 1.0).abs() < 2e-3, "{found:?}");
+    assert!(
+        (found.r - 0.25).abs() < 2e-3 && (found.g - 0.5).abs() < 2e-3 && (found.b - 1.0).abs() < 2e-3,
+        "{found:?}"
+    );
 }

@@ -11,7 +11,12 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
 /// The material of each lane's hit, [`NONE`] for misses.
 #[inline(always)]
-pub fn material_of<F: Float>(geometry: &Geometry, primitive: F::Int, instance: F::Int, mask: F::Mask) -> F::Int {
+pub fn material_of<F: Float>(
+    geometry: &Geometry,
+    primitive: F::Int,
+    instance: F::Int,
+    mask: F::Mask,
+) -> F::Int {
     let none = F::Int::splat(NONE);
     let hit = mask & !primitive.eq(none);
     let sphere = F::Int::splat(crate::bvh::SPHERE);

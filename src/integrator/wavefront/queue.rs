@@ -173,7 +173,21 @@ impl PathQueue {
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
         let floats = [
-            o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.t_min, path.width,
+            o.x,
+            o.y,
+            o.z,
+            d.x,
+            d.y,
+            d.z,
+            t.r,
+            t.g,
+            t.b,
+            r.r,
+            r.g,
+            r.b,
+            path.pdf,
+            path.t_min,
+            path.width,
             path.spread,
         ];
         let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, source];

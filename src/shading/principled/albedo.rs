@@ -71,8 +71,9 @@ impl Table {
                 let at = (place as usize).min(COSINES - 2);
                 let weight = place - at as f64;
                 let first = 2 * (r * COSINES + at);
-                let value =
-                    |k: usize| entries[first + k] as f64 * (1.0 - weight) + entries[first + 2 + k] as f64 * weight;
+                let value = |k: usize| {
+                    entries[first + k] as f64 * (1.0 - weight) + entries[first + 2 + k] as f64 * weight
+                };
                 straight += 2.0 * cosine * value(0) / steps as f64;
                 grazing += 2.0 * cosine * value(1) / steps as f64;
             }

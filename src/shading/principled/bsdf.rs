@@ -7,9 +7,9 @@
 
 use super::albedo::{self, Albedo};
 use super::ggx::Ggx;
+use super::parameters::{Has, Parameters};
 use super::sheen;
 use crate::math::{Color, Vector};
-use crate::sampling::warp::concentric_disk;
 use crate::shading::fresnel;
 use crate::simd::{Float, Mask, Part};
 
@@ -17,160 +17,31 @@ const PI: f32 = std::f32::consts::PI;
 /// Narrower lobes than this are perfect mirrors.
 pub const SMOOTH: f32 = 1e-3;
 
-/// Which lobes a material has at all: the same for all lanes, so that what it lacks costs nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Has {
-    /// Lambert's.
-    pub diffuse: bool,
-    /// A rough or smooth mirror.
-    pub specular: bool,
-    /// Reflectance does not depend on the angle.
-    pub constant_fresnel: bool,
-    /// Light goes through.
-    pub transmission: bool,
-    /// And is bent.
-    pub solid: bool,
-    /// Diffuse light leaves on the other side, too.
-    pub back: bool,
-    /// A clear layer.
-    pub coat: bool,
-    /// Fibres.
-    pub sheen: bool,
-}
-
-/// Orthonormal axes.
-#[derive(Clone, Copy)]
-pub struct Frame<F: Float> {
-    /// Along the surface.
-    pub x: Vector<F>,
-    /// Along it, across x.
-    pub y: Vector<F>,
-    /// Away from it.
-    pub z: Vector<F>,
-}
-
-impl<F: Float> Frame<F> {
-    /// Any frame about a unit normal (Duff and others 2017).
-    #[inline(always)]
-    pub fn about(z: Vector<F>) -> Self {
-        let (zero, one) = (F::zero(), F::one());
-        let sign = F::select(z.z.lt(zero), -one, one);
-        let a = -(one / (sign + z.z));
-        let b = z.x * z.y * a;
-        Self {
-            x: Vector::new(one + sign * z.x * z.x * a, sign * b, -(sign * z.x)),
-            y: Vector::new(b, sign + z.y * z.y * a, -z.y),
-            z,
-        }
-    }
-
-    /// Into the frame.
-    #[inline(always)]
-    pub fn local(&self, v: Vector<F>) -> Vector<F> {
-        Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
-
-    /// Out of it.
-    #[inline(always)]
-    pub fn world(&self, v: Vector<F>) -> Vector<F> {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-}
-
-/// What is known of a clear layer.
-#[derive(Clone, Copy)]
-pub struct Coat<F: Float> {
-    /// Coverage.
-    pub weight: F,
-    /// Perceptual roughness.
-    pub roughness: F,
-    /// Its own frame.
-    pub frame: Frame<F>,
-    /// Reflectance straight on.
-    pub f0: Color<F>,
-    /// At grazing angles.
-    pub f90: Color<F>,
-}
-
-/// What is known of fibres.
-#[derive(Clone, Copy)]
-pub struct Sheen<F: Float> {
-    /// Their colour.
-    pub color: Color<F>,
-    /// Perceptual roughness.
-    pub roughness: F,
-}
-
-/// A surface's parameters at a point.
-#[derive(Clone, Copy)]
-pub struct Parameters<F: Float> {
-    /// About the shading normal, on the viewer's side.
-    pub frame: Frame<F>,
-    /// On the viewer's side.
-    pub geometric_normal: Vector<F>,
-    /// Albedo of diffuse light, before what lies above takes its part.
-    pub diffuse: Color<F>,
-    /// The same for what leaves on the other side.
-    pub back: Color<F>,
-    /// Reflectance straight on.
-    pub f0: Color<F>,
-    /// At grazing angles.
-    pub f90: Color<F>,
-    /// Where reflection is a metal's, even if the rest is glass.
-    pub metallic: F,
-    /// Widths along the frame's x and y.
-    pub ggx: Ggx<F>,
-    /// √α, the mean of both.
-    pub roughness: F,
-    /// Factor on what goes through.
-    pub through: Color<F>,
-    /// Index of refraction on the viewer's side over that on the other.
-    pub eta: F,
-    /// Above it.
-    pub coat: Coat<F>,
-    /// Above it.
-    pub sheen: Sheen<F>,
-}
-
-/// A direction that a path may take.
-pub struct Sampled<F: Float> {
-    /// Unit vector in the world.
-    pub direction: Vector<F>,
-    /// Value · |cos| / density.
-    pub weight: Color<F>,
-    /// Density per steradian, 0 for a mirror's.
-    pub pdf: F,
-    /// Where there is one.
-    pub valid: F::Mask,
-    /// Where it leads to the other side.
-    pub through: F::Mask,
-    /// Where it was drawn from a lobe that is wide.
-    pub wide: F::Mask,
-}
-
 /// A surface seen from one direction.
 pub struct Bsdf<F: Float> {
-    has: Has,
-    p: Parameters<F>,
+    pub(super) has: Has,
+    pub(super) p: Parameters<F>,
     /// To the viewer, in the frame.
-    wo: Vector<F>,
+    pub(super) wo: Vector<F>,
     /// Where the mirror lobe is a perfect mirror's.
-    smooth: F::Mask,
+    pub(super) smooth: F::Mask,
     /// Λ of the viewer's direction.
     lambda: F,
     own: Albedo<F>,
     mean: Albedo<F>,
     /// Albedo of light that bounced more than once between microfacets.
     multiple: Color<F>,
-    /// 1 − albedo of the mirror lobe, for the viewer, and its mean.
+    /// The same for what is no metal.
+    dielectric: Color<F>,
+    /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     left: Color<F>,
     left_mean: Color<F>,
     /// What the layers above leave.
-    below: F,
-    coat_wo: Vector<F>,
-    coat_smooth: F::Mask,
+    pub(super) below: F,
+    pub(super) coat_wo: Vector<F>,
+    pub(super) coat_smooth: F::Mask,
     /// Probabilities: diffuse, back, mirror, through, coat.
-    chance: [F; 5],
+    pub(super) chance: [F; 5],
 }
 
 impl<F: Float> Bsdf<F> {
@@ -191,6 +62,7 @@ impl<F: Float> Bsdf<F> {
             own: nothing,
             mean: nothing,
             multiple: black,
+            dielectric: black,
             left: white,
             left_mean: white,
             below: one,
@@ -203,12 +75,13 @@ impl<F: Float> Bsdf<F> {
             bsdf.lambda = p.ggx.lambda(wo);
             bsdf.own = albedo::directional(wo.z, p.roughness, mask);
             bsdf.mean = albedo::average(p.roughness, mask);
-            // Mean of Schlick's term over the hemisphere, and the series of all further bounces.
-            let average = if has.constant_fresnel { p.f0 } else { p.f0.mix(p.f90, F::splat(1.0 / 21.0)) };
-            let lost = one - bsdf.mean.whole();
-            bsdf.multiple = (average * average * bsdf.mean.whole()).over((average * lost).complement());
-            bsdf.left = bsdf.mirror_albedo(&bsdf.own).complement().clamp(0.0, 1.0);
-            bsdf.left_mean = bsdf.mirror_albedo(&bsdf.mean).complement().clamp(1e-6, 1.0);
+            bsdf.dielectric = bsdf.all_further(p.f0, p.f90);
+            bsdf.multiple = bsdf.dielectric;
+            if has.metallic {
+                bsdf.multiple = bsdf.dielectric.mix(bsdf.all_further(p.metal, white), p.metallic);
+            }
+            bsdf.left = bsdf.dielectric_albedo(&bsdf.own).complement().clamp(0.0, 1.0);
+            bsdf.left_mean = bsdf.dielectric_albedo(&bsdf.mean).complement().clamp(1e-6, 1.0);
         }
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
@@ -242,15 +115,39 @@ impl<F: Float> Bsdf<F> {
         (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
     }
 
-    /// Albedo of the mirror lobe with all its bounces.
+    /// Of light that the microfacets do not give back at once, the part that they do later:
+    /// the mean of Schlick's term over the hemisphere, and the series of all further bounces.
     #[inline(always)]
-    fn mirror_albedo(&self, own: &Albedo<F>) -> Color<F> {
+    fn all_further(&self, f0: Color<F>, f90: Color<F>) -> Color<F> {
+        let average = if self.has.constant_fresnel { f0 } else { f0.mix(f90, F::splat(1.0 / 21.0)) };
+        let lost = F::one() - self.mean.whole();
+        (average * average * self.mean.whole()).over((average * lost).complement())
+    }
+
+    /// Albedo of the mirror lobe of what is no metal, with all its bounces: what lies below it
+    /// gets the rest.
+    #[inline(always)]
+    fn dielectric_albedo(&self, own: &Albedo<F>) -> Color<F> {
         let once = if self.has.constant_fresnel {
             self.p.f0 * own.whole()
         } else {
             self.p.f0 * own.straight + self.p.f90 * own.grazing
         };
-        once + self.multiple * (F::one() - own.whole())
+        once + self.dielectric * (F::one() - own.whole())
+    }
+
+    /// Albedo of single reflections of metal and all.
+    #[inline(always)]
+    fn mirror_albedo(&self) -> Color<F> {
+        let (p, own) = (&self.p, &self.own);
+        if self.has.constant_fresnel {
+            return p.f0 * own.whole();
+        }
+        let dielectric = p.f0 * own.straight + p.f90 * own.grazing;
+        if !self.has.metallic {
+            return dielectric;
+        }
+        dielectric.mix(p.metal * own.straight + Color::grey(own.grazing), p.metallic)
     }
 
     /// Probabilities by what each lobe gives back.
@@ -271,7 +168,7 @@ impl<F: Float> Bsdf<F> {
             diffuse = diffuse + p.sheen.color.luminance() * F::splat(0.5);
         }
         if self.has.specular {
-            mirror = (F::one() - left).max(F::splat(1e-3));
+            mirror = self.mirror_albedo().luminance().max(F::splat(1e-3));
             let often = self.multiple.luminance() * (F::one() - self.own.whole());
             diffuse = diffuse + F::select(self.smooth, zero, often);
         }
@@ -279,7 +176,8 @@ impl<F: Float> Bsdf<F> {
             let reflected = self.fresnel(self.wo.z.abs()).luminance();
             through = p.through.luminance() * (F::one() - reflected);
             if self.has.solid {
-                mirror = reflected.max(F::splat(1e-3));
+                // Rough glass has microfacets that reflect where the mean one does not.
+                mirror = F::select(self.smooth, reflected, reflected.max(F::splat(1e-3)));
             }
         }
         if self.has.coat {
@@ -293,22 +191,20 @@ impl<F: Float> Bsdf<F> {
 
     /// Reflectance of a microfacet.
     #[inline(always)]
-    fn fresnel(&self, cos: F) -> Color<F> {
+    pub(super) fn fresnel(&self, cos: F) -> Color<F> {
         if self.has.constant_fresnel {
             return self.p.f0;
         }
-        let schlick = schlick(self.p.f0, self.p.f90, cos);
-        if !self.has.solid {
-            return schlick;
+        let p = &self.p;
+        let dielectric = if self.has.solid {
+            Color::grey(fresnel::reflectance(cos, p.eta))
+        } else {
+            schlick(p.f0, p.f90, cos)
+        };
+        if !self.has.metallic {
+            return dielectric;
         }
-        let exact = Color::grey(fresnel::reflectance(cos, self.p.eta));
-        exact.mix(schlick, self.p.metallic)
-    }
-
-    /// What makes up for light lost between the microfacets of rough glass.
-    #[inline(always)]
-    fn glass_gain(&self) -> F {
-        F::one() / self.own.whole().max(F::splat(0.2))
+        dielectric.mix(schlick(p.metal, Color::grey(F::one()), cos), p.metallic)
     }
 
     /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
@@ -331,11 +227,7 @@ impl<F: Float> Bsdf<F> {
         if self.has.specular {
             let (lobe, density, left) = self.mirror(wi, mask & front);
             incoming = left;
-            if self.has.solid {
-                value = value + lobe * self.glass_gain();
-            } else {
-                value = value + lobe;
-            }
+            value = value + lobe;
             pdf = pdf + density * self.chance[2];
         }
         pdf = pdf + lambert * self.chance[0];
@@ -376,7 +268,7 @@ impl<F: Float> Bsdf<F> {
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
         let other = albedo::directional(wi.z, p.roughness, mask);
-        let incoming = self.mirror_albedo(&other).complement().clamp(0.0, 1.0);
+        let incoming = self.dielectric_albedo(&other).complement().clamp(0.0, 1.0);
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
@@ -437,7 +329,7 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let passes = self.fresnel(cos_o.max(zero)).complement();
-        let value = p.through * passes * (density * visible * self.glass_gain());
+        let value = p.through * passes * (density * visible);
         let pdf = density / (F::one() + self.lambda);
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
@@ -455,110 +347,6 @@ impl<F: Float> Bsdf<F> {
         let there = front & wi.z.gt(zero) & !self.coat_smooth;
         let value = reflected * (lobe * coat.weight);
         (Color::select(there, value, Color::black()), F::select(there, pdf, zero))
-    }
-
-    /// A direction by importance: `choice` picks the lobe, `u` the direction in it.
-    #[inline(always)]
-    pub fn sample(&self, choice: F, u: (F, F), mask: F::Mask) -> Sampled<F> {
-        let zero = F::zero();
-        let [diffuse, back, mirror, through, _] = self.chance;
-        let below_diffuse = choice.lt(diffuse);
-        let below_back = choice.lt(diffuse + back);
-        let below_mirror = choice.lt(diffuse + back + mirror);
-        let below_through = choice.lt(diffuse + back + mirror + through);
-        let is_diffuse = below_diffuse;
-        let is_back = below_back & !below_diffuse;
-        let is_mirror = below_mirror & !below_back;
-        let is_through = below_through & !below_mirror;
-        let is_coat = !below_through;
-
-        let mut direction = self.p.frame.z;
-        let mut delta = F::Mask::from_bits(0);
-        let mut delta_weight = Color::black();
-        let (mut is_mirror, mut is_through) = (is_mirror, is_through);
-        let wide = is_diffuse | is_back;
-        if (mask & wide).any() {
-            // Cosine-distributed: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
-            let (x, y) = concentric_disk(u.0, u.1);
-            let z = (F::one() - x * x - y * y).max(F::splat(1e-8)).sqrt();
-            direction = self.p.frame.world(Vector::new(x, y, F::select(is_back, -z, z)));
-        }
-        if self.has.specular && (mask & (is_mirror | is_through)).any() {
-            let narrow = self.narrow(u, is_through);
-            direction = Vector::select(is_mirror | is_through, self.p.frame.world(narrow.direction), direction);
-            let exact = (is_mirror | is_through) & self.smooth;
-            delta = exact;
-            delta_weight = narrow.weight;
-            is_mirror = is_mirror & narrow.valid;
-            is_through = is_through & narrow.valid;
-        }
-        if self.has.coat && (mask & is_coat).any() {
-            let coat = &self.p.coat;
-            let alpha = coat.roughness * coat.roughness;
-            let h = Ggx { x: alpha, y: alpha }.sample(self.coat_wo, u);
-            let up = Vector::new(zero, zero, F::one());
-            let h = Vector::select(self.coat_smooth, up, h);
-            let cos = self.coat_wo.dot(h);
-            let wi = coat.frame.world(h * (F::splat(2.0) * cos) - self.coat_wo);
-            direction = Vector::select(is_coat, wi, direction);
-            let exact = is_coat & self.coat_smooth;
-            delta = delta | exact;
-            let weight = schlick(coat.f0, coat.f90, cos.max(zero)) * (coat.weight / self.chance[4]);
-            delta_weight = Color::select(exact, weight, delta_weight);
-        }
-        let valid = is_diffuse | is_back | is_mirror | is_through | is_coat;
-        let direction = direction.normalize();
-        let goes_through = is_back | is_through;
-        let side = self.p.geometric_normal.dot(direction);
-        let right_side = F::select(goes_through, -side, side).gt(zero);
-        let (value, pdf) = if (mask & !delta).any() {
-            self.evaluate(direction, mask)
-        } else {
-            (Color::black(), zero)
-        };
-        let weight = Color::select(delta, delta_weight, value * (F::one() / pdf.max(F::splat(1e-20))));
-        let possible = delta | pdf.gt(zero);
-        Sampled {
-            direction,
-            weight,
-            pdf: F::select(delta, zero, pdf),
-            valid: mask & valid & right_side & possible,
-            through: goes_through,
-            wide,
-        }
-    }
-
-    /// A direction of the mirror's or of what goes through, in the frame; and its weight where
-    /// the surface is smooth.
-    #[inline(always)]
-    fn narrow(&self, u: (F, F), through: F::Mask) -> Narrow<F> {
-        let (zero, p) = (F::zero(), &self.p);
-        let up = Vector::new(zero, zero, F::one());
-        let h = if (!self.smooth).any() {
-            Vector::select(self.smooth, up, p.ggx.sample(self.wo, u))
-        } else {
-            up
-        };
-        let cos = self.wo.dot(h);
-        let reflected = h * (F::splat(2.0) * cos) - self.wo;
-        let part = self.fresnel(cos.max(zero));
-        let weight = part * (self.below / self.chance[2]);
-        if !self.has.transmission {
-            return Narrow { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
-        }
-        let passes = p.through * part.complement() * (self.below / self.chance[3]);
-        let (bent, possible) = if self.has.solid {
-            let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
-            let cos_t = (F::one() - sin2).max(zero).sqrt();
-            (h * (p.eta * cos - cos_t) - self.wo * p.eta, sin2.lt(F::one()))
-        } else {
-            (Vector::new(reflected.x, reflected.y, -reflected.z), F::Mask::from_bits(u32::MAX))
-        };
-        Narrow {
-            direction: Vector::select(through, bent, reflected),
-            weight: Color::select(through, passes, weight),
-            valid: possible | !through,
-        }
     }
 
     /// Whether light from one direction can be reflected or let through at all; a mirror needs no
@@ -587,15 +375,9 @@ impl<F: Float> Part for Evaluate<'_, F> {
     }
 }
 
-struct Narrow<F: Float> {
-    direction: Vector<F>,
-    weight: Color<F>,
-    valid: F::Mask,
-}
-
 /// Schlick's approximation of Fresnel's equations (1994).
 #[inline(always)]
-fn schlick<F: Float>(f0: Color<F>, f90: Color<F>, cos: F) -> Color<F> {
+pub(super) fn schlick<F: Float>(f0: Color<F>, f90: Color<F>, cos: F) -> Color<F> {
     let c = F::one() - cos.min(F::one());
     let c2 = c * c;
     f0.mix(f90, c2 * c2 * c)

@@ -2,7 +2,10 @@
 
 pub mod albedo;
 pub mod bsdf;
+pub mod draw;
+pub mod frame;
 pub mod ggx;
+pub mod parameters;
 pub mod sheen;
 #[cfg(test)]
 mod tests;
@@ -14,8 +17,9 @@ use crate::math::{Color, NONE, Vector};
 use crate::scene::principled::{Coverage, NormalParam, Principled};
 use crate::scene::{Geometry, Textures};
 use crate::simd::Float;
-use bsdf::{Coat, Frame, Has, Parameters, Sheen};
+use frame::Frame;
 use ggx::Ggx;
+use parameters::{Coat, Has, Parameters, Sheen};
 
 /// Narrower than this the distribution is a spike that floats cannot hold.
 const NARROWEST: f32 = 1e-4;
@@ -99,6 +103,7 @@ impl<F: Float> Spot<'_, F> {
             back: Color::black(),
             f0: Color::black(),
             f90: Color::black(),
+            metal: base,
             metallic: zero,
             ggx: Ggx { x: one, y: one },
             roughness: one,
@@ -147,6 +152,7 @@ impl<F: Float> Spot<'_, F> {
         Has {
             diffuse: !m.transmission.is_one() && !(m.metallic.is_one()),
             specular: m.is_specular() || transmission,
+            metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,
             solid: transmission && !m.thin,
@@ -180,7 +186,8 @@ impl<F: Float> Spot<'_, F> {
         let textures = self.tables.textures;
         let texel = texel(textures, &textures.sampled[map.texture as usize], &self.at, self.mask).color;
         let (two, one, scale) = (F::splat(2.0), F::one(), F::splat(map.scale));
-        let n = Vector::new((texel.r * two - one) * scale, (texel.g * two - one) * scale, texel.b * two - one);
+        let n =
+            Vector::new((texel.r * two - one) * scale, (texel.g * two - one) * scale, texel.b * two - one);
         bend(frame, self.surface, n, self.to_viewer)
     }
 
@@ -194,8 +201,8 @@ impl<F: Float> Spot<'_, F> {
         let tint = color(&m.specular_color, textures, &self.at, self.mask) * F::splat(m.f0);
         let straight = tint.clamp(0.0, 1.0) * strength;
         p.metallic = metallic;
-        p.f0 = straight.mix(base, metallic);
-        p.f90 = Color::grey(strength).mix(Color::grey(one), metallic);
+        p.f0 = straight;
+        p.f90 = Color::grey(strength);
         p.diffuse = base * (one - metallic);
         let alpha = rough * rough;
         p.ggx = Ggx { x: alpha, y: alpha };

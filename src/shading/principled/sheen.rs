@@ -24,9 +24,8 @@ fn lobe<F: Float>(roughness: F, cos_h: F, cos_o: F, cos_i: F) -> F {
     let rough = roughness.max(F::splat(SMOOTHEST));
     let inverse = F::one() / (rough * rough);
     let sin2 = (F::one() - cos_h * cos_h).clamp(0.0, 1.0);
-    let density = (F::splat(2.0) + inverse)
-        * pow(sin2, inverse * F::splat(0.5))
-        * F::splat(0.5 / std::f32::consts::PI);
+    let density =
+        (F::splat(2.0) + inverse) * pow(sin2, inverse * F::splat(0.5)) * F::splat(0.5 / std::f32::consts::PI);
     let visible = F::splat(4.0) * (cos_o + cos_i - cos_o * cos_i);
     density / visible.max(F::splat(1e-6))
 }
@@ -35,8 +34,9 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
     let mut table = Vec::new();
     for r in 0..ROUGHNESSES {
         for c in 0..COSINES {
-            let cos = (c as f32 / (COSINES - 1) as f32).max(1e-3);
-            table.push(integrate(cos, r as f32 / (ROUGHNESSES - 1) as f32));
+            // Closer together at grazing angles, where the lobe is.
+            let node = c as f32 / (COSINES - 1) as f32;
+            table.push(integrate((node * node).max(1e-3), r as f32 / (ROUGHNESSES - 1) as f32));
         }
     }
     table
@@ -45,26 +45,27 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
 /// ∫ D V cos dω over the hemisphere.
 fn integrate(cos_o: f32, roughness: f32) -> f32 {
     let wo = Vector::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
-    let (rings, sectors) = (48, 32);
+    let (rings, sectors) = (128, 48);
     let mut sum = 0.0f64;
     for i in 0..rings {
-        let cos_i = (i as f32 + 0.5) / rings as f32;
+        // Rings of equal weight cos dω.
+        let cos_i = ((i as f32 + 0.5) / rings as f32).sqrt();
         let sin_i = (1.0 - cos_i * cos_i).sqrt();
         for j in 0..sectors {
             let turns = (j as f32 + 0.5) / sectors as f32;
             let (sin, cos) = crate::math::elementary::sin_cos_turns(turns);
             let h = (wo + Vector::new(sin_i * cos, sin_i * sin, cos_i)).normalize();
-            sum += (lobe(roughness, h.z, cos_o, cos_i) * cos_i) as f64;
+            sum += lobe(roughness, h.z, cos_o, cos_i) as f64;
         }
     }
-    (sum * std::f64::consts::TAU / (rings * sectors) as f64).min(1.0) as f32
+    (sum * std::f64::consts::PI / (rings * sectors) as f64).min(1.0) as f32
 }
 
 /// Albedo of white fibres for a cosine to the normal.
 #[inline(always)]
 pub fn albedo<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> F {
     let table = &TABLE[..];
-    let place = cosine.clamp(0.0, 1.0) * F::splat((COSINES - 1) as f32);
+    let place = cosine.clamp(0.0, 1.0).sqrt() * F::splat((COSINES - 1) as f32);
     let column = place.floor().min(F::splat((COSINES - 2) as f32));
     let across = roughness.clamp(0.0, 1.0) * F::splat((ROUGHNESSES - 1) as f32);
     let row = across.floor().min(F::splat((ROUGHNESSES - 2) as f32));

@@ -1,7 +1,9 @@
 //! Energy, densities and reciprocity of the lobes.
 
-use super::bsdf::{Bsdf, Coat, Frame, Has, Parameters, Sheen};
+use super::bsdf::Bsdf;
+use super::frame::Frame;
 use super::ggx::Ggx;
+use super::parameters::{Coat, Has, Parameters, Sheen};
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::sobol;
 use std::num::Wrapping;
@@ -26,14 +28,14 @@ fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
     let up = vector(0.0, 0.0, 1.0);
     let frame = Frame::about(up);
     let alpha = (roughness * roughness).max(1e-4);
-    let f0 = 0.04 * (1.0 - metallic) + base * metallic;
     let parameters = Parameters {
         frame,
         geometric_normal: up,
         diffuse: grey(base * (1.0 - metallic)),
         back: grey(0.0),
-        f0: grey(f0),
+        f0: grey(0.04),
         f90: grey(1.0),
+        metal: grey(base),
         metallic,
         ggx: Ggx { x: alpha, y: alpha },
         roughness,
@@ -42,7 +44,7 @@ fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
         coat: Coat { weight: 0.0, roughness: 0.0, frame, f0: grey(0.04), f90: grey(1.0) },
         sheen: Sheen { color: grey(0.0), roughness: 0.5 },
     };
-    (Has { diffuse: metallic < 1.0, specular: true, ..Has::default() }, parameters)
+    (Has { diffuse: metallic < 1.0, metallic: metallic > 0.0, specular: true, ..Has::default() }, parameters)
 }
 
 /// Glass of ior 1.5 seen from outside (or inside).
@@ -120,8 +122,9 @@ fn glass_divides_light_without_loss() {
             for cos in cosines {
                 let (has, p) = glass(roughness, inside);
                 let found = albedo(has, p, cos);
-                let allowed = if roughness > 0.5 { 0.12 } else { 0.05 };
-                assert!((found - 1.0).abs() < allowed, "roughness {roughness} {inside} cos {cos}: {found}");
+                // What bounces more than once between its microfacets is lost.
+                let least = 1.0 - 0.4 * roughness;
+                assert!((least..1.005).contains(&found), "roughness {roughness} {inside} cos {cos}: {found}");
             }
         }
     }
@@ -199,7 +202,10 @@ fn directions_are_drawn_with_the_density_that_is_said() {
     let mut all: Vec<(String, (Has, Parameters<f32>))> = Vec::new();
     for roughness in [0.3, 0.6, 1.0] {
         for metallic in [0.0, 1.0] {
-            all.push((format!("metallic {metallic} roughness {roughness}"), opaque(0.8, metallic, roughness)));
+            all.push((
+                format!("metallic {metallic} roughness {roughness}"),
+                opaque(0.8, metallic, roughness),
+            ));
         }
         all.push((format!("glass {roughness}"), glass(roughness, false)));
         all.push((format!("glass from within {roughness}"), glass(roughness, true)));

@@ -1,0 +1,43 @@
+//! Directions along and away from a surface.
+
+use crate::math::Vector;
+use crate::simd::Float;
+
+/// Orthonormal axes.
+#[derive(Clone, Copy)]
+pub struct Frame<F: Float> {
+    /// Along the surface.
+    pub x: Vector<F>,
+    /// Along it, across x.
+    pub y: Vector<F>,
+    /// Away from it.
+    pub z: Vector<F>,
+}
+
+impl<F: Float> Frame<F> {
+    /// Any frame about a unit normal (Duff and others 2017).
+    #[inline(always)]
+    pub fn about(z: Vector<F>) -> Self {
+        let (zero, one) = (F::zero(), F::one());
+        let sign = F::select(z.z.lt(zero), -one, one);
+        let a = -(one / (sign + z.z));
+        let b = z.x * z.y * a;
+        Self {
+            x: Vector::new(one + sign * z.x * z.x * a, sign * b, -(sign * z.x)),
+            y: Vector::new(b, sign + z.y * z.y * a, -z.y),
+            z,
+        }
+    }
+
+    /// Into the frame.
+    #[inline(always)]
+    pub fn local(&self, v: Vector<F>) -> Vector<F> {
+        Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// Out of it.
+    #[inline(always)]
+    pub fn world(&self, v: Vector<F>) -> Vector<F> {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+}

@@ -1,0 +1,86 @@
+//! What the lobes of a surface are made from.
+
+use super::frame::Frame;
+use super::ggx::Ggx;
+use crate::math::{Color, Vector};
+use crate::simd::Float;
+
+/// Which lobes a material has at all: the same for all lanes, so that what it lacks costs nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Has {
+    /// Lambert's.
+    pub diffuse: bool,
+    /// A rough or smooth mirror.
+    pub specular: bool,
+    /// Some of it a metal's.
+    pub metallic: bool,
+    /// Reflectance does not depend on the angle.
+    pub constant_fresnel: bool,
+    /// Light goes through.
+    pub transmission: bool,
+    /// And is bent.
+    pub solid: bool,
+    /// Diffuse light leaves on the other side, too.
+    pub back: bool,
+    /// A clear layer.
+    pub coat: bool,
+    /// Fibres.
+    pub sheen: bool,
+}
+
+/// What is known of a clear layer.
+#[derive(Clone, Copy)]
+pub struct Coat<F: Float> {
+    /// Coverage.
+    pub weight: F,
+    /// Perceptual roughness.
+    pub roughness: F,
+    /// Its own frame.
+    pub frame: Frame<F>,
+    /// Reflectance straight on.
+    pub f0: Color<F>,
+    /// At grazing angles.
+    pub f90: Color<F>,
+}
+
+/// What is known of fibres.
+#[derive(Clone, Copy)]
+pub struct Sheen<F: Float> {
+    /// Their colour.
+    pub color: Color<F>,
+    /// Perceptual roughness.
+    pub roughness: F,
+}
+
+/// A surface's parameters at a point.
+#[derive(Clone, Copy)]
+pub struct Parameters<F: Float> {
+    /// About the shading normal, on the viewer's side.
+    pub frame: Frame<F>,
+    /// On the viewer's side.
+    pub geometric_normal: Vector<F>,
+    /// Albedo of diffuse light, before what lies above takes its part.
+    pub diffuse: Color<F>,
+    /// The same for what leaves on the other side.
+    pub back: Color<F>,
+    /// Reflectance straight on of what is no metal.
+    pub f0: Color<F>,
+    /// At grazing angles.
+    pub f90: Color<F>,
+    /// Reflectance straight on of what is metal.
+    pub metal: Color<F>,
+    /// The part of the surface that is.
+    pub metallic: F,
+    /// Widths along the frame's x and y.
+    pub ggx: Ggx<F>,
+    /// √α, the mean of both.
+    pub roughness: F,
+    /// Factor on what goes through.
+    pub through: Color<F>,
+    /// Index of refraction on the viewer's side over that on the other.
+    pub eta: F,
+    /// Above it.
+    pub coat: Coat<F>,
+    /// Above it.
+    pub sheen: Sheen<F>,
+}
