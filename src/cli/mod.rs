@@ -4,11 +4,14 @@
 //! line is, 130 interrupted (what there was has been saved).
 
 mod args;
+mod compare;
+mod explain;
 mod info;
 mod render;
 mod report;
 mod trace;
 mod usage;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -22,6 +25,9 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Some(args::Command::Info(info)) => info::run(&info),
         Some(args::Command::Trace(trace)) => trace::run(&trace),
+        Some(args::Command::Compare(images)) => compare::run(&images),
+        Some(args::Command::Verify(scene)) => verify::run(&scene),
+        Some(args::Command::Explain(pixel)) => explain::run(&pixel),
         None => render::run(&arguments.render),
     };
     match outcome {

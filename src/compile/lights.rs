@@ -21,6 +21,13 @@ pub(super) struct Emitter {
     pub entity: Entity,
 }
 
+/// The names of the lights in the order of [`crate::scene::CompiledScene::lights`].
+pub fn light_names(world: &World) -> Vec<String> {
+    let order = world.in_order().into_iter();
+    let lights = order.filter(|entity| world.entities.get::<&world::Light>(*entity).is_ok());
+    lights.map(|entity| world.name_of(entity)).collect()
+}
+
 pub(super) fn compile(
     world: &World,
     order: &[Entity],

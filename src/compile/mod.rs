@@ -14,6 +14,7 @@ use crate::scene::CompiledScene;
 use crate::world::World;
 
 pub use camera::camera_names;
+pub use lights::light_names;
 
 /// Makes a world ready for rendering, looking through its first camera or the one named.
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {

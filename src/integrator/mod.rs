@@ -2,6 +2,7 @@
 //! lanes, and two schedules that move rays through it: [`recursive`], depth first and
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
+pub mod observe;
 pub mod path;
 pub mod recursive;
 pub mod statistics;
@@ -16,6 +17,7 @@ use crate::sampling::pattern::Grid;
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::{Pattern, Settings};
+use observe::{Nobody, Observer};
 pub use statistics::{RayCounts, Stage, Statistics};
 
 /// Everything that transport reads: the scene and how it is to be rendered.
@@ -90,10 +92,25 @@ impl Worker {
         samples: Range<u32>,
         statistics: &mut Statistics,
     ) -> Film {
+        self.observe(frame, level, tile, samples, statistics, &mut Nobody)
+    }
+
+    /// The same while somebody looks on.
+    pub fn observe<O: Observer>(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        tile: Region,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+        observer: &mut O,
+    ) -> Film {
         let mut film = Film::new(tile);
         match self {
-            Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics),
-            Worker::Recursive(recursion) => recursion.render(frame, level, &mut film, samples, statistics),
+            Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics, observer),
+            Worker::Recursive(recursion) => {
+                recursion.render(frame, level, &mut film, samples, statistics, observer);
+            }
         }
         film
     }

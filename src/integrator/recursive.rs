@@ -7,8 +7,9 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
+use super::observe::{self, Observer, Way};
 use super::path::{Path, pack_pixel};
-use super::whitted;
+use super::whitted::{self, Scatter, Vertex};
 use super::{Frame, Statistics};
 use crate::bvh::Stack;
 use crate::bvh::traverse::{any_one, closest_one};
@@ -30,27 +31,29 @@ impl Recursion {
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render(
+    pub fn render<O: Observer>(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
+        observer: &mut O,
     ) {
-        dispatch(level, Tile { frame, film, samples, statistics, recursion: self });
+        dispatch(level, Tile { frame, film, samples, statistics, recursion: self, observer });
     }
 }
 
-struct Tile<'a> {
+struct Tile<'a, O> {
     frame: &'a Frame,
     film: &'a mut Film,
     samples: Range<u32>,
     statistics: &'a mut Statistics,
     recursion: &'a mut Recursion,
+    observer: &'a mut O,
 }
 
-impl Kernel for Tile<'_> {
+impl<O: Observer> Kernel for Tile<'_, O> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
@@ -73,21 +76,35 @@ impl Kernel for Tile<'_> {
     }
 }
 
-impl Tile<'_> {
+impl<O: Observer> Tile<'_, O> {
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
     #[inline(always)]
     fn follow<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
         let frame = self.frame;
         loop {
             let hit = closest_one::<L>(&frame.scene.bvh, &path.ray(), &mut self.recursion.stack);
+            if O::LOOKS {
+                self.observer.report(&observe::ray(&path, hit));
+            }
             if hit.is_miss() {
-                return to_rgb(whitted::miss(frame, &path));
+                let radiance = whitted::miss(frame, &path);
+                if O::LOOKS {
+                    self.observer.report(&observe::end(&path, radiance));
+                }
+                return to_rgb(radiance);
             }
             let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
             path.radiance = radiance;
+            if O::LOOKS {
+                let (own, shading) = (vertex.geometric_normal, vertex.normal);
+                self.observer.report(&observe::vertex(&path, vertex.position, own, shading));
+            }
             self.lights::<L>(&mut path, &vertex);
             self.statistics.rays.reflect += scatter.reflects as u64;
             self.statistics.rays.refract += scatter.refracts as u64;
+            if O::LOOKS {
+                self.tell_onward(&path, &vertex, &scatter);
+            }
             if scatter.forks() {
                 self.recursion.forks.push(scatter.refracted(&path, &vertex));
             }
@@ -102,6 +119,19 @@ impl Tile<'_> {
         }
     }
 
+    /// Where the path goes on, or what it ends with.
+    fn tell_onward(&mut self, path: &Path<f32>, vertex: &Vertex<f32>, scatter: &Scatter<f32>) {
+        if scatter.reflects {
+            self.observer.report(&observe::onward(Way::Reflect, &scatter.reflected(path, vertex)));
+        }
+        if scatter.refracts {
+            self.observer.report(&observe::onward(Way::Refract, &scatter.refracted(path, vertex)));
+        }
+        if !scatter.reflects && !scatter.refracts {
+            self.observer.report(&observe::end(path, path.radiance));
+        }
+    }
+
     /// Adds what arrives from every sample of every light.
     #[inline(always)]
     fn lights<L: Lanes>(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
@@ -113,7 +143,13 @@ impl Tile<'_> {
                     continue;
                 }
                 self.statistics.rays.shadow += 1;
-                if !any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack) {
+                let blocked = any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack);
+                if O::LOOKS {
+                    let (ray, contribution) = (&shadow.ray, shadow.contribution);
+                    self.observer.report(&observe::light(path, light, which, ray, contribution));
+                    self.observer.report(&observe::shadow(path, blocked));
+                }
+                if !blocked {
                     path.radiance = whitted::connect(path.radiance, shadow.contribution);
                 }
             }

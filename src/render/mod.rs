@@ -28,12 +28,13 @@
 //! ```
 
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
 use crate::film::{Film, Region};
+use crate::integrator::observe::{Event, Somebody};
 use crate::integrator::{Frame, Schedule, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
@@ -71,7 +72,7 @@ impl Default for Options {
 
 /// A rendering under way: [`Session::advance`] until done, or until the caller has enough.
 pub struct Session {
-    frame: Frame,
+    frame: Arc<Frame>,
     options: Options,
     film: Film,
     statistics: Statistics,
@@ -87,14 +88,19 @@ pub type OnProgress<'a> = &'a (dyn Fn(u64) + Sync);
 impl Session {
     /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
-        let region = options.region.unwrap_or(Region::whole(settings.size));
+        Self::of(Arc::new(Frame::new(scene, settings)), settings.samples, options)
+    }
+
+    /// For a frame that is rendered several times, in several ways.
+    pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
+        let region = options.region.unwrap_or(Region::whole(frame.size));
         Self {
-            frame: Frame::new(scene, settings),
+            frame,
             options,
             film: Film::new(region),
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
-            samples: 0..settings.samples,
+            samples: 0..samples,
             next: 0,
         }
     }
@@ -141,6 +147,18 @@ impl Session {
         }
     }
 
+    /// Renders all samples of the tile that a pixel lies in while `look` is told what happens.
+    /// Nothing of it goes into the film.
+    pub fn observe(&self, [x, y]: [u32; 2], look: &mut dyn FnMut(&Event)) -> Film {
+        let (frame, options) = (&self.frame, &self.options);
+        let all = tiles(options.region.unwrap_or(Region::whole(frame.size)), options.tile);
+        let holds = |tile: &Region| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
+        let tile = all.into_iter().find(holds).unwrap_or(Region { x0: x, y0: y, x1: x, y1: y });
+        let mut worker = Worker::new(frame, options.schedule, options.wave);
+        let (samples, mut ignored) = (self.samples.clone(), Statistics::default());
+        worker.observe(frame, options.level, tile, samples, &mut ignored, &mut Somebody(look))
+    }
+
     /// What has been gathered so far.
     pub fn film(&self) -> &Film {
         &self.film
@@ -159,6 +177,28 @@ impl Session {
     /// Samples that every pixel has, and how many there were to be.
     pub fn samples_done(&self) -> (u32, u32) {
         (self.next - self.samples.start, self.samples.len() as u32)
+    }
+}
+
+/// Does something on as many threads, 0 for one for each core; sessions in it use all of them.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| ThreadError { threads, reason: error.to_string() })?;
+    Ok(pool.install(work))
+}
+
+/// The system gives no more threads.
+#[derive(Debug)]
+pub struct ThreadError {
+    threads: usize,
+    reason: String,
+}
+
+impl std::error::Error for ThreadError {}
+
+impl std::fmt::Display for ThreadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "cannot start {} threads: {}: use fewer", self.threads, self.reason)
     }
 }
 

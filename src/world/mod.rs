@@ -33,6 +33,11 @@ impl World {
         entities
     }
 
+    /// [`World::name_of`] the entities by their numbers.
+    pub fn names(&self) -> std::collections::HashMap<u32, String> {
+        self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
+    }
+
     /// Triangles as they are seen: those of a mesh as often as it is placed.
     pub fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {

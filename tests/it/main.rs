@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cli;
+mod compare;
 mod corpus;
 mod gltf;
 mod images;

@@ -6,7 +6,7 @@ use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
 /// listed in [`SAME_LEVEL`].
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &["math", "simd"],
     &["world"],
     &["sampling", "film"],
@@ -15,6 +15,7 @@ const LAYERS: [&[&str]; 9] = [
     &["compile", "shading", "formats"],
     &["integrator"],
     &["render"],
+    &["study"],
     &["cli"],
 ];
 const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];

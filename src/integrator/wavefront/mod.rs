@@ -11,10 +11,12 @@
 
 pub mod queue;
 mod stages;
+mod tell;
 
 use std::ops::Range;
 use std::time::Instant;
 
+use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
 use super::{Frame, Stage, Statistics, whitted};
 use crate::bvh::{self, Coherence, Stack};
@@ -68,13 +70,14 @@ impl Wave {
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render(
+    pub fn render<O: Observer>(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
+        observer: &mut O,
     ) {
         let mut todo = Todo::new(film.region(), samples);
         let mut clock = Clock { statistics, last: Instant::now() };
@@ -88,10 +91,14 @@ impl Wave {
             let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
             bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
-            dispatch(level, Retire { frame, paths: &mut self.paths, hits: &mut self.hits, film });
+            self.tell_hits(level, observer);
+            let (paths, hits) = (&mut self.paths, &mut self.hits);
+            dispatch(level, Retire { frame, paths, hits, film, observer });
             clock.stage(Stage::Retire);
             self.shade(frame, level, &mut clock);
-            self.lights(frame, level, &mut clock);
+            self.tell_vertices(level, observer);
+            self.lights(frame, level, &mut clock, observer);
+            self.tell_ends(observer);
             self.advance(film, &mut clock);
         }
     }
@@ -127,22 +134,24 @@ impl Wave {
     }
 
     /// All samples of all lights, light by light, as many to a shadow wave as fit.
-    fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn lights<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock, observer: &mut O) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples() {
                 if self.shadow.0.room() < self.paths.0.len() {
-                    self.shadows(frame, level, clock);
+                    self.shadows(frame, level, clock, observer);
                 }
+                let before = self.shadow.0.len();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(level, Light { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
+                self.tell_lights(level, light, which, before, observer);
             }
         }
-        self.shadows(frame, level, clock);
+        self.shadows(frame, level, clock, observer);
     }
 
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock, observer: &mut O) {
         let count = self.shadow.0.len();
         let rays = self.shadow.rays(&self.t_min);
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
@@ -158,6 +167,7 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
+        self.tell_shadows(level, observer);
         self.shadow.0.clear();
         clock.stage(Stage::Shadow);
     }

@@ -4,7 +4,7 @@
 
 use crate::bvh::{HitsMut, Rays};
 use crate::integrator::path::Path;
-use crate::math::{Color, Vector};
+use crate::math::{Color, Ray, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
 
@@ -39,6 +39,11 @@ impl<const N: usize, const M: usize> Columns<N, M> {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.length == 0
+    }
+
+    /// How many fit in all.
+    pub fn capacity(&self) -> usize {
+        self.capacity
     }
 
     /// How many more fit.
@@ -258,6 +263,17 @@ impl ShadowQueue {
             direction: [3, 4, 5].map(column),
             t_min: &t_min[..n],
             t_max: column(6),
+        }
+    }
+
+    /// One of them.
+    pub fn ray(&self, i: usize) -> Ray<f32> {
+        let q = &self.0;
+        Ray {
+            origin: Vector::new(q.float(0, i), q.float(1, i), q.float(2, i)),
+            direction: Vector::new(q.float(3, i), q.float(4, i), q.float(5, i)),
+            t_min: 0.0,
+            t_max: q.float(6, i),
         }
     }
 
