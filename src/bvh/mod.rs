@@ -33,6 +33,7 @@ mod ray;
 pub mod reference;
 pub mod spatial;
 pub mod sphere;
+pub mod tally;
 pub mod traverse;
 pub mod triangle;
 

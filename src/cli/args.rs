@@ -40,6 +40,8 @@ pub enum Command {
     Verify(super::verify::Verify),
     /// Follow the samples of a pixel from the camera to their ends
     Explain(super::explain::Explain),
+    /// Say where the time goes, in both schedules
+    Profile(super::profile::Profile),
 }
 
 /// `rayfront info`.
@@ -278,7 +280,7 @@ fn parse_bits(text: &str) -> Result<u8, String> {
     text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
 }
 
-fn parse_level(text: &str) -> Result<Level, String> {
+pub(super) fn parse_level(text: &str) -> Result<Level, String> {
     Level::from_name(text).ok_or_else(|| {
         let names: Vec<_> = Level::available().into_iter().map(Level::name).collect();
         format!("this processor has: {}", names.join(", "))

@@ -7,6 +7,8 @@ mod args;
 mod compare;
 mod explain;
 mod info;
+mod profile;
+mod profile_report;
 mod render;
 mod report;
 mod trace;
@@ -28,6 +30,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Compare(images)) => compare::run(&images),
         Some(args::Command::Verify(scene)) => verify::run(&scene),
         Some(args::Command::Explain(pixel)) => explain::run(&pixel),
+        Some(args::Command::Profile(scene)) => profile::run(&scene),
         None => render::run(&arguments.render),
     };
     match outcome {

@@ -12,6 +12,9 @@ pub trait Observer {
     const LOOKS: bool;
     /// Something has happened.
     fn report(&mut self, event: &Event);
+    /// The wave has ended a stage; the time since the last one was its own.
+    #[inline(always)]
+    fn mark(&mut self, _: Stage) {}
 }
 
 /// Nobody looks.
@@ -31,6 +34,19 @@ impl Observer for Somebody<'_> {
     const LOOKS: bool = true;
     fn report(&mut self, event: &Event) {
         (self.0)(event);
+    }
+}
+
+/// Somebody looks at the clock after each stage of the wave, and at nothing else.
+pub struct Timekeeper<F>(pub F);
+
+impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
+    const LOOKS: bool = false;
+    #[inline(always)]
+    fn report(&mut self, _: &Event) {}
+    #[inline(always)]
+    fn mark(&mut self, stage: Stage) {
+        (self.0)(stage);
     }
 }
 

@@ -30,12 +30,14 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use crate::film::{Film, Region};
-use crate::integrator::observe::{Event, Somebody};
-use crate::integrator::{Frame, Schedule, Statistics, Worker};
+use crate::integrator::observe::{Event, Somebody, Timekeeper};
+use crate::integrator::wavefront::Wave;
+use crate::integrator::{Frame, Schedule, Stage, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Settings;
@@ -82,6 +84,21 @@ pub struct Session {
     next: u32,
 }
 
+/// What a thread did and when, counted from the beginning.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    /// Which thread.
+    pub thread: usize,
+    /// Where in the image.
+    pub tile: Region,
+    /// Which stage of the wave; none for a whole tile of the recursive schedule.
+    pub stage: Option<Stage>,
+    /// When it began.
+    pub start: Duration,
+    /// When it ended.
+    pub end: Duration,
+}
+
 /// Called after every tile with the number of samples (of single pixels) just finished.
 pub type OnProgress<'a> = &'a (dyn Fn(u64) + Sync);
 
@@ -126,37 +143,88 @@ impl Session {
         let end = self.next.saturating_add(count).min(self.samples.end);
         let samples = self.next..end;
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
+        let tiles = self.tiles();
         let (film, statistics) = (Mutex::new(&mut self.film), Mutex::new(&mut self.statistics));
-        tiles(self.options.region.unwrap_or(Region::whole(frame.size)), options.tile)
-            .into_par_iter()
-            .for_each(|tile| {
-                if stop.load(Ordering::Relaxed) {
-                    return;
-                }
-                let mut own = Statistics::default();
-                let mut worker =
-                    lock(workers).pop().unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave));
-                let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
-                lock(workers).push(worker);
-                lock(&film).merge(&rendered);
-                lock(&statistics).add(&own);
-                progress(tile.area() as u64 * samples.len() as u64);
-            });
+        tiles.into_par_iter().for_each(|tile| {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let mut own = Statistics::default();
+            let mut worker =
+                lock(workers).pop().unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave));
+            let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
+            lock(workers).push(worker);
+            lock(&film).merge(&rendered);
+            lock(&statistics).add(&own);
+            progress(tile.area() as u64 * samples.len() as u64);
+        });
         if !stop.load(Ordering::Relaxed) {
             self.next = end;
         }
     }
 
-    /// Renders all samples of the tile that a pixel lies in while `look` is told what happens.
-    /// Nothing of it goes into the film.
-    pub fn observe(&self, [x, y]: [u32; 2], look: &mut dyn FnMut(&Event)) -> Film {
+    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
+    /// is told what happens. The session's own film stays as it is; returned is the last tile's.
+    pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
-        let all = tiles(options.region.unwrap_or(Region::whole(frame.size)), options.tile);
-        let holds = |tile: &Region| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
-        let tile = all.into_iter().find(holds).unwrap_or(Region { x0: x, y0: y, x1: x, y1: y });
         let mut worker = Worker::new(frame, options.schedule, options.wave);
-        let (samples, mut ignored) = (self.samples.clone(), Statistics::default());
-        worker.observe(frame, options.level, tile, samples, &mut ignored, &mut Somebody(look))
+        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
+        for tile in self.tiles() {
+            let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
+            if pixel.is_none_or(holds) {
+                let (samples, mut ignored) = (self.samples.clone(), Statistics::default());
+                let mut observer = Somebody(&mut *look);
+                film = worker.observe(frame, options.level, tile, samples, &mut ignored, &mut observer);
+            }
+        }
+        film
+    }
+
+    /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
+    /// called at the end of each stage.
+    pub fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
+        let (frame, options) = (&self.frame, &self.options);
+        let mut wave = Wave::new(frame, options.wave);
+        let mut ignored = Statistics::default();
+        for tile in self.tiles() {
+            let (mut film, samples) = (Film::new(tile), self.samples.clone());
+            let mut observer = Timekeeper(&mut *mark);
+            wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+        }
+    }
+
+    /// Renders all samples on all threads and says when each thread did what.
+    pub fn spans(&self) -> Vec<Span> {
+        let (frame, options, start) = (&self.frame, &self.options, Instant::now());
+        let spans = Mutex::new(Vec::new());
+        self.tiles().into_par_iter().for_each(|tile| {
+            let thread = rayon::current_thread_index().unwrap_or(0);
+            let mut own = Vec::new();
+            let (mut last, samples, mut ignored) =
+                (start.elapsed(), self.samples.clone(), Statistics::default());
+            match options.schedule {
+                Schedule::Wavefront => {
+                    let mut observer = Timekeeper(|stage| {
+                        let end = start.elapsed();
+                        own.push(Span { thread, tile, stage: Some(stage), start: last, end });
+                        last = end;
+                    });
+                    let (mut wave, mut film) = (Wave::new(frame, options.wave), Film::new(tile));
+                    wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+                }
+                Schedule::Recursive => {
+                    let mut worker = Worker::new(frame, options.schedule, options.wave);
+                    worker.render(frame, options.level, tile, samples, &mut ignored);
+                    own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
+                }
+            }
+            lock(&spans).append(&mut own);
+        });
+        spans.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn tiles(&self) -> Vec<Region> {
+        tiles(self.options.region.unwrap_or(Region::whole(self.frame.size)), self.options.tile)
     }
 
     /// What has been gathered so far.

@@ -157,7 +157,7 @@ pub fn explain(
     let options = Options { schedule: Schedule::Recursive, region: Some(region), ..Options::default() };
     let session = Session::of(frame.clone(), samples.end, options).with_samples(samples);
     let mut story = Story { frame: &frame, names, lives: Vec::new(), begun: HashMap::new() };
-    let film = session.observe([x, y], &mut |event| {
+    let film = session.observe(Some([x, y]), &mut |event| {
         if let Event::Sample(place, what) = event {
             story.tell(*place, what);
         }
@@ -297,7 +297,7 @@ mod tests {
         let mut world = World::default();
         world.settings.size = [9, 9];
         world.settings.samples = 3;
-        world.settings.max_depth = 4;
+        world.settings.max_depth = 2;
         let at = |x, y, z| Transform::Trs {
             translation: Vec3::new(x, y, z),
             rotation: Quat::IDENTITY,
@@ -347,13 +347,13 @@ mod tests {
     fn glass_forks_and_all_paths_add_up_to_the_pixel() {
         let (lives, film) = explained([4, 4]);
         let life = &lives[0];
-        assert!(life.paths.len() > 3, "{life:?}");
+        assert!(life.paths.len() >= 3, "{life:?}");
         assert_eq!(life.paths[0].steps[0].vertex.as_ref().map(|v| v.material.as_str()), Some("glass"));
         assert!(
             life.paths[1..].iter().all(|path| path.from.is_some_and(|(parent, _)| parent < life.paths.len()))
         );
         assert!(life.paths[1..].iter().all(|path| path.steps[0].queue == "refract"));
-        assert!(life.paths.iter().any(|path| path.why == Why::Bounces || path.why == Why::Weak));
+        assert!(life.paths.iter().any(|path| path.why == Why::Bounces));
         let sum: f64 = lives.iter().map(|life| f64::from(life.radiance()[1])).sum();
         let pixel = film.pixels()[0];
         let film_sum = (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM;

@@ -3,4 +3,5 @@
 
 pub mod explain;
 pub mod facts;
+pub mod profile;
 pub mod verify;

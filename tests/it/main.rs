@@ -9,6 +9,7 @@ mod images;
 mod meshes;
 mod pictures;
 mod scenes;
+mod studies;
 mod support;
 mod tidy;
 mod trace;

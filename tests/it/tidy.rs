@@ -23,7 +23,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 20] = [
+const CRATES: [(&str, &[&str]); 21] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
@@ -39,6 +39,7 @@ const CRATES: [(&str, &[&str]); 20] = [
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
     ("rustix", &["cli"]),
+    ("perf_event", &["study"]),
     ("rand", &["sampling"]),
     ("xxhash_rust", &["film"]),
     ("strsim", &["error"]),

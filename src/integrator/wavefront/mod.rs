@@ -80,7 +80,7 @@ impl Wave {
         observer: &mut O,
     ) {
         let mut todo = Todo::new(film.region(), samples);
-        let mut clock = Clock { statistics, last: Instant::now() };
+        let mut clock = Clock { statistics, last: Instant::now(), observer };
         loop {
             self.generate(frame, level, film, &mut todo, &mut clock);
             if self.paths.0.is_empty() {
@@ -91,20 +91,27 @@ impl Wave {
             let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
             bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
-            self.tell_hits(level, observer);
+            self.tell_hits(level, clock.observer);
             let (paths, hits) = (&mut self.paths, &mut self.hits);
-            dispatch(level, Retire { frame, paths, hits, film, observer });
+            dispatch(level, Retire { frame, paths, hits, film, observer: &mut *clock.observer });
             clock.stage(Stage::Retire);
             self.shade(frame, level, &mut clock);
-            self.tell_vertices(level, observer);
-            self.lights(frame, level, &mut clock, observer);
-            self.tell_ends(observer);
+            self.tell_vertices(level, clock.observer);
+            self.lights(frame, level, &mut clock);
+            self.tell_ends(clock.observer);
             self.advance(film, &mut clock);
         }
     }
 
     /// New samples into the free places of the wave.
-    fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
+    fn generate<O: Observer>(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        todo: &mut Todo,
+        clock: &mut Clock<O>,
+    ) {
         let room = self.paths.0.room();
         let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
@@ -117,7 +124,7 @@ impl Wave {
         clock.stage(Stage::Generate);
     }
 
-    fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shade<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         let stage = Shade {
             frame,
             paths: &mut self.paths,
@@ -134,24 +141,24 @@ impl Wave {
     }
 
     /// All samples of all lights, light by light, as many to a shadow wave as fit.
-    fn lights<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock, observer: &mut O) {
+    fn lights<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples() {
                 if self.shadow.0.room() < self.paths.0.len() {
-                    self.shadows(frame, level, clock, observer);
+                    self.shadows(frame, level, clock);
                 }
                 let before = self.shadow.0.len();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(level, Light { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
-                self.tell_lights(level, light, which, before, observer);
+                self.tell_lights(level, light, which, before, clock.observer);
             }
         }
-        self.shadows(frame, level, clock, observer);
+        self.shadows(frame, level, clock);
     }
 
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    fn shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock, observer: &mut O) {
+    fn shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         let count = self.shadow.0.len();
         let rays = self.shadow.rays(&self.t_min);
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
@@ -167,13 +174,13 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
-        self.tell_shadows(level, observer);
+        self.tell_shadows(level, clock.observer);
         self.shadow.0.clear();
         clock.stage(Stage::Shadow);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.
-    fn advance(&mut self, film: &mut Film, clock: &mut Clock) {
+    fn advance<O: Observer>(&mut self, film: &mut Film, clock: &mut Clock<O>) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
         for i in 0..pixels.len() {
@@ -242,15 +249,17 @@ impl Todo {
 }
 
 /// Charges the time since the last stage to this one.
-struct Clock<'a> {
+struct Clock<'a, O> {
     statistics: &'a mut Statistics,
     last: Instant,
+    observer: &'a mut O,
 }
 
-impl Clock<'_> {
+impl<O: Observer> Clock<'_, O> {
     fn stage(&mut self, stage: Stage) {
         let now = Instant::now();
         self.statistics.stages[stage as usize] += now - self.last;
         self.last = now;
+        self.observer.mark(stage);
     }
 }

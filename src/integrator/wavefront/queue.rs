@@ -41,6 +41,14 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.length == 0
     }
 
+    /// Bytes of one item.
+    pub const ITEM: usize = 4 * (N + M);
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        Self::ITEM * (self.capacity + PADDING)
+    }
+
     /// How many fit in all.
     pub fn capacity(&self) -> usize {
         self.capacity
@@ -110,6 +118,15 @@ impl<const N: usize, const M: usize> Columns<N, M> {
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
 pub struct PathQueue(pub Columns<12, 5>);
+
+/// Bytes of a path in its queue.
+pub const PATH_BYTES: usize = Columns::<12, 5>::ITEM;
+/// Bytes of a hit.
+pub const HIT_BYTES: usize = Columns::<3, 2>::ITEM;
+/// Bytes of a shadow ray.
+pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM;
+/// Bytes of a vertex.
+pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;

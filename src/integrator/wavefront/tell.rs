@@ -9,6 +9,19 @@ use crate::math::{Color, Hit};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
 impl Wave {
+    /// Bytes of all queues.
+    pub fn bytes(&self) -> usize {
+        let paths = [&self.paths, &self.reflect, &self.refract, &self.pending];
+        let columns = [&self.goes_on, &self.occluded, &self.pixels, &self.samples];
+        paths.map(|queue| queue.0.bytes()).iter().sum::<usize>()
+            + self.hits.0.bytes()
+            + self.vertices.0.bytes()
+            + self.shadow.0.bytes()
+            + columns.map(|column| size_of_val(&column[..])).iter().sum::<usize>()
+            + size_of_val(&self.t_min[..])
+            + size_of_val(&self.t_max[..])
+    }
+
     /// The rays of the wave and what they have met.
     pub(super) fn tell_hits<O: Observer>(&self, level: Level, observer: &mut O) {
         if !O::LOOKS {

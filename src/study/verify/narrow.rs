@@ -82,7 +82,7 @@ fn rank(what: &What) -> usize {
 fn history(session: &Session, pixel: [u32; 2]) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     let mut counts = std::collections::HashMap::new();
-    session.observe(pixel, &mut |event| {
+    session.observe(Some(pixel), &mut |event| {
         if let Event::Sample(place, what) = event
             && place.pixel == (pixel[0], pixel[1])
         {
@@ -143,6 +143,8 @@ fn stage(place: Place, happened: &[Option<What>; 2]) -> Stage {
                 Stage::Shade
             }
         }
+        // Shading decided that one goes on and the other does not.
+        [None, Some(What::End { .. })] | [Some(What::End { .. }), None] => Stage::Shade,
         [Some(one), _] | [None, Some(one)] => match one {
             What::Ray { .. } => Stage::Intersect,
             What::Vertex { .. } | What::Onward { .. } => Stage::Shade,
