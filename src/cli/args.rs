@@ -42,6 +42,8 @@ pub enum Command {
     Explain(super::explain::Explain),
     /// Say where the time goes, in both schedules
     Profile(super::profile::Profile),
+    /// Do the experiments of a file and report on them
+    Study(super::study::Study),
 }
 
 /// `rayfront info`.

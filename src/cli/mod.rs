@@ -11,6 +11,7 @@ mod profile;
 mod profile_report;
 mod render;
 mod report;
+mod study;
 mod trace;
 mod usage;
 mod verify;
@@ -31,6 +32,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Verify(scene)) => verify::run(&scene),
         Some(args::Command::Explain(pixel)) => explain::run(&pixel),
         Some(args::Command::Profile(scene)) => profile::run(&scene),
+        Some(args::Command::Study(file)) => study::run(&file),
         None => render::run(&arguments.render),
     };
     match outcome {

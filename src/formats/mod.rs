@@ -9,6 +9,7 @@ pub mod picture;
 pub mod ply;
 pub mod rays;
 pub mod ron;
+pub mod study;
 pub mod triangulate;
 
 use std::path::Path;

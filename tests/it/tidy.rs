@@ -23,7 +23,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 21] = [
+const CRATES: [(&str, &[&str]); 23] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
@@ -40,11 +40,13 @@ const CRATES: [(&str, &[&str]); 21] = [
     ("ctrlc", &["cli"]),
     ("rustix", &["cli"]),
     ("perf_event", &["study"]),
+    ("plotters", &["study"]),
+    ("dejavu", &["study"]),
     ("rand", &["sampling"]),
-    ("xxhash_rust", &["film"]),
+    ("xxhash_rust", &["film", "study"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "formats", "query"]),
-    ("libm", &["math", "sampling", "film", "compile", "formats"]),
+    ("libm", &["math", "sampling", "film", "compile", "formats", "study", "cli"]),
 ];
 
 /// Words that end the program, and why these few may.
