@@ -143,7 +143,9 @@ impl<'a> Run<'a> {
         if let Ok((width, height, pixels)) = load_linear(path) {
             return Ok(Image { width, height, pixels });
         }
-        let change = job.experiment.with.and(change);
+        let mut change = job.experiment.with.and(change);
+        // Nobody measures its time: on all threads.
+        change.threads = Some(0);
         // A seed of its own, so that no job shares its numbers.
         let done = self.perform(job, &change, 1_000_003, None)?;
         let image = done.image.ok_or("a reference has to be rendered: leave rays out of `with`")?;
