@@ -110,7 +110,7 @@ fn text(lives: &[Life], film: &Film) -> String {
             lines.extend(path_lines(number, path));
         }
     }
-    lines.push(format!("mean of {} samples {}", lives.len(), triple(mean(film))));
+    lines.push(format!("mean of all ({}) {}", lives.len(), triple(mean(film))));
     lines.join("\n") + "\n"
 }
 

@@ -68,10 +68,13 @@ mod here {
     use crate::render::Session;
 
     pub(super) fn count(frame: &Arc<Frame>, plan: &Plan) -> Result<Counted, String> {
-        let refused = |error: io::Error| {
-            format!(
-                "the kernel does not let this program read them ({error}); perf_event_paranoid may have to be 2 or less"
-            )
+        let refused = |error: io::Error| match error.kind() {
+            io::ErrorKind::NotFound => "this processor, or the virtual machine, has none to read".to_owned(),
+            io::ErrorKind::PermissionDenied => {
+                "the kernel does not let this program read them: set kernel.perf_event_paranoid to 2 or less"
+                    .to_owned()
+            }
+            _ => format!("they cannot be read: {error}"),
         };
         let mut counters = Counters::new().map_err(refused)?;
         let mut stages = [Counts::default(); 7];
