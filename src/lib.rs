@@ -13,6 +13,7 @@ pub mod sampling;
 pub mod scene;
 pub mod shading;
 pub mod simd;
+pub mod study;
 pub mod world;
 
 /// Compiles and runs the example of the README with the other examples.

@@ -17,6 +17,7 @@
 pub mod assemble;
 pub mod binary;
 pub mod binning;
+pub mod brute;
 pub mod buckets;
 pub mod build;
 pub mod check;
@@ -34,6 +35,7 @@ mod ray;
 pub mod reference;
 pub mod spatial;
 pub mod sphere;
+pub mod tally;
 pub mod traverse;
 pub mod triangle;
 
@@ -62,6 +64,11 @@ impl<'a> Rays<'a> {
     /// How many rays there are.
     pub fn len(&self) -> usize {
         self.t_max.len()
+    }
+
+    /// One of them.
+    pub fn ray(&self, i: usize) -> crate::math::Ray<f32> {
+        self.get(i)
     }
 
     /// Some of them.

@@ -5,6 +5,7 @@ use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
 use super::query::{Answers, Occluded, Stack};
 use super::ray::{Local, Slabs, is_finite, to_local};
+use super::tally::{self, NoTally, Tally};
 use super::{HitsMut, Rays};
 use std::marker::PhantomData;
 
@@ -45,7 +46,7 @@ pub(super) fn each<L: Lanes, A: Answers>(
             if prepared.waiting >> place & 1 == 1 {
                 let local = Local { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
                 let start = prepared.current[place];
-                if walk::<L, A>(bvh, local, start, &mut keys.0, &mut best) && A::ANY {
+                if walk::<L, A, _>(bvh, local, start, &mut keys.0, &mut best, &mut NoTally) && A::ANY {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
                 }
@@ -79,7 +80,8 @@ impl<A: Answers> Kernel for Part<'_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let found = walk::<L, A>(self.bvh, Local::new(*self.ray), self.start, &mut self.keys.0, self.best);
+        let local = Local::new(*self.ray);
+        let found = walk::<L, A, _>(self.bvh, local, self.start, &mut self.keys.0, self.best, &mut NoTally);
         if found {
             // Which one it is, nobody asks.
             self.best.primitive = 0;
@@ -91,33 +93,56 @@ impl<A: Answers> Kernel for Part<'_, A> {
 /// The nearest hit of one ray with t_min < t ≤ t_max.
 #[inline(always)]
 pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hit {
-    let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    let local = Local::new(*ray);
-    if let Some(start) = start(bvh, ray, &local.slabs) {
-        walk::<L, HitsMut>(bvh, local, start, &mut stack.single.0, &mut best);
-    }
-    if best.is_miss() { Hit::MISS } else { best }
+    closest_counted::<L, _>(bvh, ray, stack, &mut NoTally)
 }
 
 /// Whether one ray hits anything with t_min < t ≤ t_max.
 #[inline(always)]
 pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
+    any_counted::<L, _>(bvh, ray, stack, &mut NoTally)
+}
+
+/// [`closest_one`], counted.
+#[inline(always)]
+pub(super) fn closest_counted<L: Lanes, T: Tally>(
+    bvh: &Bvh,
+    ray: &Ray<f32>,
+    stack: &mut Stack,
+    tally: &mut T,
+) -> Hit {
+    let mut best = Hit { t: ray.t_max, ..Hit::MISS };
+    let local = Local::new(*ray);
+    if let Some(start) = start(bvh, ray, &local.slabs) {
+        walk::<L, HitsMut, T>(bvh, local, start, &mut stack.single.0, &mut best, tally);
+    }
+    if best.is_miss() { Hit::MISS } else { best }
+}
+
+/// [`any_one`], counted.
+#[inline(always)]
+pub(super) fn any_counted<L: Lanes, T: Tally>(
+    bvh: &Bvh,
+    ray: &Ray<f32>,
+    stack: &mut Stack,
+    tally: &mut T,
+) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let local = Local::new(*ray);
     match start(bvh, ray, &local.slabs) {
-        Some(start) => walk::<L, Occluded>(bvh, local, start, &mut stack.single.0, &mut best),
+        Some(start) => walk::<L, Occluded, T>(bvh, local, start, &mut stack.single.0, &mut best, tally),
         None => false,
     }
 }
 
 /// Visits the tree nearest child first; where any hit will do it stops at the first hit and returns true.
 #[inline(always)]
-fn walk<L: Lanes, A: Answers>(
+fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
     mut local: Local,
     mut current: u64,
     stack: &mut [u64],
     best: &mut Hit,
+    tally: &mut T,
 ) -> bool {
     let world = local.ray;
     let mut instance = NONE;
@@ -127,6 +152,7 @@ fn walk<L: Lanes, A: Answers>(
         match child.kind() {
             Kind::Node => {
                 let node = &bvh.nodes[child.index()];
+                tally.node();
                 let (near, bits) = local.slabs.enter_children::<L::Node>(node, best.t);
                 if bits.is_power_of_two() {
                     // No distance is needed of a node that is visited at once, but of a leaf.
@@ -146,19 +172,17 @@ fn walk<L: Lanes, A: Answers>(
             }
             Kind::Triangles => {
                 let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
-                if leaf::triangles::<L, A>(
-                    &bvh.triangles[child.index()],
-                    &local.ray,
-                    &local.shear,
-                    visit,
-                    best,
-                ) {
+                let block = &bvh.triangles[child.index()];
+                tally.leaf(|| tally::triangles(block));
+                if leaf::triangles::<L, A>(block, &local.ray, &local.shear, visit, best) {
                     return true;
                 }
             }
             Kind::Spheres => {
                 let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
-                if leaf::spheres::<L, A>(&bvh.spheres[child.index()], &local.ray, visit, best) {
+                let block = &bvh.spheres[child.index()];
+                tally.leaf(|| tally::spheres(block));
+                if leaf::spheres::<L, A>(block, &local.ray, visit, best) {
                     return true;
                 }
             }
@@ -168,6 +192,7 @@ fn walk<L: Lanes, A: Answers>(
             }
             Kind::Instance => {
                 let placed = &bvh.instances[child.index()];
+                tally.instance();
                 let ray = to_local(&world, placed);
                 if is_finite(&ray) {
                     stack[top] = key(0.0, LEAVE_INSTANCE);

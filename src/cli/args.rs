@@ -11,6 +11,9 @@ use crate::integrator::Schedule;
 use crate::simd::Level;
 use crate::world::{BuildQuality, Sampler, Settings, Tonemap, Transport};
 
+/// Columns and rows. A name, or clap would take the array for several values.
+pub type Size = [u32; 2];
+
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -32,6 +35,16 @@ pub enum Command {
     Info(Info),
     /// Trace rays from a file: hits to another file, speed, build time, memory
     Trace(Trace),
+    /// Say how far an image is from a reference
+    Compare(super::compare::Compare),
+    /// Render in every way that there is and compare the films
+    Verify(super::verify::Verify),
+    /// Follow the samples of a pixel from the camera to their ends
+    Explain(super::explain::Explain),
+    /// Say where the time goes, in both schedules
+    Profile(super::profile::Profile),
+    /// Do the experiments of a file and report on them
+    Study(super::study::Study),
 }
 
 /// `rayfront info`.
@@ -322,7 +335,7 @@ impl From<TonemapName> for Tonemap {
     }
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X', '×']);
     let side = |s: &str| s.trim().parse().ok().filter(|n| (1..=65_536).contains(n));
     parts
@@ -338,7 +351,7 @@ fn parse_crop(text: &str) -> Result<Region, String> {
     }
 }
 
-fn parse_exposure(text: &str) -> Result<f32, String> {
+pub(super) fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
 }
@@ -352,7 +365,7 @@ fn parse_bits(text: &str) -> Result<u8, String> {
     text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
 }
 
-fn parse_level(text: &str) -> Result<Level, String> {
+pub(super) fn parse_level(text: &str) -> Result<Level, String> {
     Level::from_name(text).ok_or_else(|| {
         let names: Vec<_> = Level::available().into_iter().map(Level::name).collect();
         format!("this processor has: {}", names.join(", "))

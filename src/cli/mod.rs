@@ -4,11 +4,17 @@
 //! line is, 130 interrupted (what there was has been saved).
 
 mod args;
+mod compare;
+mod explain;
 mod info;
+mod profile;
+mod profile_report;
 mod render;
 mod report;
+mod study;
 mod trace;
 mod usage;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -22,6 +28,11 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Some(args::Command::Info(info)) => info::run(&info),
         Some(args::Command::Trace(trace)) => trace::run(&trace),
+        Some(args::Command::Compare(images)) => compare::run(&images),
+        Some(args::Command::Verify(scene)) => verify::run(&scene),
+        Some(args::Command::Explain(pixel)) => explain::run(&pixel),
+        Some(args::Command::Profile(scene)) => profile::run(&scene),
+        Some(args::Command::Study(file)) => study::run(&file),
         None => render::run(&arguments.render),
     };
     match outcome {

@@ -9,20 +9,44 @@ pub fn cpu_seconds() -> Option<f64> {
     Some(ticks / 100.0)
 }
 
+/// CPU time of all threads in seconds, finer than [`cpu_seconds`], where the system tells.
+pub fn process_cpu_seconds() -> Option<f64> {
+    clock::seconds(clock::Of::Process)
+}
+
 /// CPU time of the calling thread in seconds, where the system tells.
 pub fn thread_cpu_seconds() -> Option<f64> {
-    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd"))]
-    {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    clock::seconds(clock::Of::Thread)
+}
+
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd"))]
+mod clock {
+    use rustix::time::ClockId;
+
+    pub(super) enum Of {
+        Process,
+        Thread,
+    }
+
+    pub(super) fn seconds(of: Of) -> Option<f64> {
+        let time = rustix::time::clock_gettime(match of {
+            Of::Process => ClockId::ProcessCPUTime,
+            Of::Thread => ClockId::ThreadCPUTime,
+        });
         Some(time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9)
     }
-    #[cfg(not(any(
-        target_os = "linux",
-        target_os = "android",
-        target_vendor = "apple",
-        target_os = "freebsd"
-    )))]
-    None
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd")))]
+mod clock {
+    pub(super) enum Of {
+        Process,
+        Thread,
+    }
+
+    pub(super) fn seconds(_: Of) -> Option<f64> {
+        None
+    }
 }
 
 /// The most memory that was resident, in bytes, where /proc tells.

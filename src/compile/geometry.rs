@@ -36,7 +36,8 @@ pub(super) fn compile(
                 }
                 None => {
                     let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
-                    placed.push((Subtree::UnitSphere, to_world, own.unwrap_or(MaterialId::DEFAULT)));
+                    let material = own.unwrap_or(MaterialId::DEFAULT);
+                    placed.push((Subtree::UnitSphere, to_world, material, entity.id()));
                 }
             },
             Shape::Triangle { vertices, normals, uvs } => {
@@ -50,7 +51,10 @@ pub(super) fn compile(
             Shape::Mesh(id) => match uses[id.0 as usize] {
                 0 | 1 => builder
                     .mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material))),
-                _ => placed.push((Subtree::Mesh(*id), *matrix, own.unwrap_or(MaterialId(NONE)))),
+                _ => {
+                    let material = own.unwrap_or(MaterialId(NONE));
+                    placed.push((Subtree::Mesh(*id), *matrix, material, entity.id()));
+                }
             },
         }
     }
@@ -214,7 +218,7 @@ impl Builder {
     fn finish(
         mut self,
         world: &World,
-        placed: Vec<(Subtree, DAffine3, MaterialId)>,
+        placed: Vec<(Subtree, DAffine3, MaterialId, u32)>,
     ) -> Result<(Geometry, Bvh), CompileError> {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
@@ -222,7 +226,7 @@ impl Builder {
         let mut bvh = Bvh { quality, ..Bvh::default() };
         let mut subtrees = std::collections::HashMap::new();
         let mut boxes = Vec::new();
-        for (subtree, matrix, material) in placed {
+        for (subtree, matrix, material, entity) in placed {
             let root = *subtrees.entry(subtree).or_insert_with(|| self.subtree(world, subtree, &mut bvh));
             let Some(root) = root else { continue };
             let instance = Instance::new(&matrix, root.child);
@@ -231,6 +235,7 @@ impl Builder {
             rows[12..].copy_from_slice(instance.to_local.as_flattened());
             self.geometry.instances.push(rows);
             self.geometry.instance_materials.push(material.0);
+            self.geometry.instance_entities.push(entity);
             bvh.instances.push(instance);
             boxes.push(root.bounds);
         }

@@ -23,6 +23,16 @@ pub(super) struct Emitter {
     pub entity: Entity,
 }
 
+/// The names of the lights in the order of [`crate::scene::CompiledScene::lights`].
+pub fn light_names(world: &World) -> Vec<String> {
+    let order = world.in_order().into_iter();
+    let lights = order.filter(|entity| {
+        let light = world.entities.get::<&world::Light>(*entity);
+        light.is_ok_and(|light| !matches!(&*light, world::Light::Environment { .. }))
+    });
+    lights.map(|entity| world.name_of(entity)).collect()
+}
+
 /// What light entities come to.
 #[derive(Default)]
 pub(super) struct Compiled {

@@ -16,9 +16,10 @@ pub mod transforms;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::CompiledScene;
-use crate::world::World;
+use crate::world::{Transport, World};
 
 pub use camera::camera_names;
+pub use lights::light_names;
 
 /// Makes a world ready for rendering, looking through its first camera or the one named.
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
@@ -67,7 +68,11 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     };
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
-    } else if scene.lights.is_empty() && scene.ambient.is_black() && !emits(&scene.materials.emission) {
+    } else if scene.lights.is_empty()
+        && scene.ambient.is_black()
+        && !emits(&scene.materials.emission)
+        && (world.settings.transport == Transport::Whitted || scene.environment.is_black())
+    {
         let dark = world.settings.background == crate::world::Background::default();
         let seen = if dark { "the image will be black" } else { "shapes will be black" };
         warnings.push(format!("no light: {seen} (add an entity with light: Point(power_w: 100))"));

@@ -1,5 +1,6 @@
 //! Samples to pixels with exact sums, and pixels to what a screen shows.
 
+pub mod metrics;
 pub mod tonemap;
 
 use crate::math::Rgb;

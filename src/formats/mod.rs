@@ -10,6 +10,7 @@ pub mod ply;
 pub mod rays;
 pub mod ron;
 mod studio;
+pub mod study;
 pub mod triangulate;
 
 use std::path::Path;

@@ -3,6 +3,7 @@
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
 pub mod begin;
+pub mod observe;
 pub mod path;
 pub mod path_tracing;
 pub mod recursive;
@@ -19,6 +20,7 @@ use crate::sampling::pattern::Grid;
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::{Pattern, Sampler, Settings, Transport};
+use observe::{Nobody, Observer};
 pub use statistics::{RayCounts, Stage, Statistics};
 
 /// Everything that transport reads: the scene and how it is to be rendered.
@@ -105,10 +107,25 @@ impl Worker {
         samples: Range<u32>,
         statistics: &mut Statistics,
     ) -> Film {
+        self.observe(frame, level, tile, samples, statistics, &mut Nobody)
+    }
+
+    /// The same while somebody looks on.
+    pub fn observe<O: Observer>(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        tile: Region,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+        observer: &mut O,
+    ) -> Film {
         let mut film = Film::new(tile);
         match self {
-            Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics),
-            Worker::Recursive(recursion) => recursion.render(frame, level, &mut film, samples, statistics),
+            Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics, observer),
+            Worker::Recursive(recursion) => {
+                recursion.render(frame, level, &mut film, samples, statistics, observer);
+            }
         }
         film
     }

@@ -7,8 +7,10 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
+use super::observe::{self, Observer, Way};
 use super::path::{Path, pack_pixel};
 use super::shadow::{ShadowRay, connect};
+use super::whitted::{Scatter, Vertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::Stack;
 use crate::bvh::traverse::{any_one, closest_one};
@@ -31,27 +33,29 @@ impl Recursion {
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render(
+    pub fn render<O: Observer>(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
+        observer: &mut O,
     ) {
-        dispatch(level, Tile { frame, film, samples, statistics, recursion: self });
+        dispatch(level, Tile { frame, film, samples, statistics, recursion: self, observer });
     }
 }
 
-struct Tile<'a> {
+struct Tile<'a, O> {
     frame: &'a Frame,
     film: &'a mut Film,
     samples: Range<u32>,
     statistics: &'a mut Statistics,
     recursion: &'a mut Recursion,
+    observer: &'a mut O,
 }
 
-impl Kernel for Tile<'_> {
+impl<O: Observer> Kernel for Tile<'_, O> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
@@ -77,21 +81,35 @@ impl Kernel for Tile<'_> {
     }
 }
 
-impl Tile<'_> {
+impl<O: Observer> Tile<'_, O> {
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
     #[inline(always)]
     fn follow<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
         let frame = self.frame;
         loop {
             let hit = closest_one::<L>(&frame.scene.bvh, &path.ray(), &mut self.recursion.stack);
+            if O::LOOKS {
+                self.observer.report(&observe::ray(&path, hit));
+            }
             if hit.is_miss() {
-                return to_rgb(whitted::miss(frame, &path));
+                let radiance = whitted::miss(frame, &path);
+                if O::LOOKS {
+                    self.observer.report(&observe::end(&path, radiance));
+                }
+                return to_rgb(radiance);
             }
             let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
             path.radiance = radiance;
+            if O::LOOKS {
+                let (own, shading) = (vertex.geometric_normal, vertex.normal);
+                self.observer.report(&observe::vertex(&path, vertex.position, own, shading));
+            }
             self.lights::<L>(&mut path, &vertex);
             self.statistics.rays.reflect += scatter.reflects as u64;
             self.statistics.rays.refract += scatter.refracts as u64;
+            if O::LOOKS {
+                self.tell_onward(&path, &vertex, &scatter);
+            }
             if scatter.forks() {
                 self.recursion.forks.push(scatter.refracted(&path, &vertex));
             }
@@ -113,19 +131,42 @@ impl Tile<'_> {
         let scene = &frame.scene;
         loop {
             let hit = closest_one::<L>(&scene.bvh, &path.ray(), &mut self.recursion.stack);
+            if O::LOOKS {
+                self.observer.report(&observe::ray(&path, hit));
+            }
             if hit.is_miss() {
-                return to_rgb(path_tracing::miss(frame, &path, true));
+                let radiance = path_tracing::miss(frame, &path, true);
+                if O::LOOKS {
+                    self.observer.report(&observe::end(&path, radiance));
+                }
+                return to_rgb(radiance);
             }
             let material = scene.geometry.material_of(hit.primitive, hit.instance);
             let outcome = path_tracing::hit(frame, &path, &one_lane(&hit), material, true);
             path.radiance = outcome.radiance;
+            if O::LOOKS {
+                self.observer.report(&observe::path_vertex(&path, hit.t));
+            }
             if outcome.shadow.mask {
                 self.statistics.rays.shadow += 1;
                 let arrives = self.arriving::<L>(outcome.shadow);
+                if O::LOOKS {
+                    let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
+                    self.observer.report(&observe::path_light(&path, ray, contribution));
+                    if !scene.has_cutouts {
+                        self.observer.report(&observe::shadow(&path, arrives.is_none()));
+                    }
+                }
                 path.radiance = arrives.map_or(path.radiance, |light| connect(path.radiance, light));
             }
             if !outcome.goes_on {
+                if O::LOOKS {
+                    self.observer.report(&observe::end(&path, path.radiance));
+                }
                 return to_rgb(path.radiance);
+            }
+            if O::LOOKS {
+                self.observer.report(&observe::onward(Way::Scatter, &outcome.next));
             }
             self.statistics.rays.scatter += 1;
             path = Path { radiance: path.radiance, ..outcome.next };
@@ -156,6 +197,19 @@ impl Tile<'_> {
         }
     }
 
+    /// Where the path goes on, or what it ends with.
+    fn tell_onward(&mut self, path: &Path<f32>, vertex: &Vertex<f32>, scatter: &Scatter<f32>) {
+        if scatter.reflects {
+            self.observer.report(&observe::onward(Way::Reflect, &scatter.reflected(path, vertex)));
+        }
+        if scatter.refracts {
+            self.observer.report(&observe::onward(Way::Refract, &scatter.refracted(path, vertex)));
+        }
+        if !scatter.reflects && !scatter.refracts {
+            self.observer.report(&observe::end(path, path.radiance));
+        }
+    }
+
     /// Adds what arrives from every sample of every light.
     #[inline(always)]
     fn lights<L: Lanes>(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
@@ -167,7 +221,13 @@ impl Tile<'_> {
                     continue;
                 }
                 self.statistics.rays.shadow += 1;
-                if !any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack) {
+                let blocked = any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack);
+                if O::LOOKS {
+                    let (ray, contribution) = (&shadow.ray, shadow.contribution);
+                    self.observer.report(&observe::light(path, light, which, ray, contribution));
+                    self.observer.report(&observe::shadow(path, blocked));
+                }
+                if !blocked {
                     path.radiance = connect(path.radiance, shadow.contribution);
                 }
             }

@@ -28,13 +28,16 @@
 //! ```
 
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use crate::film::{Film, Region};
-use crate::integrator::{Frame, Schedule, Statistics, Worker};
+use crate::integrator::observe::{Event, Somebody, Timekeeper};
+use crate::integrator::wavefront::Wave;
+use crate::integrator::{Frame, Schedule, Stage, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Settings;
@@ -71,7 +74,7 @@ impl Default for Options {
 
 /// A rendering under way: [`Session::advance`] until done, or until the caller has enough.
 pub struct Session {
-    frame: Frame,
+    frame: Arc<Frame>,
     options: Options,
     film: Film,
     statistics: Statistics,
@@ -81,20 +84,40 @@ pub struct Session {
     next: u32,
 }
 
+/// What a thread did and when, counted from the beginning.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    /// Which thread.
+    pub thread: usize,
+    /// Where in the image.
+    pub tile: Region,
+    /// Which stage of the wave; none for a whole tile of the recursive schedule.
+    pub stage: Option<Stage>,
+    /// When it began.
+    pub start: Duration,
+    /// When it ended.
+    pub end: Duration,
+}
+
 /// Called after every tile with the number of samples (of single pixels) just finished.
 pub type OnProgress<'a> = &'a (dyn Fn(u64) + Sync);
 
 impl Session {
     /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
-        let region = options.region.unwrap_or(Region::whole(settings.size));
+        Self::of(Arc::new(Frame::new(scene, settings)), settings.samples, options)
+    }
+
+    /// For a frame that is rendered several times, in several ways.
+    pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
+        let region = options.region.unwrap_or(Region::whole(frame.size));
         Self {
-            frame: Frame::new(scene, settings),
+            frame,
             options,
             film: Film::new(region),
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
-            samples: 0..settings.samples,
+            samples: 0..samples,
             next: 0,
         }
     }
@@ -120,25 +143,88 @@ impl Session {
         let end = self.next.saturating_add(count).min(self.samples.end);
         let samples = self.next..end;
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
+        let tiles = self.tiles();
         let (film, statistics) = (Mutex::new(&mut self.film), Mutex::new(&mut self.statistics));
-        tiles(self.options.region.unwrap_or(Region::whole(frame.size)), options.tile)
-            .into_par_iter()
-            .for_each(|tile| {
-                if stop.load(Ordering::Relaxed) {
-                    return;
-                }
-                let mut own = Statistics::default();
-                let mut worker =
-                    lock(workers).pop().unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave));
-                let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
-                lock(workers).push(worker);
-                lock(&film).merge(&rendered);
-                lock(&statistics).add(&own);
-                progress(tile.area() as u64 * samples.len() as u64);
-            });
+        tiles.into_par_iter().for_each(|tile| {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let mut own = Statistics::default();
+            let mut worker =
+                lock(workers).pop().unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave));
+            let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
+            lock(workers).push(worker);
+            lock(&film).merge(&rendered);
+            lock(&statistics).add(&own);
+            progress(tile.area() as u64 * samples.len() as u64);
+        });
         if !stop.load(Ordering::Relaxed) {
             self.next = end;
         }
+    }
+
+    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
+    /// is told what happens. The session's own film stays as it is; returned is the last tile's.
+    pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
+        let (frame, options) = (&self.frame, &self.options);
+        let mut worker = Worker::new(frame, options.schedule, options.wave);
+        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
+        for tile in self.tiles() {
+            let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
+            if pixel.is_none_or(holds) {
+                let (samples, mut ignored) = (self.samples.clone(), Statistics::default());
+                let mut observer = Somebody(&mut *look);
+                film = worker.observe(frame, options.level, tile, samples, &mut ignored, &mut observer);
+            }
+        }
+        film
+    }
+
+    /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
+    /// called at the end of each stage.
+    pub fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
+        let (frame, options) = (&self.frame, &self.options);
+        let mut wave = Wave::new(frame, options.wave);
+        let mut ignored = Statistics::default();
+        for tile in self.tiles() {
+            let (mut film, samples) = (Film::new(tile), self.samples.clone());
+            let mut observer = Timekeeper(&mut *mark);
+            wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+        }
+    }
+
+    /// Renders all samples on all threads and says when each thread did what.
+    pub fn spans(&self) -> Vec<Span> {
+        let (frame, options, start) = (&self.frame, &self.options, Instant::now());
+        let spans = Mutex::new(Vec::new());
+        self.tiles().into_par_iter().for_each(|tile| {
+            let thread = rayon::current_thread_index().unwrap_or(0);
+            let mut own = Vec::new();
+            let (mut last, samples, mut ignored) =
+                (start.elapsed(), self.samples.clone(), Statistics::default());
+            match options.schedule {
+                Schedule::Wavefront => {
+                    let mut observer = Timekeeper(|stage| {
+                        let end = start.elapsed();
+                        own.push(Span { thread, tile, stage: Some(stage), start: last, end });
+                        last = end;
+                    });
+                    let (mut wave, mut film) = (Wave::new(frame, options.wave), Film::new(tile));
+                    wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+                }
+                Schedule::Recursive => {
+                    let mut worker = Worker::new(frame, options.schedule, options.wave);
+                    worker.render(frame, options.level, tile, samples, &mut ignored);
+                    own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
+                }
+            }
+            lock(&spans).append(&mut own);
+        });
+        spans.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn tiles(&self) -> Vec<Region> {
+        tiles(self.options.region.unwrap_or(Region::whole(self.frame.size)), self.options.tile)
     }
 
     /// What has been gathered so far.
@@ -159,6 +245,28 @@ impl Session {
     /// Samples that every pixel has, and how many there were to be.
     pub fn samples_done(&self) -> (u32, u32) {
         (self.next - self.samples.start, self.samples.len() as u32)
+    }
+}
+
+/// Does something on as many threads, 0 for one for each core; sessions in it use all of them.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| ThreadError { threads, reason: error.to_string() })?;
+    Ok(pool.install(work))
+}
+
+/// The system gives no more threads.
+#[derive(Debug)]
+pub struct ThreadError {
+    threads: usize,
+    reason: String,
+}
+
+impl std::error::Error for ThreadError {}
+
+impl std::fmt::Display for ThreadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "cannot start {} threads: {}: use fewer", self.threads, self.reason)
     }
 }
 

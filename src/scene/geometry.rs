@@ -40,6 +40,8 @@ pub struct Geometry {
     pub instances: Vec<[f32; 24]>,
     /// The material that an instance gives to all of its subtree, or [`NONE`].
     pub instance_materials: Vec<u32>,
+    /// The number of each instance's entity in the world, for people.
+    pub instance_entities: Vec<u32>,
 }
 
 /// Columns of [`Part`].
@@ -121,6 +123,14 @@ impl Geometry {
             }
         }
         self.parts.material[self.part_of(primitive) as usize]
+    }
+
+    /// The number of a hit's entity in the world.
+    pub fn entity_of(&self, primitive: u32, instance: u32) -> u32 {
+        match self.instance_entities.get(instance as usize) {
+            Some(entity) => *entity,
+            None => self.parts.entity[self.part_of(primitive) as usize],
+        }
     }
 
     /// The part of a primitive.

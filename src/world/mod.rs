@@ -33,6 +33,21 @@ impl World {
         entities
     }
 
+    /// [`World::name_of`] the entities by their numbers.
+    pub fn names(&self) -> std::collections::HashMap<u32, String> {
+        self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
+    }
+
+    /// Does something to every light.
+    pub fn change_lights(&mut self, change: impl FnMut(&mut Light)) {
+        self.entities.query_mut::<&mut Light>().into_iter().for_each(change);
+    }
+
+    /// Does something to every camera.
+    pub fn change_cameras(&mut self, change: impl FnMut(&mut Camera)) {
+        self.entities.query_mut::<&mut Camera>().into_iter().for_each(change);
+    }
+
     /// Triangles as they are seen: those of a mesh as often as it is placed.
     pub fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cli;
+mod compare;
 mod corpus;
 mod gltf;
 mod images;
@@ -9,6 +10,7 @@ mod meshes;
 mod path;
 mod pictures;
 mod scenes;
+mod studies;
 mod support;
 mod tidy;
 mod trace;

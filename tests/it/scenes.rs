@@ -45,3 +45,24 @@ fn all_scenes_render_the_same_both_ways() {
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
+
+#[test]
+fn all_studies_are_well_formed() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/studies");
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).expect("the studies").flatten() {
+        let path = entry.path();
+        if path.to_string_lossy().ends_with("_scene.ron") {
+            rayfront::formats::load(&path).unwrap_or_else(|error| panic!("{error}"));
+            continue;
+        }
+        let study = rayfront::formats::study::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        for scene in study.experiments.iter().flat_map(|experiment| &experiment.scenes) {
+            if let rayfront::formats::study::Scene::File(file) = scene {
+                rayfront::formats::load(&folder.join(file)).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+        count += 1;
+    }
+    assert_eq!(count, 5);
+}

@@ -6,7 +6,7 @@ use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
 /// listed in [`SAME_LEVEL`].
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &["math", "simd"],
     &["world"],
     &["sampling", "film"],
@@ -15,6 +15,7 @@ const LAYERS: [&[&str]; 9] = [
     &["compile", "shading", "formats"],
     &["integrator"],
     &["render"],
+    &["study"],
     &["cli"],
 ];
 const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
@@ -22,7 +23,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 23] = [
+const CRATES: [(&str, &[&str]); 26] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
@@ -41,11 +42,14 @@ const CRATES: [(&str, &[&str]); 23] = [
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
     ("rustix", &["cli"]),
+    ("perf_event", &["study"]),
+    ("plotters", &["study"]),
+    ("dejavu", &["study"]),
     ("rand", &["sampling"]),
-    ("xxhash_rust", &["film"]),
+    ("xxhash_rust", &["film", "study"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "formats", "query"]),
-    ("libm", &["math", "sampling", "film", "compile", "formats"]),
+    ("libm", &["math", "sampling", "film", "compile", "formats", "study", "cli"]),
 ];
 
 /// Words that end the program, and why these few may.

@@ -12,10 +12,12 @@
 mod path_stages;
 pub mod queue;
 mod stages;
+mod tell;
 
 use std::ops::Range;
 use std::time::Instant;
 
+use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
 use super::shadow::connect;
 use super::{Frame, Stage, Statistics};
@@ -74,16 +76,17 @@ impl Wave {
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render(
+    pub fn render<O: Observer>(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
+        observer: &mut O,
     ) {
         let mut todo = Todo::new(film.region(), samples);
-        let mut clock = Clock { statistics, last: Instant::now() };
+        let mut clock = Clock { statistics, last: Instant::now(), observer };
         loop {
             self.generate(frame, level, film, &mut todo, &mut clock);
             if self.paths.0.is_empty() {
@@ -94,24 +97,36 @@ impl Wave {
             let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
             bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
-            dispatch(level, Retire { frame, paths: &mut self.paths, hits: &mut self.hits, film });
+            self.tell_hits(level, clock.observer);
+            let (paths, hits) = (&mut self.paths, &mut self.hits);
+            dispatch(level, Retire { frame, paths, hits, film, observer: &mut *clock.observer });
             clock.stage(Stage::Retire);
             match frame.transport {
                 Transport::Whitted => {
                     self.shade(frame, level, &mut clock);
+                    self.tell_vertices(level, clock.observer);
                     self.lights(frame, level, &mut clock);
                 }
                 Transport::Path => {
                     self.shade_paths(frame, level, &mut clock);
+                    self.tell_paths(level, clock.observer);
                     self.pass_shadows(frame, level, &mut clock);
                 }
             }
+            self.tell_ends(clock.observer);
             self.advance(film, &mut clock);
         }
     }
 
     /// New samples into the free places of the wave.
-    fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
+    fn generate<O: Observer>(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        todo: &mut Todo,
+        clock: &mut Clock<O>,
+    ) {
         let room = self.paths.0.room();
         let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
@@ -124,7 +139,7 @@ impl Wave {
         clock.stage(Stage::Generate);
     }
 
-    fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shade<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         let stage = Shade {
             frame,
             paths: &mut self.paths,
@@ -141,7 +156,7 @@ impl Wave {
     }
 
     /// The path transport's vertices, material by material.
-    fn shade_paths(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shade_paths<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         self.groups.sort(self.hits.materials(self.paths.0.len()));
         let stage = ShadePaths {
             frame,
@@ -159,7 +174,7 @@ impl Wave {
 
     /// The path transport's shadow rays: where surfaces may not be there, each of those that are
     /// met is looked at.
-    fn pass_shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn pass_shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         if !frame.scene.has_cutouts {
             return self.shadows(frame, level, clock);
         }
@@ -175,22 +190,24 @@ impl Wave {
     }
 
     /// All samples of all lights, light by light, as many to a shadow wave as fit.
-    fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn lights<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples() {
                 if self.shadow.0.room() < self.paths.0.len() {
                     self.shadows(frame, level, clock);
                 }
+                let before = self.shadow.0.len();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(level, Light { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
+                self.tell_lights(level, light, which, before, clock.observer);
             }
         }
         self.shadows(frame, level, clock);
     }
 
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
         let count = self.shadow.0.len();
         let rays = self.shadow.rays();
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
@@ -206,12 +223,13 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
+        self.tell_shadows(level, clock.observer);
         self.shadow.0.clear();
         clock.stage(Stage::Shadow);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.
-    fn advance(&mut self, film: &mut Film, clock: &mut Clock) {
+    fn advance<O: Observer>(&mut self, film: &mut Film, clock: &mut Clock<O>) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
         for i in 0..pixels.len() {
@@ -280,15 +298,17 @@ impl Todo {
 }
 
 /// Charges the time since the last stage to this one.
-struct Clock<'a> {
+struct Clock<'a, O> {
     statistics: &'a mut Statistics,
     last: Instant,
+    observer: &'a mut O,
 }
 
-impl Clock<'_> {
+impl<O: Observer> Clock<'_, O> {
     fn stage(&mut self, stage: Stage) {
         let now = Instant::now();
         self.statistics.stages[stage as usize] += now - self.last;
         self.last = now;
+        self.observer.mark(stage);
     }
 }

@@ -42,6 +42,19 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.length == 0
     }
 
+    /// Bytes of one item.
+    pub const ITEM: usize = 4 * (N + M);
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        Self::ITEM * (self.capacity + PADDING)
+    }
+
+    /// How many fit in all.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
     /// How many more fit.
     pub fn room(&self) -> usize {
         self.capacity - self.length
@@ -119,6 +132,15 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
 pub struct PathQueue(pub Columns<16, 6>);
+
+/// Bytes of a path in its queue.
+pub const PATH_BYTES: usize = Columns::<16, 6>::ITEM;
+/// Bytes of a hit.
+pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
+/// Bytes of a shadow ray.
+pub const SHADOW_BYTES: usize = Columns::<11, 1>::ITEM;
+/// Bytes of a vertex.
+pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;
@@ -356,6 +378,17 @@ impl ShadowQueue {
             direction: [3, 4, 5].map(column),
             t_min: column(10),
             t_max: column(6),
+        }
+    }
+
+    /// One of them.
+    pub fn ray(&self, i: usize) -> Ray<f32> {
+        let q = &self.0;
+        Ray {
+            origin: Vector::new(q.float(0, i), q.float(1, i), q.float(2, i)),
+            direction: Vector::new(q.float(3, i), q.float(4, i), q.float(5, i)),
+            t_min: 0.0,
+            t_max: q.float(6, i),
         }
     }
 

@@ -4,9 +4,10 @@
 use super::path_stages::material_of;
 use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
 use crate::film::Film;
+use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::{Frame, begin, path_tracing, whitted};
-use crate::math::{NONE, Rgb};
+use crate::math::{Color, NONE, Rgb};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
 
@@ -52,7 +53,7 @@ impl Kernel for Generate<'_> {
 }
 
 /// Misses to the film; hits close ranks at the front of both queues.
-pub struct Retire<'a> {
+pub struct Retire<'a, O> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths, in and out.
@@ -61,9 +62,11 @@ pub struct Retire<'a> {
     pub hits: &'a mut HitQueue,
     /// Where misses end.
     pub film: &'a mut Film,
+    /// Is told of them.
+    pub observer: &'a mut O,
 }
 
-impl Kernel for Retire<'_> {
+impl<O: Observer> Kernel for Retire<'_, O> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -92,6 +95,11 @@ impl Kernel for Retire<'_> {
                     bits &= bits - 1;
                     let (x, y) = unpack_pixel(pixel[lane]);
                     self.film.add(x, y, sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
+                    if O::LOOKS {
+                        let path = self.paths.load::<f32>(at + lane);
+                        let radiance = Color::new(r[lane], g[lane], b[lane]);
+                        self.observer.report(&observe::end(&path, radiance));
+                    }
                 }
             }
             let stays = valid & !missed;

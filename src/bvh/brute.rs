@@ -1,0 +1,36 @@
+//! Every triangle for every ray: what a tree is measured against.
+
+use super::leaf::{self, Visit};
+use super::ray::Local;
+use super::{Bvh, HitsMut};
+use crate::math::{Hit, NONE, Ray};
+use crate::simd::{Kernel, Lanes, Level, dispatch};
+
+/// The nearest hit of a ray among all triangles and spheres, without looking at the tree. Made for
+/// scenes without instances, which it passes over. Distances may differ in their last bits from
+/// those of the tree, which raises them to where the ray enters a leaf.
+pub fn closest(level: Level, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
+    dispatch(level, Everything { bvh, ray })
+}
+
+struct Everything<'a> {
+    bvh: &'a Bvh,
+    ray: &'a Ray<f32>,
+}
+
+impl Kernel for Everything<'_> {
+    type Output = Hit;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Hit {
+        let local = Local::new(*self.ray);
+        let visit = Visit { near: self.ray.t_min, t_min: self.ray.t_min, instance: NONE };
+        let mut best = Hit { t: self.ray.t_max, ..Hit::MISS };
+        for block in self.bvh.triangles.iter() {
+            leaf::triangles::<L, HitsMut>(block, &local.ray, &local.shear, visit, &mut best);
+        }
+        for block in self.bvh.spheres.iter() {
+            leaf::spheres::<L, HitsMut>(block, &local.ray, visit, &mut best);
+        }
+        if best.is_miss() { Hit::MISS } else { best }
+    }
+}

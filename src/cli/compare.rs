@@ -1,0 +1,191 @@
+//! `rayfront compare IMAGE REFERENCE`: how far one image is from another.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::Failure;
+use crate::film::metrics::{self, Comparison, Metrics, colormap};
+use crate::film::tonemap::DisplayTransform;
+use crate::formats::picture::{Output, PngBits, load_linear, save, supported};
+use crate::math::Rgb;
+use crate::world::Tonemap;
+
+/// Exit code when the images are farther apart than allowed.
+const BEYOND: u8 = 1;
+/// Exit code when they cannot be compared.
+const INCOMPARABLE: u8 = 2;
+
+/// `rayfront compare`.
+#[derive(Args, Debug)]
+#[command(after_help = "Exit codes: 0 within all limits, 1 beyond one, 2 the images cannot be compared.")]
+pub struct Compare {
+    /// The image: .png, .exr, .hdr and other pictures
+    pub image: PathBuf,
+    /// What it should look like, of the same size
+    pub reference: PathBuf,
+    /// Where to write a picture of FLIP's error: dark where the images look the same, bright where they differ
+    #[arg(long, value_name = "FILE")]
+    pub heatmap: Option<PathBuf>,
+    /// Stops of exposure before PSNR, SSIM and FLIP, such as -1.5
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, default_value = "0", value_parser = super::args::parse_exposure)]
+    pub exposure: f32,
+    /// Exit with 1 if the root mean square error is larger
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_rmse: Option<f64>,
+    /// Exit with 1 if the relative mean square error is larger
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_relmse: Option<f64>,
+    /// Exit with 1 if the peak signal to noise ratio is smaller
+    #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = limit)]
+    pub min_psnr: Option<f64>,
+    /// Exit with 1 if the structural similarity is smaller
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = limit)]
+    pub min_ssim: Option<f64>,
+    /// Exit with 1 if the mean of FLIP's error is larger
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_flip: Option<f64>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn limit(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a finite number".into())
+}
+
+pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
+    match compare(arguments) {
+        Ok(code) => Ok(code),
+        Err(reason) => {
+            eprintln!("error: {reason}");
+            Ok(ExitCode::from(INCOMPARABLE))
+        }
+    }
+}
+
+fn compare(arguments: &Compare) -> Result<ExitCode, Failure> {
+    arguments.heatmap.as_deref().map(supported).transpose()?;
+    let image = Picture::load(&arguments.image)?;
+    let reference = Picture::load(&arguments.reference)?;
+    if image.size != reference.size {
+        let text = |[w, h]: [u32; 2]| format!("{w}x{h}");
+        return Err(Failure(format!(
+            "{} has {} pixels and {} has {}: render both in one size",
+            arguments.image.display(),
+            text(image.size),
+            arguments.reference.display(),
+            text(reference.size)
+        )));
+    }
+    let gain = libm::exp2f(arguments.exposure);
+    let width = image.size[0] as usize;
+    let comparison = metrics::compare(width, &image.pixels, &reference.pixels, gain);
+    if let Some(path) = &arguments.heatmap {
+        save_heatmap(path, image.size, &comparison)?;
+    }
+    let metrics = comparison.metrics;
+    let limits = limits(arguments, &metrics);
+    if arguments.json {
+        println!("{}", json(arguments, image.size, &metrics, &limits));
+    } else {
+        print!("{}", text(&metrics, &limits));
+    }
+    let within = limits.iter().all(|limit| limit.within);
+    Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(BEYOND) })
+}
+
+struct Picture {
+    size: [u32; 2],
+    pixels: Vec<Rgb>,
+}
+
+impl Picture {
+    fn load(path: &Path) -> Result<Picture, Failure> {
+        let (width, height, pixels) = load_linear(path)?;
+        if let Some(at) = pixels.iter().position(|pixel| !pixel.is_finite()) {
+            let (x, y) = (at % width as usize, at / width as usize);
+            return Err(Failure(format!(
+                "{}: the pixel in column {x} and row {y} is not finite: there is no distance to it",
+                path.display()
+            )));
+        }
+        Ok(Picture { size: [width, height], pixels })
+    }
+}
+
+fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &Comparison) -> Result<(), Failure> {
+    let colors: Vec<Rgb> = comparison.flip.iter().map(|error| colormap::color(*error)).collect();
+    let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &colors);
+    let bits = PngBits::Eight;
+    Ok(save(path, &Output { width, height, radiance: &colors, display, bits, metadata: &[] })?)
+}
+
+/// Something that was asked of the images.
+struct Limit {
+    flag: &'static str,
+    value: f64,
+    limit: f64,
+    within: bool,
+}
+
+fn limits(arguments: &Compare, metrics: &Metrics) -> Vec<Limit> {
+    let most = |flag, value: f64, limit: Option<f64>| {
+        limit.map(|limit| Limit { flag, value, limit, within: value <= limit })
+    };
+    let least = |flag, value: f64, limit: Option<f64>| {
+        limit.map(|limit| Limit { flag, value, limit, within: value >= limit })
+    };
+    let all = [
+        most("--max-rmse", metrics.rmse, arguments.max_rmse),
+        most("--max-relmse", metrics.relative_mse, arguments.max_relmse),
+        least("--min-psnr", metrics.psnr_db, arguments.min_psnr),
+        least("--min-ssim", metrics.ssim, arguments.min_ssim),
+        most("--max-flip", metrics.flip, arguments.max_flip),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// A few lines for people.
+fn text(metrics: &Metrics, limits: &[Limit]) -> String {
+    let [r, g, b] = metrics.mean_ratio;
+    let psnr = if metrics.psnr_db.is_finite() { format!("{:.2} dB", metrics.psnr_db) } else { "∞".into() };
+    let mut lines = vec![
+        format!("mse        {:.6e}", metrics.mse),
+        format!("rmse       {:.6e}", metrics.rmse),
+        format!("relmse     {:.6e}", metrics.relative_mse),
+        format!("psnr       {psnr}"),
+        format!("ssim       {:.6}", metrics.ssim),
+        format!("flip       {:.6}", metrics.flip),
+        format!("means      {r:.6} {g:.6} {b:.6} (image / reference: red, green, blue)"),
+    ];
+    if metrics.identical {
+        lines.push("identical  every pixel is equal".into());
+    }
+    for limit in limits.iter().filter(|limit| !limit.within) {
+        lines.push(format!("beyond     {} {}: it is {:.6e}", limit.flag, limit.limit, limit.value));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// One object for programs. What is infinite or no number is null.
+fn json(arguments: &Compare, size: [u32; 2], metrics: &Metrics, limits: &[Limit]) -> Value {
+    json!({
+        "image": arguments.image,
+        "reference": arguments.reference,
+        "size": size,
+        "exposure_ev": arguments.exposure,
+        "mse": metrics.mse,
+        "rmse": metrics.rmse,
+        "relmse": metrics.relative_mse,
+        "psnr_db": metrics.psnr_db,
+        "ssim": metrics.ssim,
+        "flip": metrics.flip,
+        "mean_ratio": metrics.mean_ratio,
+        "identical": metrics.identical,
+        "within": limits.iter().all(|limit| limit.within),
+        "beyond": limits.iter().filter(|limit| !limit.within).map(|limit| limit.flag).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,235 @@
+//! `rayfront explain SCENE X,Y`: the life of a pixel's samples.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::{Failure, args};
+use crate::film::Film;
+use crate::integrator::Frame;
+use crate::integrator::observe::Triple;
+use crate::math::NONE;
+use crate::study::explain::{Followed, Life, Lit, Names, Step, explain};
+
+/// `rayfront explain`.
+#[derive(Args, Debug)]
+pub struct Explain {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// Column and row of the pixel from the top left, such as 480,270
+    #[arg(value_name = "X,Y", value_parser = parse_pixel)]
+    pub pixel: args::Size,
+    /// Only this one of its samples, from 0
+    #[arg(long, value_name = "N")]
+    pub sample: Option<u32>,
+    /// Samples a pixel [default: the scene's]; random numbers depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: Option<u32>,
+    /// Size of the image in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
+    pub size: Option<args::Size>,
+    /// Bounces after the camera ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    pub depth: Option<u32>,
+    /// Which random numbers [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_pixel(text: &str) -> Result<args::Size, String> {
+    let numbers =
+        text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    numbers.ok_or_else(|| "expected a column and a row, such as 480,270".into())
+}
+
+pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
+    let mut world = crate::formats::load(&arguments.scene)?;
+    let settings = &mut world.settings;
+    settings.samples = arguments.spp.unwrap_or(settings.samples);
+    settings.size = arguments.size.unwrap_or(settings.size);
+    settings.max_depth = arguments.depth.unwrap_or(settings.max_depth);
+    settings.seed = arguments.seed.unwrap_or(settings.seed);
+    let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
+    if x >= width || y >= height {
+        return Err(Failure(format!(
+            "there is no pixel {x},{y} in an image of {width}x{height}: columns end at {}, rows at {}",
+            width - 1,
+            height - 1
+        )));
+    }
+    let range = match arguments.sample {
+        Some(sample) if sample >= samples => {
+            let last = samples - 1;
+            return Err(Failure(format!(
+                "there is no sample {sample}: with {samples} a pixel the last is {last}"
+            )));
+        }
+        Some(sample) => sample..sample + 1,
+        None => 0..samples,
+    };
+    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let names = Names::new(&world);
+    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let (lives, film) = explain(frame, &names, arguments.pixel, range);
+    if arguments.json {
+        println!("{}", json(arguments, &lives, &film));
+    } else {
+        print!("{}", text(&lives, &film));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Six digits are enough for people; the JSON has all of them.
+fn triple([a, b, c]: Triple) -> String {
+    let digits = |value: f32| {
+        let text = format!("{value:.5}");
+        if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { text }
+    };
+    format!("({}, {}, {})", digits(a), digits(b), digits(c))
+}
+
+fn mean(film: &Film) -> Triple {
+    film.radiance().first().map_or([0.0; 3], |pixel| pixel.to_array())
+}
+
+fn text(lives: &[Life], film: &Film) -> String {
+    let mut lines = Vec::new();
+    for life in lives {
+        lines.push(format!("sample {}  radiance {}", life.sample, triple(life.radiance())));
+        for (number, path) in life.paths.iter().enumerate() {
+            lines.extend(path_lines(number, path));
+        }
+    }
+    lines.push(format!("mean of all ({}) {}", lives.len(), triple(mean(film))));
+    lines.join("\n") + "\n"
+}
+
+fn path_lines(number: usize, path: &Followed) -> Vec<String> {
+    let from = path.from.map_or("from the camera".into(), |(parent, depth)| {
+        format!("forked off path {parent} at bounce {depth}")
+    });
+    let mut lines = vec![format!("  path {number}, {from}")];
+    for step in &path.steps {
+        lines.extend(step_lines(step));
+    }
+    lines.push(format!("    ends: {}; it brings {}", path.why.text(), triple(path.radiance)));
+    lines
+}
+
+fn step_lines(step: &Step) -> Vec<String> {
+    let mut lines = vec![
+        format!("    bounce {}  queue {}", step.depth, step.queue),
+        format!("      ray         {} towards {}", triple(step.origin), triple(step.direction)),
+        format!("      throughput  {}", triple(step.throughput)),
+    ];
+    let Some(vertex) = &step.vertex else {
+        lines.push("      meets nothing".into());
+        return lines;
+    };
+    lines.push(format!(
+        "      meets       \"{}\" of \"{}\" after {:.5} m, primitive {}{}",
+        vertex.entity,
+        vertex.material,
+        vertex.hit.t,
+        vertex.hit.primitive & !crate::bvh::SPHERE,
+        if vertex.hit.instance == NONE {
+            String::new()
+        } else {
+            format!(", instance {}", vertex.hit.instance)
+        }
+    ));
+    lines.push(format!("      at          {}", triple(vertex.position)));
+    let normals = if vertex.normal == vertex.geometric_normal {
+        triple(vertex.normal)
+    } else {
+        format!("{} (the surface's own {})", triple(vertex.normal), triple(vertex.geometric_normal))
+    };
+    lines.push(format!("      normal      {normals}"));
+    if vertex.own != [0.0; 3] {
+        lines.push(format!("      gives off   {}", triple(vertex.own)));
+    }
+    for lit in &vertex.lights {
+        let fate = if lit.blocked { "blocked, would bring" } else { "brings" };
+        lines.push(format!(
+            "      light       \"{}\" sample {} at {:.5} m: {fate} {}",
+            lit.light,
+            lit.which,
+            lit.distance,
+            triple(lit.contribution)
+        ));
+    }
+    lines
+}
+
+fn json(arguments: &Explain, lives: &[Life], film: &Film) -> Value {
+    json!({
+        "scene": arguments.scene,
+        "pixel": arguments.pixel,
+        "mean": mean(film),
+        "samples": lives.iter().map(life_json).collect::<Vec<_>>(),
+    })
+}
+
+fn life_json(life: &Life) -> Value {
+    let paths: Vec<Value> = life
+        .paths
+        .iter()
+        .map(|path| {
+            json!({
+                "branch": path.branch,
+                "forked_off_path": path.from.map(|(parent, _)| parent),
+                "forked_off_bounce": path.from.map(|(_, depth)| depth),
+                "steps": path.steps.iter().map(step_json).collect::<Vec<_>>(),
+                "radiance": path.radiance,
+                "end": format!("{:?}", path.why).to_lowercase(),
+            })
+        })
+        .collect();
+    json!({"sample": life.sample, "radiance": life.radiance(), "paths": paths})
+}
+
+fn step_json(step: &Step) -> Value {
+    let vertex = step.vertex.as_ref().map(|vertex| {
+        json!({
+            "entity": vertex.entity,
+            "material": vertex.material,
+            "t": vertex.hit.t,
+            "primitive": vertex.hit.primitive,
+            "instance": (vertex.hit.instance != NONE).then_some(vertex.hit.instance),
+            "position": vertex.position,
+            "geometric_normal": vertex.geometric_normal,
+            "normal": vertex.normal,
+            "gives_off": vertex.own,
+            "lights": vertex.lights.iter().map(lit_json).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "bounce": step.depth,
+        "queue": step.queue,
+        "origin": step.origin,
+        "direction": step.direction,
+        "throughput": step.throughput,
+        "vertex": vertex,
+    })
+}
+
+fn lit_json(lit: &Lit) -> Value {
+    json!({
+        "light": lit.light,
+        "sample": lit.which,
+        "direction": lit.direction,
+        "distance": lit.distance,
+        "contribution": lit.contribution,
+        "blocked": lit.blocked,
+    })
+}

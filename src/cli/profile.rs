@@ -1,0 +1,116 @@
+//! `rayfront profile SCENE`: where the time goes in both schedules.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
+
+use super::profile_report::Report;
+use super::{Failure, args, usage};
+use crate::integrator::{Frame, Schedule};
+use crate::render::{Session, Span, on_threads};
+use crate::simd::Level;
+use crate::study::profile::{self, Plan, counters, flow};
+
+/// `rayfront profile`.
+#[derive(Args, Debug)]
+pub struct Profile {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// Size of the image in pixels; it is rendered a dozen times
+    #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "320x180")]
+    pub size: args::Size,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: u32,
+    /// Measured runs of each schedule
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Paths of a wave of the wavefront schedule
+    #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
+          value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub wave: u32,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub threads: usize,
+    /// Instruction set [default: the widest there is]
+    #[arg(long, value_name = "LEVEL", value_parser = args::parse_level)]
+    pub simd: Option<Level>,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Where to write what each thread did when, for chrome://tracing or ui.perfetto.dev
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
+    let mut world = crate::formats::load(&arguments.scene)?;
+    world.settings.size = arguments.size;
+    world.settings.samples = arguments.spp;
+    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let plan = Plan {
+        samples: arguments.spp,
+        runs: arguments.runs,
+        threads: arguments.threads,
+        wave: arguments.wave as usize,
+        level: arguments.simd.unwrap_or(Level::detect()),
+        cpu_seconds: usage::process_cpu_seconds,
+    };
+    let bar = ProgressBar::new(u64::from(arguments.runs) + 3);
+    if let Ok(style) = ProgressStyle::with_template("measuring {bar:32} {pos} of {len}  {eta} left") {
+        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
+    }
+    let times = profile::time(&frame, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
+    let flows = flow::count(&frame, &plan);
+    bar.inc(1);
+    let counted = counters::count(&frame, &plan)?;
+    bar.finish_and_clear();
+    if let Some(path) = &arguments.trace {
+        write_trace(path, &frame, &plan)?;
+    }
+    let report =
+        Report { arguments, plan: &plan, frame: &frame, times: &times, flows: &flows, counted: &counted };
+    if arguments.json {
+        println!("{}", report.json());
+    } else {
+        print!("{}", report.text());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Both schedules once more, as what Chrome's and Perfetto's viewers read.
+fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &Plan) -> Result<(), Failure> {
+    let mut events = Vec::new();
+    for (process, schedule) in [Schedule::Wavefront, Schedule::Recursive].into_iter().enumerate() {
+        let session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+        let spans = on_threads(plan.threads, || session.spans())?;
+        let name = if schedule == Schedule::Wavefront { "wavefront" } else { "recursive" };
+        events.push(json!({"name": "process_name", "ph": "M", "pid": process, "args": {"name": name}}));
+        events.extend(spans.iter().map(|span| event(process, span)));
+    }
+    let trace = json!({"traceEvents": events, "displayTimeUnit": "ms"});
+    std::fs::write(path, trace.to_string())
+        .map_err(|error| Failure(format!("{}: cannot write: {error}", path.display())))
+}
+
+fn event(process: usize, span: &Span) -> Value {
+    let microseconds = |time: std::time::Duration| time.as_secs_f64() * 1e6;
+    json!({
+        "name": span.stage.map_or("tile", |stage| stage.name()),
+        "ph": "X",
+        "pid": process,
+        "tid": span.thread,
+        "ts": microseconds(span.start),
+        "dur": microseconds(span.end.saturating_sub(span.start)),
+        "args": {"x": span.tile.x0, "y": span.tile.y0},
+    })
+}

@@ -1,0 +1,341 @@
+//! What `rayfront profile` found, as tables and as JSON.
+
+use serde_json::{Value, json};
+
+use super::profile::Profile;
+use super::usage;
+use crate::bvh::tally::Visits;
+use crate::film::PixelSum;
+use crate::integrator::{Frame, RayCounts, Schedule, Stage};
+use crate::study::profile::counters::{Counted, Counts};
+use crate::study::profile::flow::{Bounce, Flows, StageFlow};
+use crate::study::profile::{Plan, Spread, Timed, wave_bytes};
+
+/// Bounces that the table shows; the JSON has all.
+const SHOWN: usize = 12;
+
+/// All that was found.
+pub(super) struct Report<'a> {
+    pub arguments: &'a Profile,
+    pub plan: &'a Plan,
+    pub frame: &'a Frame,
+    pub times: &'a [Timed; 2],
+    pub flows: &'a Flows,
+    pub counted: &'a Result<Counted, String>,
+}
+
+fn name(schedule: Schedule) -> &'static str {
+    if schedule == Schedule::Wavefront { "wavefront" } else { "recursive" }
+}
+
+fn milliseconds(spread: &Spread) -> String {
+    let [median, least, most] = [spread.median, spread.least, spread.most].map(|s| s * 1e3);
+    format!("{median:.1} ms ({least:.1} to {most:.1})")
+}
+
+/// Thousands and less in full, more in millions.
+fn count(n: u64) -> String {
+    if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+impl Report<'_> {
+    /// Tables of at most 100 columns.
+    pub fn text(&self) -> String {
+        let mut lines = self.heading();
+        lines.extend(self.schedules());
+        lines.extend(self.stages());
+        lines.extend(self.bounces());
+        lines.extend(self.lanes());
+        lines.extend(self.counters());
+        lines.join("\n") + "\n"
+    }
+
+    fn heading(&self) -> Vec<String> {
+        let [width, height] = self.arguments.size;
+        vec![
+            format!(
+                "scene      {}, {width}x{height}, {} spp",
+                self.arguments.scene.display(),
+                self.plan.samples
+            ),
+            format!(
+                "measured   {} runs of each, in turn, after one that does not count; threads: {}, {}, waves of {}",
+                self.plan.runs,
+                self.plan.threads,
+                self.plan.level.name(),
+                self.plan.wave
+            ),
+        ]
+    }
+
+    /// Both schedules side by side.
+    fn schedules(&self) -> Vec<String> {
+        let row = |title: &str, value: &dyn Fn(&Timed) -> String| {
+            format!("{title:20}{:32}{}", value(&self.times[0]), value(&self.times[1]))
+        };
+        let rays = |value: fn(&RayCounts) -> u64| move |timed: &Timed| count(value(&timed.rays));
+        let memory = self.frame.scene.memory();
+        let film = self.frame.size[0] as usize * self.frame.size[1] as usize * size_of::<PixelSum>();
+        let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
+        vec![
+            String::new(),
+            row("", &|timed| name(timed.schedule).into()),
+            row("time", &|timed| milliseconds(&timed.wall)),
+            row("CPU time", &|timed| timed.cpu.as_ref().map_or("unknown".into(), milliseconds)),
+            row("rays a second", &|timed| format!("{:.2} M", timed.mrays_per_s())),
+            row("rays a CPU second", &|timed| {
+                timed.mrays_per_cpu_s().map_or("unknown".into(), |speed| format!("{speed:.2} M"))
+            }),
+            row("camera rays", &rays(|rays| rays.camera)),
+            row("reflected rays", &rays(|rays| rays.reflect)),
+            row("refracted rays", &rays(|rays| rays.refract)),
+            row("shadow rays", &rays(|rays| rays.shadow)),
+            row("queues", &|timed| match timed.schedule {
+                Schedule::Wavefront => format!("{} a thread", megabytes(wave_bytes(self.frame, self.plan))),
+                Schedule::Recursive => "none".into(),
+            }),
+            row("forks that waited", &|timed| count(timed.spilled)),
+            row("film", &|timed| format!("{:016x}", timed.hash >> 64)),
+            format!(
+                "memory              geometry {}, tree {}, textures {}, film {}",
+                megabytes(memory.geometry),
+                megabytes(memory.bvh),
+                megabytes(memory.textures),
+                megabytes(film)
+            ),
+        ]
+    }
+
+    /// What goes through the stages of the wavefront.
+    fn stages(&self) -> Vec<String> {
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "{:10}{:>12}{:>9}{:>8}{:>12}{:>12}{:>10}{:>12}{:>10}",
+                "stage", "time", "of all", "calls", "in", "out", "full", "bytes", "ns/item"
+            ),
+        ];
+        let total: f64 = self.times[0].stages.iter().sum();
+        for stage in Stage::ALL {
+            let (seconds, flow) = (self.times[0].stages[stage as usize], &self.flows.stages[stage as usize]);
+            let full = if flow.room == 0 { "-".into() } else { percent(flow.fill()) };
+            lines.push(format!(
+                "{:10}{:>12}{:>9}{:>8}{:>12}{:>12}{:>10}{:>12}{:>10.1}",
+                stage.name(),
+                format!("{:.2} ms", seconds * 1e3),
+                percent(seconds / total.max(1e-12)),
+                flow.calls,
+                count(flow.entering),
+                count(flow.leaving),
+                full,
+                format!("{:.1} MB", flow.bytes as f64 / 1e6),
+                seconds * 1e9 / flow.entering.max(1) as f64
+            ));
+        }
+        lines
+    }
+
+    /// Rays by their bounces and what they cost.
+    fn bounces(&self) -> Vec<String> {
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "{:7}{:>10}{:>10}{:>10}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
+                "bounce",
+                "camera",
+                "reflect",
+                "refract",
+                "alive",
+                "shadow",
+                "blocked",
+                "nodes",
+                "tests",
+                "nodes",
+                "tests"
+            ),
+            format!("{:56}{:>8}{:>17}{:>18}", "", "", "a ray", "a shadow ray"),
+        ];
+        let first = self.flows.bounces.first().map_or(1, |bounce| bounce.rays().max(1)) as f64;
+        for (depth, bounce) in self.flows.bounces.iter().enumerate().take(SHOWN) {
+            let each = |visits: u64, rays: u64| format!("{:.1}", visits as f64 / rays.max(1) as f64);
+            lines.push(format!(
+                "{:7}{:>10}{:>10}{:>10}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
+                depth,
+                count(bounce.camera),
+                count(bounce.reflect),
+                count(bounce.refract),
+                percent(bounce.rays() as f64 / first),
+                count(bounce.shadow),
+                percent(bounce.blocked as f64 / bounce.shadow.max(1) as f64),
+                each(bounce.visits.nodes, bounce.rays()),
+                each(bounce.visits.primitives, bounce.rays()),
+                each(bounce.shadow_visits.nodes, bounce.shadow),
+                each(bounce.shadow_visits.primitives, bounce.shadow),
+            ));
+        }
+        let more = self.flows.bounces.len().saturating_sub(SHOWN);
+        if more > 0 {
+            lines.push(format!("and {more} more bounces"));
+        }
+        lines
+    }
+
+    /// How many lanes of a group have something to go on with.
+    fn lanes(&self) -> Vec<String> {
+        let width = self.flows.stages[Stage::Shade as usize].width;
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "{:10}{:>10}{:>10}   groups of {width} lanes by how many of them go on, 0 to {width}",
+                "lanes", "taken", "go on"
+            ),
+        ];
+        for stage in [Stage::Retire, Stage::Shade, Stage::Light, Stage::Shadow] {
+            let flow = &self.flows.stages[stage as usize];
+            lines.push(format!(
+                "{:10}{:>10}{:>10}   {}",
+                stage.name(),
+                percent(flow.occupied()),
+                percent(flow.active()),
+                histogram(flow)
+            ));
+        }
+        lines
+    }
+
+    fn counters(&self) -> Vec<String> {
+        let counted = match self.counted {
+            Ok(counted) => counted,
+            Err(reason) => return vec![String::new(), format!("counters   {reason}")],
+        };
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "{:10}{:>14}{:>16}{:>8}{:>16}{:>16}",
+                "counters", "cycles", "instructions", "a cycle", "cache misses", "branch misses"
+            ),
+        ];
+        let stages = Stage::ALL.iter().map(|stage| (stage.name(), &counted.stages[*stage as usize]));
+        for (name, counts) in stages.chain([("recursive", &counted.recursive)]) {
+            lines.push(format!(
+                "{name:10}{:>14}{:>16}{:>8.2}{:>16}{:>16}",
+                count(counts.cycles),
+                count(counts.instructions),
+                counts.instructions as f64 / counts.cycles.max(1) as f64,
+                count(counts.cache_misses),
+                count(counts.branch_misses)
+            ));
+        }
+        lines
+    }
+
+    /// One object for programs.
+    pub fn json(&self) -> Value {
+        let memory = self.frame.scene.memory();
+        let stages: serde_json::Map<String, Value> = Stage::ALL
+            .iter()
+            .map(|stage| {
+                let seconds = self.times[0].stages[*stage as usize];
+                (stage.name().into(), stage_json(seconds, &self.flows.stages[*stage as usize]))
+            })
+            .collect();
+        let counters = match self.counted {
+            Ok(counted) => counted_json(counted),
+            Err(reason) => json!({ "refused": reason }),
+        };
+        json!({
+            "scene": self.arguments.scene,
+            "size": self.arguments.size,
+            "samples": self.plan.samples,
+            "runs": self.plan.runs,
+            "threads": self.plan.threads,
+            "simd": self.plan.level.name(),
+            "wave": self.plan.wave,
+            "wavefront": timed_json(&self.times[0]),
+            "recursive": timed_json(&self.times[1]),
+            "stages": stages,
+            "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
+            "memory_bytes": {
+                "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
+                "queues_a_thread": wave_bytes(self.frame, self.plan), "peak": usage::peak_memory(),
+            },
+            "counters": counters,
+        })
+    }
+}
+
+/// A bar for each number of lanes, as high as it is frequent.
+fn histogram(flow: &StageFlow) -> String {
+    const BARS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let most = flow.lanes.iter().max().copied().unwrap_or(0).max(1);
+    let bar = |n: u64| BARS[(n * 8).div_ceil(most) as usize];
+    flow.lanes[..=flow.width.min(16)].iter().map(|n| bar(*n)).collect()
+}
+
+fn spread_json(spread: &Spread) -> Value {
+    json!({"median": spread.median, "least": spread.least, "most": spread.most})
+}
+
+fn timed_json(timed: &Timed) -> Value {
+    json!({
+        "wall_s": spread_json(&timed.wall),
+        "cpu_s": timed.cpu.as_ref().map(spread_json),
+        "mrays_per_s": timed.mrays_per_s(),
+        "mrays_per_cpu_s": timed.mrays_per_cpu_s(),
+        "rays": {
+            "camera": timed.rays.camera, "reflect": timed.rays.reflect, "refract": timed.rays.refract,
+            "shadow": timed.rays.shadow, "total": timed.rays.total(),
+        },
+        "spilled_forks": timed.spilled,
+        "film_hash": format!("{:032x}", timed.hash),
+    })
+}
+
+fn stage_json(seconds: f64, flow: &StageFlow) -> Value {
+    json!({
+        "seconds": seconds,
+        "calls": flow.calls,
+        "in": flow.entering,
+        "out": flow.leaving,
+        "fill": flow.fill(),
+        "bytes": flow.bytes,
+        "lane_width": flow.width,
+        "lanes_taken": flow.occupied(),
+        "lanes_going_on": flow.active(),
+        "lanes_histogram": flow.lanes[..=flow.width.min(16)],
+    })
+}
+
+fn visits_json(visits: &Visits) -> Value {
+    json!({
+        "nodes": visits.nodes, "leaves": visits.leaves,
+        "primitives": visits.primitives, "instances": visits.instances,
+    })
+}
+
+fn bounce_json(bounce: &Bounce) -> Value {
+    json!({
+        "camera": bounce.camera, "reflect": bounce.reflect, "refract": bounce.refract,
+        "hits": bounce.hits, "shadow": bounce.shadow, "blocked": bounce.blocked, "ends": bounce.ends,
+        "visits": visits_json(&bounce.visits), "shadow_visits": visits_json(&bounce.shadow_visits),
+    })
+}
+
+fn counts_json(counts: &Counts) -> Value {
+    json!({
+        "cycles": counts.cycles, "instructions": counts.instructions,
+        "cache_misses": counts.cache_misses, "branch_misses": counts.branch_misses,
+    })
+}
+
+fn counted_json(counted: &Counted) -> Value {
+    let stages: serde_json::Map<String, Value> = Stage::ALL
+        .iter()
+        .map(|stage| (stage.name().into(), counts_json(&counted.stages[*stage as usize])))
+        .collect();
+    json!({"stages": stages, "recursive": counts_json(&counted.recursive)})
+}

@@ -1,0 +1,73 @@
+//! `rayfront study FILE`: experiments from a file, and a page about them.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Failure, usage};
+use crate::study::experiment::Run;
+
+/// `rayfront study`.
+#[derive(Args, Debug)]
+pub struct Study {
+    /// The experiments (.ron)
+    pub file: PathBuf,
+    /// Folder of the results [default: the file's name in the folder out/]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Only report on what has been measured already
+    #[arg(long)]
+    pub report: bool,
+    /// No progress bar, no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
+    let study = crate::formats::study::load(&arguments.file)?;
+    let name = arguments.file.file_stem().unwrap_or("study".as_ref());
+    let out = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(name));
+    let folder = arguments.file.parent().unwrap_or(Path::new(""));
+    let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };
+    let jobs = run.jobs().map_err(Failure)?;
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = {
+        let stop = stop.clone();
+        move || {
+            // Once more: at once.
+            if stop.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        }
+    };
+    // Without a handler Ctrl-C ends the program as it always does; what is done is kept either way.
+    let _ = ctrlc::set_handler(handler);
+    let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {eta} left  {msg}") {
+        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
+    }
+    let mut progress = |number: usize, name: &str| {
+        bar.set_position(number as u64);
+        bar.set_message(name.to_owned());
+        !stop.load(Ordering::Relaxed)
+    };
+    if arguments.report {
+        std::fs::create_dir_all(out.join("plots"))
+            .and_then(|()| std::fs::create_dir_all(out.join("references")))
+            .map_err(|error| Failure(format!("{}: cannot make: {error}", out.display())))?;
+    } else {
+        run.run(&jobs, &mut progress).map_err(Failure)?;
+    }
+    bar.finish_and_clear();
+    let page = run.report(&jobs).map_err(Failure)?;
+    if !arguments.quiet {
+        println!("results    {}", out.join("results.csv").display());
+        println!("page       {}", page.display());
+    }
+    Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}

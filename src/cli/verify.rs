@@ -1,0 +1,209 @@
+//! `rayfront verify SCENE`: whether every way to render gives the same film.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
+
+use super::{Failure, args};
+use crate::film::PixelSum;
+use crate::integrator::{Frame, Schedule};
+use crate::study::facts::{facts, title};
+use crate::study::verify::{self, Difference, First, Verification, Way};
+
+/// `rayfront verify`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Exit codes: 0 all films are equal, 1 some are not or a file is at fault, 2 the command line is."
+)]
+pub struct Verify {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// Size of the image in pixels; it is rendered dozens of times
+    #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "96x54")]
+    pub size: args::Size,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: u32,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
+    let mut world = crate::formats::load(&arguments.scene)?;
+    world.settings.size = arguments.size;
+    world.settings.samples = arguments.spp;
+    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    let ways = verify::ways(cores);
+
+    let bar = ProgressBar::new(ways.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("rendering {bar:32} {pos} of {len} ways  {eta} left") {
+        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
+    }
+    let found = verify::verify(frame, arguments.spp, &ways, &mut |done| bar.set_position(done as u64))?;
+    bar.finish_and_clear();
+    if arguments.json {
+        println!("{}", json(arguments, &found));
+    } else {
+        print!("{}", text(arguments, &found));
+    }
+    Ok(if found.mismatches() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn schedule(way: &Way) -> String {
+    match way.schedule {
+        Schedule::Recursive => "recursive".into(),
+        Schedule::Wavefront => format!("wave {}", way.wave),
+    }
+}
+
+fn threads(way: &Way) -> String {
+    format!("{} thread{}", way.threads, if way.threads == 1 { "" } else { "s" })
+}
+
+fn describe(way: &Way) -> String {
+    format!("{}, {}, {}", schedule(way), way.level.name(), threads(way))
+}
+
+/// A table of the films' hashes and, where they differ, what happened.
+fn text(arguments: &Verify, found: &Verification) -> String {
+    let [width, height] = arguments.size;
+    let expected = found.outcomes[0].hash;
+    let mut lines = vec![
+        format!("scene      {}, {width}x{height}, {} spp", arguments.scene.display(), arguments.spp),
+        format!("film       {expected:032x}"),
+        String::new(),
+    ];
+    let rows =
+        || found.outcomes.chunk_by(|a, b| (a.way.threads, a.way.level) == (b.way.threads, b.way.level));
+    for (number, row) in rows().enumerate() {
+        if number == 0 {
+            let columns: String = row.iter().map(|cell| format!("{:>12}", schedule(&cell.way))).collect();
+            lines.push(format!("{:22}{columns}", ""));
+        }
+        let cell = |hash: u128| {
+            let mark = if hash == expected { ' ' } else { '≠' };
+            format!("  {mark}{:09x}", hash >> 92)
+        };
+        let cells: String = row.iter().map(|outcome| cell(outcome.hash)).collect();
+        lines.push(format!("{:10}{:12}{cells}", row[0].way.level.name(), threads(&row[0].way)));
+    }
+    lines.push(String::new());
+    lines.push(match found.mismatches() {
+        0 => format!("{} films, all equal", found.outcomes.len()),
+        some => format!("{some} of {} films differ from the first", found.outcomes.len()),
+    });
+    if let Some(difference) = &found.difference {
+        lines.extend(tell(difference));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn tell(difference: &Difference) -> Vec<String> {
+    let [x, y] = difference.pixel;
+    let mut lines =
+        vec![String::new(), format!("pixel      {x},{y} is the first of {} that differ", difference.pixels)];
+    for side in &difference.sides {
+        lines.push(format!("{:10} {}: {:?} quanta", "", describe(&side.way), total(&side.sum)));
+    }
+    let Some(first) = &difference.first else {
+        lines.push(
+            "cause      all that is observed there is equal when its tile is rendered by itself".into(),
+        );
+        lines.push("           on one thread: look at threads and at what is left in buffers".into());
+        return lines;
+    };
+    let place = first.place;
+    lines.push(format!(
+        "cause      sample {}, bounce {}, branch {:08x}, stage {}",
+        place.sample,
+        place.depth,
+        place.branch,
+        first.stage.name()
+    ));
+    lines.extend(columns(difference, first));
+    lines
+}
+
+/// Both sides of what happened, line by line.
+fn columns(difference: &Difference, first: &First) -> Vec<String> {
+    let [a, b] = [0, 1].map(|side| match &first.happened[side] {
+        Some(what) => (title(what), facts(what)),
+        None => ("nothing", Vec::new()),
+    });
+    let names = difference.sides.map(|side| schedule(&side.way));
+    let row = |mark, name: &str, a: &str, b: &str| format!("{mark}{name:17} {a:40} {b}");
+    let mut lines = vec![row(' ', "", &names[0], &names[1]), row(' ', "", a.0, b.0)];
+    let facts = if a.1.is_empty() { &b.1 } else { &a.1 };
+    for (i, (name, _)) in facts.iter().enumerate() {
+        let value =
+            |side: &[(&str, String)]| side.get(i).map_or_else(String::new, |(_, value)| value.clone());
+        let (a, b) = (value(&a.1), value(&b.1));
+        lines.push(row(if a == b { ' ' } else { '≠' }, name, &a, &b));
+    }
+    lines
+}
+
+fn total(sum: &PixelSum) -> [i64; 3] {
+    [0, 1, 2].map(|channel| sum.sum[0][channel] + sum.sum[1][channel])
+}
+
+fn way_json(way: &Way) -> Value {
+    json!({
+        "schedule": if way.schedule == Schedule::Recursive { "recursive" } else { "wavefront" },
+        "wave": (way.wave > 0).then_some(way.wave),
+        "simd": way.level.name(),
+        "threads": way.threads,
+    })
+}
+
+/// One object for programs.
+fn json(arguments: &Verify, found: &Verification) -> Value {
+    let films: Vec<Value> = found
+        .outcomes
+        .iter()
+        .map(|outcome| {
+            let mut way = way_json(&outcome.way);
+            way["film_hash"] = format!("{:032x}", outcome.hash).into();
+            way
+        })
+        .collect();
+    let difference = found.difference.as_ref().map(|difference| {
+        let side = |i: usize| {
+            let mut side = way_json(&difference.sides[i].way);
+            side["sum_quanta"] = json!(total(&difference.sides[i].sum));
+            let happened = difference.first.as_ref().and_then(|first| first.happened[i]);
+            side["event"] = happened.map_or(Value::Null, |what| json!(title(&what)));
+            side["facts"] = happened.map_or(Value::Null, |what| facts(&what).into_iter().collect());
+            side
+        };
+        let place = difference.first.as_ref().map(|first| first.place);
+        json!({
+            "pixel": difference.pixel,
+            "pixels": difference.pixels,
+            "sample": place.map(|place| place.sample),
+            "bounce": place.map(|place| place.depth),
+            "branch": place.map(|place| place.branch),
+            "stage": difference.first.as_ref().map(|first| first.stage.name()),
+            "sides": [side(0), side(1)],
+        })
+    });
+    json!({
+        "scene": arguments.scene,
+        "size": arguments.size,
+        "samples": arguments.spp,
+        "films": films,
+        "mismatches": found.mismatches(),
+        "difference": difference,
+    })
+}

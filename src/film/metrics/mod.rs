@@ -1,0 +1,133 @@
+//! How far an image is from a reference: numbers for programs, a map for people.
+//!
+//! The first four are measured on linear light as it is; PSNR, SSIM and FLIP on what a screen
+//! shows of it, linear light cut off at 0 and 1.
+
+pub mod colormap;
+mod flip;
+mod plane;
+mod ssim;
+
+use super::tonemap::srgb_encode;
+use crate::math::Rgb;
+use plane::Plane;
+
+/// Light above this counts as this in the relative error, so that a few very bright pixels do
+/// not outweigh all others.
+pub const RELATIVE_LIMIT: f64 = 20.0;
+
+/// How far an image is from a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metrics {
+    /// Mean of (a − b)² over all components.
+    pub mse: f64,
+    /// Its root.
+    pub rmse: f64,
+    /// Mean of (a − b)² / (b² + 0.01), both cut off at [`RELATIVE_LIMIT`].
+    pub relative_mse: f64,
+    /// Peak signal to noise in dB, peak 1, of light cut off at 0 and 1; infinite for equal images.
+    pub psnr_db: f64,
+    /// Structural similarity of sRGB luma: 1 for equal images.
+    pub ssim: f64,
+    /// Mean of FLIP's error: 0 for equal images, at most 1.
+    pub flip: f64,
+    /// Mean of the image over that of the reference: red, green, blue. 1 if both are black.
+    pub mean_ratio: [f64; 3],
+    /// Whether all components are equal.
+    pub identical: bool,
+}
+
+/// [`Metrics`] and where they come from.
+pub struct Comparison {
+    /// Of the whole image.
+    pub metrics: Metrics,
+    /// FLIP's error of each pixel, 0 to 1, row by row.
+    pub flip: Vec<f64>,
+}
+
+/// Compares an image with a reference of the same size, at least one pixel. Before PSNR, SSIM
+/// and FLIP both are multiplied by `exposure`. All components have to be finite.
+pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) -> Comparison {
+    assert!(image.len() == reference.len() && !image.is_empty(), "two images of one size");
+    let shown = |pixels: &[Rgb]| -> Vec<Rgb> {
+        pixels.iter().map(|pixel| pixel.map(|c| (c * exposure).clamp(0.0, 1.0))).collect()
+    };
+    let (screen, screen_reference) = (shown(image), shown(reference));
+    let flip = flip::map(width, &screen_reference, &screen);
+    let mse = mean_square(image, reference, |a, b| (a - b) * (a - b));
+    let relative_mse = mean_square(image, reference, |a, b| {
+        let (a, b) = (a.min(RELATIVE_LIMIT), b.min(RELATIVE_LIMIT));
+        (a - b) * (a - b) / (b * b + 0.01)
+    });
+    let shown_mse = mean_square(&screen, &screen_reference, |a, b| (a - b) * (a - b));
+    let metrics = Metrics {
+        mse,
+        rmse: mse.sqrt(),
+        relative_mse,
+        psnr_db: -10.0 * libm::log10(shown_mse),
+        ssim: ssim::mean(&luma(width, &screen_reference), &luma(width, &screen)),
+        flip: flip.iter().sum::<f64>() / flip.len() as f64,
+        mean_ratio: ratios(image, reference),
+        identical: image == reference,
+    };
+    Comparison { metrics, flip }
+}
+
+/// The mean over all components of all pixels.
+fn mean_square(a: &[Rgb], b: &[Rgb], error: impl Fn(f64, f64) -> f64) -> f64 {
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.to_array().into_iter().zip(b.to_array()));
+    let sum: f64 = pairs.map(|(a, b)| error(f64::from(a), f64::from(b))).sum();
+    sum / (3 * a.len()) as f64
+}
+
+/// What grey the eye sees, encoded.
+fn luma(width: usize, shown: &[Rgb]) -> Plane {
+    Plane::new(width, shown, |pixel| f64::from(pixel.map(srgb_encode).luminance()))
+}
+
+fn ratios(image: &[Rgb], reference: &[Rgb]) -> [f64; 3] {
+    let sum = |pixels: &[Rgb], c: usize| pixels.iter().map(|p| f64::from(p.to_array()[c])).sum::<f64>();
+    [0, 1, 2].map(|channel| {
+        let (a, b) = (sum(image, channel), sum(reference, channel));
+        if a == b { 1.0 } else { a / b }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(value: impl Fn(usize) -> f32) -> Vec<Rgb> {
+        (0..16 * 16).map(|i| Rgb::new(value(i), 0.5 * value(i), 0.25)).collect()
+    }
+
+    #[test]
+    fn equal_images_have_no_error() {
+        let a = picture(|i| (i % 7) as f32);
+        let Comparison { metrics, flip } = compare(16, &a, &a, 1.0);
+        assert_eq!((metrics.mse, metrics.rmse, metrics.relative_mse, metrics.flip), (0.0, 0.0, 0.0, 0.0));
+        assert_eq!((metrics.psnr_db, metrics.mean_ratio), (f64::INFINITY, [1.0; 3]));
+        assert!(metrics.identical && (metrics.ssim - 1.0).abs() < 1e-12);
+        assert!(flip.iter().all(|error| *error == 0.0));
+    }
+
+    #[test]
+    fn errors_by_hand() {
+        let (a, b) = (vec![Rgb::splat(0.5); 144], vec![Rgb::splat(0.4); 144]);
+        let m = compare(12, &a, &b, 1.0).metrics;
+        assert!((m.mse - 0.01).abs() < 1e-8 && (m.rmse - 0.1).abs() < 1e-7);
+        assert!((m.relative_mse - 0.01 / 0.17).abs() < 1e-7);
+        assert!((m.psnr_db - 20.0).abs() < 1e-5);
+        assert!(m.mean_ratio.iter().all(|r| (r - 1.25).abs() < 1e-6));
+        assert!(!m.identical && m.flip > 0.01 && m.ssim < 1.0);
+    }
+
+    #[test]
+    fn beyond_the_screen_only_light_differs() {
+        let (a, b) = (vec![Rgb::splat(100.0); 4], vec![Rgb::splat(25.0); 4]);
+        let m = compare(2, &a, &b, 1.0).metrics;
+        assert_eq!((m.relative_mse, m.flip, m.psnr_db), (0.0, 0.0, f64::INFINITY));
+        assert!(m.mse > 5000.0 && !m.identical);
+        assert!(compare(2, &a, &b, 0.02).metrics.flip > 0.1);
+    }
+}

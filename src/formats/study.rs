@@ -1,0 +1,424 @@
+//! Studies in RON: scenes, what is varied in them, how often, and what is plotted.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::error::LoadError;
+
+/// Experiments that are reported together.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// For people.
+    pub title: String,
+    /// What it is about; paragraphs are separated by empty lines.
+    #[serde(default)]
+    pub text: String,
+    /// One or more.
+    pub experiments: Vec<Experiment>,
+}
+
+/// Scenes × series × values of x × seeds: each combination is a job.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Letters, digits and underscores: files are named after it.
+    pub name: String,
+    /// For people.
+    #[serde(default)]
+    pub title: String,
+    /// What to look for.
+    #[serde(default)]
+    pub text: String,
+    /// Where.
+    pub scenes: Vec<Scene>,
+    /// What all jobs have in common.
+    #[serde(default)]
+    pub with: Change,
+    /// What is varied from left to right.
+    pub x: Axis,
+    /// What is compared.
+    pub series: Vec<Series>,
+    /// How often each is repeated, with other random numbers.
+    #[serde(default = "one")]
+    pub seeds: u32,
+    /// Errors are measured against an image rendered with this besides `with`.
+    #[serde(default)]
+    pub reference: Option<Change>,
+    /// What is shown.
+    #[serde(default)]
+    pub plots: Vec<Plot>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+/// Something to look at.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub enum Scene {
+    /// A scene, model or mesh, relative to the study's folder.
+    File(PathBuf),
+    /// A bumpy ball of as many triangles as x says.
+    Ball,
+    /// As many small triangles anywhere in a cube.
+    Cloud,
+}
+
+/// What is varied from left to right.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub enum Axis {
+    /// Samples a pixel.
+    Samples(Vec<u32>),
+    /// Shadow rays to each area light.
+    LightSamples(Vec<u32>),
+    /// Paths of a wave.
+    Wave(Vec<u32>),
+    /// Bounces after the camera ray.
+    Depth(Vec<u32>),
+    /// Threads.
+    Threads(Vec<u32>),
+    /// Triangles of made-up meshes.
+    Triangles(Vec<u32>),
+}
+
+impl Axis {
+    /// From left to right.
+    pub fn values(&self) -> &[u32] {
+        match self {
+            Axis::Samples(v) | Axis::LightSamples(v) | Axis::Wave(v) => v,
+            Axis::Depth(v) | Axis::Threads(v) | Axis::Triangles(v) => v,
+        }
+    }
+
+    /// What it is, with its unit.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Axis::Samples(_) => "samples a pixel",
+            Axis::LightSamples(_) => "shadow rays to a light",
+            Axis::Wave(_) => "paths of a wave",
+            Axis::Depth(_) => "bounces",
+            Axis::Threads(_) => "threads",
+            Axis::Triangles(_) => "triangles",
+        }
+    }
+}
+
+/// One of those that are compared.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Series {
+    /// For people.
+    pub label: String,
+    /// What makes it differ.
+    #[serde(default)]
+    pub with: Change,
+    /// It is not measured beyond this x.
+    #[serde(default)]
+    pub most: Option<u32>,
+}
+
+/// Settings instead of the scene's.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct Change {
+    /// Columns and rows.
+    pub size: Option<(u32, u32)>,
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// Bounces after the camera ray.
+    pub max_depth: Option<u32>,
+    /// Shadow rays to each area light.
+    pub light_samples: Option<u32>,
+    /// Where on area lights they go.
+    pub light_pattern: Option<Pattern>,
+    /// Where on the lens samples go.
+    pub lens_pattern: Option<Pattern>,
+    /// Where in a pixel samples go.
+    pub pixel_pattern: Option<Pattern>,
+    /// In which order rays are traced.
+    pub schedule: Option<Schedule>,
+    /// Paths of a wave.
+    pub wave: Option<u32>,
+    /// Threads; 1 unless told otherwise.
+    pub threads: Option<u32>,
+    /// Work put into the acceleration structure.
+    pub quality: Option<Quality>,
+    /// Traces as many scattered rays instead of rendering.
+    pub rays: Option<u32>,
+    /// How rays are traced, if they are.
+    pub by: Option<Tracing>,
+}
+
+impl Change {
+    /// This, with what `other` says instead where it says something.
+    pub fn and(&self, other: &Change) -> Change {
+        Change {
+            size: other.size.or(self.size),
+            samples: other.samples.or(self.samples),
+            max_depth: other.max_depth.or(self.max_depth),
+            light_samples: other.light_samples.or(self.light_samples),
+            light_pattern: other.light_pattern.or(self.light_pattern),
+            lens_pattern: other.lens_pattern.or(self.lens_pattern),
+            pixel_pattern: other.pixel_pattern.or(self.pixel_pattern),
+            schedule: other.schedule.or(self.schedule),
+            wave: other.wave.or(self.wave),
+            threads: other.threads.or(self.threads),
+            quality: other.quality.or(self.quality),
+            rays: other.rays.or(self.rays),
+            by: other.by.or(self.by),
+        }
+    }
+}
+
+/// How points are spread.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Pattern {
+    /// Anywhere.
+    Uniform,
+    /// One anywhere in each cell of a grid.
+    Jittered,
+    /// In the cells' centres.
+    Regular,
+}
+
+impl From<Pattern> for crate::world::Pattern {
+    fn from(pattern: Pattern) -> Self {
+        match pattern {
+            Pattern::Uniform => Self::Uniform,
+            Pattern::Jittered => Self::Jittered,
+            Pattern::Regular => Self::Regular,
+        }
+    }
+}
+
+/// In which order rays are traced.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Schedule {
+    /// Breadth first.
+    Wavefront,
+    /// Depth first.
+    Recursive,
+}
+
+/// Work put into the acceleration structure.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Quality {
+    /// As soon as possible.
+    Fast,
+    /// Good for nearly everything.
+    Default,
+    /// As good as it gets.
+    High,
+}
+
+impl From<Quality> for crate::world::BuildQuality {
+    fn from(quality: Quality) -> Self {
+        match quality {
+            Quality::Fast => Self::Fast,
+            Quality::Default => Self::Default,
+            Quality::High => Self::High,
+        }
+    }
+}
+
+/// How rays are traced.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Tracing {
+    /// By the tree, as a queue.
+    Queue,
+    /// By the tree, one by one.
+    Single,
+    /// Without the tree: every triangle for every ray.
+    BruteForce,
+}
+
+/// Something that is shown against x.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Plot {
+    /// What.
+    pub y: Measure,
+    /// Whether the axes are logarithmic.
+    #[serde(default = "yes")]
+    pub log_x: bool,
+    /// The same for y.
+    #[serde(default = "yes")]
+    pub log_y: bool,
+    /// Fit y = c · x^p to each series.
+    #[serde(default)]
+    pub fit: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// What is measured in a job.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Measure {
+    /// Mean squared error against the reference.
+    Mse,
+    /// The same, relative (see `rayfront compare`).
+    RelativeMse,
+    /// Mean of FLIP's error.
+    Flip,
+    /// Seconds by the clock.
+    RenderSeconds,
+    /// Seconds of all threads.
+    CpuSeconds,
+    /// Building the tree.
+    BuildSeconds,
+    /// CPU time of a traced ray.
+    NanosecondsPerRay,
+    /// Million rays a second by the clock.
+    Mrays,
+    /// Bytes of the tree.
+    TreeBytes,
+}
+
+impl Measure {
+    /// What it is, with its unit.
+    pub fn label(self) -> &'static str {
+        match self {
+            Measure::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
+            Measure::RelativeMse => "relative mean squared error",
+            Measure::Flip => "FLIP",
+            Measure::RenderSeconds => "rendering, s",
+            Measure::CpuSeconds => "CPU time, s",
+            Measure::BuildSeconds => "building the tree, s",
+            Measure::NanosecondsPerRay => "time of a ray, ns",
+            Measure::Mrays => "million rays a second",
+            Measure::TreeBytes => "tree, bytes",
+        }
+    }
+}
+
+/// Reads a study.
+pub fn load(path: &Path) -> Result<Study, LoadError> {
+    let text = std::fs::read_to_string(path).map_err(LoadError::io(path))?;
+    parse(&text, path)
+}
+
+/// Reads a study from its text; `path` is what messages call it.
+pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
+    let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+    let study: Study = options.from_str(text).map_err(|error| LoadError::At {
+        file: path.to_owned(),
+        line: error.span.start.line,
+        column: error.span.start.col,
+        reason: error.code.to_string(),
+    })?;
+    check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
+    Ok(study)
+}
+
+/// What `ron` cannot know.
+fn check(study: &Study) -> Result<(), String> {
+    if study.experiments.is_empty() {
+        return Err("there is no experiment: add one to experiments".into());
+    }
+    let mut names = std::collections::HashSet::new();
+    for experiment in &study.experiments {
+        let name = &experiment.name;
+        let fits = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if name.is_empty() || !name.chars().all(fits) {
+            return Err(format!("experiment \"{name}\": a name is made of letters, digits and underscores"));
+        }
+        if !names.insert(name) {
+            return Err(format!("experiment \"{name}\": another one has this name too"));
+        }
+        check_experiment(experiment).map_err(|reason| format!("experiment \"{name}\": {reason}"))?;
+    }
+    Ok(())
+}
+
+fn check_experiment(experiment: &Experiment) -> Result<(), String> {
+    let x = experiment.x.values();
+    if experiment.scenes.is_empty() || experiment.series.is_empty() || x.is_empty() {
+        return Err("it needs at least one scene, one series and one value of x".into());
+    }
+    let made_up = experiment.scenes.iter().any(|scene| !matches!(scene, Scene::File(_)));
+    if made_up && !matches!(experiment.x, Axis::Triangles(_)) {
+        return Err("Ball and Cloud need x: Triangles([…])".into());
+    }
+    if experiment.seeds == 0 {
+        return Err("seeds has to be at least 1".into());
+    }
+    let (least, most) = match experiment.x {
+        Axis::Depth(_) => (0, 65_535),
+        Axis::Samples(_) | Axis::LightSamples(_) => (1, 4_194_304),
+        Axis::Wave(_) => (1, 1_048_576),
+        Axis::Threads(_) => (1, 1024),
+        Axis::Triangles(_) => (1, 100_000_000),
+    };
+    if let Some(value) = x.iter().find(|value| !(least..=most).contains(*value)) {
+        return Err(format!("x has to be from {least} to {most}, not {value}"));
+    }
+    let errors = [Measure::Mse, Measure::RelativeMse, Measure::Flip];
+    let measures_error = experiment.plots.iter().any(|plot| errors.contains(&plot.y));
+    if measures_error && experiment.reference.is_none() {
+        return Err("an error is plotted, but there is no reference: (…) to measure it against".into());
+    }
+    let changes = experiment.series.iter().map(|series| &series.with).chain([&experiment.with]);
+    changes.chain(&experiment.reference).try_for_each(check_change)
+}
+
+fn check_change(change: &Change) -> Result<(), String> {
+    let within = |what: &str, value: Option<u32>, least: u32, most: u32| match value {
+        Some(value) if !(least..=most).contains(&value) => {
+            Err(format!("{what} has to be from {least} to {most}, not {value}"))
+        }
+        _ => Ok(()),
+    };
+    within("size", change.size.map(|size| size.0), 1, 65_536)?;
+    within("size", change.size.map(|size| size.1), 1, 65_536)?;
+    within("samples", change.samples, 1, 4_194_304)?;
+    within("light_samples", change.light_samples, 1, 4_194_304)?;
+    within("max_depth", change.max_depth, 0, 65_535)?;
+    within("wave", change.wave, 1, 1_048_576)?;
+    within("threads", change.threads, 1, 1024)?;
+    within("rays", change.rays, 1, 100_000_000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        parse(text, Path::new("a.ron")).unwrap_err().to_string()
+    }
+
+    const GOOD: &str = r#"(title: "t", experiments: [(name: "a", scenes: [File("b.ron"), Ball], x: Triangles([100, 1000]),
+        with: (rays: 100), series: [(label: "tree", with: (by: Queue)), (label: "none", with: (by: BruteForce), most: 100)],
+        plots: [(y: NanosecondsPerRay, fit: true)])])"#;
+
+    #[test]
+    fn a_study_is_read() {
+        let study = parse(GOOD, Path::new("a.ron")).unwrap();
+        let experiment = &study.experiments[0];
+        assert_eq!((experiment.seeds, experiment.x.values()), (1, &[100, 1000][..]));
+        let change = experiment.with.and(&experiment.series[1].with);
+        assert_eq!((change.rays, change.by), (Some(100), Some(Tracing::BruteForce)));
+        assert!(experiment.plots[0].log_x && experiment.plots[0].fit);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place() {
+        let unknown = error("(title: \"t\",\n experiments: [(nam: \"a\")])");
+        assert!(unknown.starts_with("a.ron:2:") && unknown.contains("nam"), "{unknown}");
+        for (from, to, wanted) in [
+            ("name: \"a\"", "name: \"a b\"", "letters, digits"),
+            ("x: Triangles([100, 1000])", "x: Triangles([])", "one value of x"),
+            ("x: Triangles([100, 1000])", "x: Samples([1])", "x: Triangles"),
+            ("x: Triangles([100, 1000])", "x: Triangles([0])", "from 1 to 100000000"),
+            ("y: NanosecondsPerRay", "y: Mse", "no reference"),
+            ("rays: 100)", "rays: 0)", "rays has to be"),
+            ("experiments: [", "experiments: [], unknown: [", "unknown"),
+        ] {
+            let error = error(&GOOD.replace(from, to));
+            assert!(error.contains(wanted), "{to}: {error}");
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Looking on while rays are traced: what happens to each sample, stage by stage, in words
+//! that do not depend on the schedule. Nobody looks while an image is rendered, and then none
+//! of this is compiled into the schedules.
+
+use super::Stage;
+use super::path::{Path, unpack_pixel};
+use crate::math::{Color, Hit, Ray, Vector};
+
+/// Is told what happens.
+pub trait Observer {
+    /// Whether anybody looks. Where not, calls and all that is done for them compile to nothing.
+    const LOOKS: bool;
+    /// Something has happened.
+    fn report(&mut self, event: &Event);
+    /// The wave has ended a stage; the time since the last one was its own.
+    #[inline(always)]
+    fn mark(&mut self, _: Stage) {}
+}
+
+/// Nobody looks.
+pub struct Nobody;
+
+impl Observer for Nobody {
+    const LOOKS: bool = false;
+    #[inline(always)]
+    fn report(&mut self, _: &Event) {}
+}
+
+/// Somebody looks. A function behind a pointer, so that each schedule is compiled twice and not
+/// once for everybody.
+pub struct Somebody<'a>(pub &'a mut dyn FnMut(&Event));
+
+impl Observer for Somebody<'_> {
+    const LOOKS: bool = true;
+    fn report(&mut self, event: &Event) {
+        (self.0)(event);
+    }
+}
+
+/// Somebody looks at the clock after each stage of the wave, and at nothing else.
+pub struct Timekeeper<F>(pub F);
+
+impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
+    const LOOKS: bool = false;
+    #[inline(always)]
+    fn report(&mut self, _: &Event) {}
+    #[inline(always)]
+    fn mark(&mut self, stage: Stage) {
+        (self.0)(stage);
+    }
+}
+
+/// What an observer is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// Something happened to a sample.
+    Sample(Place, What),
+    /// The wave has gone through a stage.
+    Wave(Flow),
+}
+
+/// Which part of a sample: a path and how many bounces it has behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Place {
+    /// Column and row of the pixel.
+    pub pixel: (u32, u32),
+    /// Which of its samples.
+    pub sample: u32,
+    /// 0 for the camera's path, a hash for those that were forked off.
+    pub branch: u32,
+    /// Bounces so far.
+    pub depth: u32,
+}
+
+impl Place {
+    /// Of a path.
+    pub fn of(path: &Path<f32>) -> Place {
+        Place {
+            pixel: unpack_pixel(path.pixel.0),
+            sample: path.sample.0,
+            branch: path.branch.0,
+            depth: path.depth.0,
+        }
+    }
+}
+
+/// Three components.
+pub type Triple = [f32; 3];
+
+/// What happened to a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum What {
+    /// A ray was traced along the path.
+    Ray {
+        /// Where from.
+        origin: Triple,
+        /// Where to.
+        direction: Triple,
+        /// The part of what it finds that reaches the film.
+        throughput: Triple,
+        /// What it met.
+        hit: Hit,
+    },
+    /// What it met has been looked up.
+    Vertex {
+        /// In world space.
+        position: Triple,
+        /// Of the surface itself, on the viewer's side.
+        geometric_normal: Triple,
+        /// For shading.
+        normal: Triple,
+        /// What the path has gathered, with what the surface gives off by itself.
+        radiance: Triple,
+    },
+    /// A ray to a light.
+    Light {
+        /// Which light.
+        light: u32,
+        /// Which of its samples.
+        which: u32,
+        /// Where from.
+        origin: Triple,
+        /// Where to.
+        direction: Triple,
+        /// Where it ends.
+        distance: f32,
+        /// What arrives at the film if nothing is between.
+        contribution: Triple,
+    },
+    /// The ray to a light has been traced.
+    Shadow {
+        /// Whether something is between.
+        blocked: bool,
+    },
+    /// The path has gone on from its last vertex, or been forked off there.
+    Onward {
+        /// How.
+        way: Way,
+        /// Where to.
+        direction: Triple,
+        /// What counts of it.
+        throughput: Triple,
+    },
+    /// The path has come to its end.
+    End {
+        /// What it has gathered in all.
+        radiance: Triple,
+    },
+}
+
+/// How a path goes on from a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Along the mirror image.
+    Reflect,
+    /// Through the surface.
+    Refract,
+    /// Wherever the path transport drew.
+    Scatter,
+}
+
+/// What went through a stage of the wave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow {
+    /// Which.
+    pub stage: Stage,
+    /// How many items came to it.
+    pub entering: usize,
+    /// How many went on.
+    pub leaving: usize,
+    /// How many the wave has room for.
+    pub capacity: usize,
+    /// Lanes that work together.
+    pub width: usize,
+    /// How often that many lanes of a group went on.
+    pub lanes: [u32; 17],
+}
+
+/// A path with the ray that was traced along it.
+#[inline(always)]
+pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
+    let what = What::Ray {
+        origin: triple(path.origin),
+        direction: triple(path.direction),
+        throughput: color(path.throughput),
+        hit,
+    };
+    Event::Sample(Place::of(path), what)
+}
+
+/// A path at a vertex.
+#[inline(always)]
+pub fn vertex(
+    path: &Path<f32>,
+    position: Vector<f32>,
+    geometric_normal: Vector<f32>,
+    normal: Vector<f32>,
+) -> Event {
+    let what = What::Vertex {
+        position: triple(position),
+        geometric_normal: triple(geometric_normal),
+        normal: triple(normal),
+        radiance: color(path.radiance),
+    };
+    Event::Sample(Place::of(path), what)
+}
+
+/// A path of the path transport at a vertex, whose normals it does not tell.
+#[inline(always)]
+pub fn path_vertex(path: &Path<f32>, t: f32) -> Event {
+    vertex(path, path.origin + path.direction * t, Vector::zero(), Vector::zero())
+}
+
+/// A path of the path transport with a ray to a light, of which it does not tell which.
+#[inline(always)]
+pub fn path_light(path: &Path<f32>, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
+    light(path, crate::math::NONE as usize, 0, ray, contribution)
+}
+
+/// A path with a ray to a light.
+#[inline(always)]
+pub fn light(path: &Path<f32>, light: usize, which: u32, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
+    let what = What::Light {
+        light: light as u32,
+        which,
+        origin: triple(ray.origin),
+        direction: triple(ray.direction),
+        distance: ray.t_max,
+        contribution: color(contribution),
+    };
+    Event::Sample(Place::of(path), what)
+}
+
+/// A path whose ray to a light has been traced.
+#[inline(always)]
+pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
+    Event::Sample(Place::of(path), What::Shadow { blocked })
+}
+
+/// A path that has gone on from a vertex.
+#[inline(always)]
+pub fn onward(way: Way, next: &Path<f32>) -> Event {
+    let (direction, throughput) = (triple(next.direction), color(next.throughput));
+    Event::Sample(Place::of(next), What::Onward { way, direction, throughput })
+}
+
+/// A path at its end.
+#[inline(always)]
+pub fn end(path: &Path<f32>, radiance: Color<f32>) -> Event {
+    Event::Sample(Place::of(path), What::End { radiance: color(radiance) })
+}
+
+fn triple(v: Vector<f32>) -> Triple {
+    [v.x, v.y, v.z]
+}
+
+fn color(c: Color<f32>) -> Triple {
+    [c.r, c.g, c.b]
+}

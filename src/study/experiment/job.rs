@@ -1,0 +1,213 @@
+//! One job: a scene with some settings, rendered or traced, and what was measured.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::results::Row;
+use super::shapes;
+use crate::bvh::{self, Coherence, Stack, brute};
+use crate::film::metrics;
+use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Tracing};
+use crate::math::{Rgb, Vec3};
+use crate::query::HitBatch;
+use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
+use crate::scene::CompiledScene;
+use crate::simd::Level;
+use crate::world::{Camera, Falloff, Light, Shape, Transform, World};
+
+/// An image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row by row.
+    pub pixels: Vec<Rgb>,
+}
+
+/// What was measured, and the image if there is one.
+pub struct Done {
+    /// Numbers.
+    pub row: Row,
+    /// What was rendered.
+    pub image: Option<Image>,
+}
+
+/// Puts the value of an axis where it belongs. Triangles belong to the scene.
+pub(super) fn at(change: &Change, axis: &Axis, x: u32) -> Change {
+    let mut change = change.clone();
+    match axis {
+        Axis::Samples(_) => change.samples = Some(x),
+        Axis::LightSamples(_) => change.light_samples = Some(x),
+        Axis::Wave(_) => change.wave = Some(x),
+        Axis::Depth(_) => change.max_depth = Some(x),
+        Axis::Threads(_) => change.threads = Some(x),
+        Axis::Triangles(_) => {}
+    }
+    change
+}
+
+/// Where a scene's file is, as seen from the study's.
+pub(super) fn path(folder: &Path, file: &Path) -> PathBuf {
+    folder.join(file)
+}
+
+/// The world of a job: the scene with other settings.
+fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u32) -> Result<World, String> {
+    let mut world = match scene {
+        Scene::File(file) => crate::formats::load(&path(folder, file)).map_err(|error| error.to_string())?,
+        Scene::Ball => made_up(shapes::ball(triangles)),
+        Scene::Cloud => made_up(shapes::cloud(triangles)),
+    };
+    let settings = &mut world.settings;
+    settings.size = change.size.map_or(settings.size, |(width, height)| [width, height]);
+    settings.samples = change.samples.unwrap_or(settings.samples);
+    settings.max_depth = change.max_depth.unwrap_or(settings.max_depth);
+    settings.pixel_pattern = change.pixel_pattern.map_or(settings.pixel_pattern, Into::into);
+    settings.build_quality = change.quality.map_or(settings.build_quality, Into::into);
+    settings.seed = settings.seed.wrapping_add(u64::from(seed));
+    world.change_lights(|light| {
+        if let Light::Area { samples, pattern, .. } = light {
+            *samples = change.light_samples.unwrap_or(*samples);
+            *pattern = change.light_pattern.map_or(*pattern, Into::into);
+        }
+    });
+    world.change_cameras(|camera| {
+        if let Camera::ThinLens { pattern, .. } = camera {
+            *pattern = change.lens_pattern.map_or(*pattern, Into::into);
+        }
+    });
+    Ok(world)
+}
+
+/// A mesh with a lamp, looked at.
+fn made_up(mesh: crate::world::Mesh) -> World {
+    let mut world = World::default();
+    let mesh = world.assets.add_mesh(mesh);
+    world.entities.spawn((Shape::Mesh(mesh), Transform::IDENTITY));
+    let at = |x, y, z| Transform::Trs {
+        translation: Vec3::new(x, y, z),
+        rotation: crate::math::Quat::IDENTITY,
+        scale: Vec3::ONE,
+    };
+    world.entities.spawn((Camera::Pinhole { vertical_fov: 0.7 }, at(0.0, 0.0, 4.0)));
+    let lamp = Light::Point { power_w: Rgb::splat(400.0), falloff: Falloff::InverseSquare };
+    world.entities.spawn((lamp, at(2.0, 3.0, 4.0)));
+    world
+}
+
+/// A clock of the process's CPU time, where the system has one.
+pub type CpuSeconds = fn() -> Option<f64>;
+
+/// Does a job. `change` has the value of x in it; `reference` is what an image is compared with.
+pub(super) fn run(
+    scene: &Scene,
+    folder: &Path,
+    [triangles, seed]: [u32; 2],
+    change: &Change,
+    reference: Option<&Image>,
+    cpu: CpuSeconds,
+) -> Result<Done, String> {
+    let world = world(scene, folder, triangles, change, seed)?;
+    let compiled = crate::compile::compile(&world, None).map_err(|error| error.to_string())?;
+    let mut row = Row::default();
+    row.set(Measure::BuildSeconds, compiled.bvh.statistics.time.as_secs_f64());
+    row.set(Measure::TreeBytes, compiled.bvh.bytes() as f64);
+    if let Some(count) = change.rays {
+        trace(&compiled, change.by.unwrap_or(Tracing::Queue), count, seed, cpu, &mut row);
+        return Ok(Done { row, image: None });
+    }
+    let image = render(compiled, &world, change, cpu, &mut row)?;
+    if let Some(reference) = reference {
+        if (image.width, image.height) != (reference.width, reference.height) {
+            return Err("the reference has another size: set size in `with` of the experiment".into());
+        }
+        let errors = metrics::compare(image.width as usize, &image.pixels, &reference.pixels, 1.0).metrics;
+        row.set(Measure::Mse, errors.mse);
+        row.set(Measure::RelativeMse, errors.relative_mse);
+        row.set(Measure::Flip, errors.flip);
+    }
+    Ok(Done { row, image: Some(image) })
+}
+
+fn render(
+    compiled: CompiledScene,
+    world: &World,
+    change: &Change,
+    cpu: CpuSeconds,
+    row: &mut Row,
+) -> Result<Image, String> {
+    let schedule = match change.schedule {
+        Some(Schedule::Recursive) => crate::integrator::Schedule::Recursive,
+        Some(Schedule::Wavefront) | None => crate::integrator::Schedule::Wavefront,
+    };
+    let wave = change.wave.map_or(DEFAULT_WAVE, |wave| wave as usize);
+    // Small tiles, or small images would leave most threads without work.
+    let options = Options { schedule, wave, tile: 32, ..Options::default() };
+    let mut session = Session::new(compiled, &world.settings, options);
+    let threads = change.threads.unwrap_or(1) as usize;
+    let (wall, spent) = on_threads(threads, || {
+        let (start, before) = (Instant::now(), cpu());
+        session.advance(u32::MAX);
+        (start.elapsed().as_secs_f64(), before.zip(cpu()).map(|(before, after)| after - before))
+    })
+    .map_err(|error| error.to_string())?;
+    let rays = session.statistics().rays.total() as f64;
+    row.set(Measure::RenderSeconds, wall);
+    row.set(Measure::Mrays, rays / wall.max(1e-9) / 1e6);
+    if let Some(spent) = spent {
+        row.set(Measure::CpuSeconds, spent);
+        row.set(Measure::NanosecondsPerRay, spent * 1e9 / rays.max(1.0));
+    }
+    row.film = Some(session.film().hash());
+    let [width, height] = world.settings.size;
+    Ok(Image { width, height, pixels: session.film().radiance() })
+}
+
+/// Triangle tests of brute force in one job at most: about a second.
+const MOST_TESTS: u64 = 300_000_000;
+
+/// Traces scattered rays on this thread.
+fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut Row) {
+    let (level, bvh) = (Level::detect(), &compiled.bvh);
+    let triangles = compiled.geometry.triangles.len().max(1) as u64;
+    let count = match by {
+        Tracing::BruteForce => u64::from(count).min(MOST_TESTS / triangles).max(1) as u32,
+        Tracing::Queue | Tracing::Single => count,
+    };
+    let batch = shapes::rays(count, seed);
+    let mut hits = HitBatch::new(batch.len());
+    let mut stack = Stack::new(bvh);
+    let (start, before) = (Instant::now(), cpu());
+    match by {
+        Tracing::Queue => {
+            bvh::closest(level, bvh, batch.rays(), Coherence::Scattered, &mut stack, hits.hits_mut());
+        }
+        Tracing::Single => {
+            for i in 0..batch.len() {
+                let hits = hits.hits_mut();
+                let one = bvh::HitsMut {
+                    t: &mut hits.t[i..=i],
+                    u: &mut hits.u[i..=i],
+                    v: &mut hits.v[i..=i],
+                    primitive: &mut hits.primitive[i..=i],
+                    instance: &mut hits.instance[i..=i],
+                };
+                bvh::closest(level, bvh, batch.rays().range(i..i + 1), Coherence::Unknown, &mut stack, one);
+            }
+        }
+        Tracing::BruteForce => {
+            for i in 0..batch.len() {
+                let hit = brute::closest(level, bvh, &batch.rays().ray(i));
+                hits.hits_mut().t[i] = hit.t;
+            }
+        }
+    }
+    let wall = start.elapsed().as_secs_f64();
+    let spent = before.zip(cpu()).map_or(wall, |(before, after)| after - before);
+    row.set(Measure::RenderSeconds, wall);
+    row.set(Measure::CpuSeconds, spent);
+    row.set(Measure::NanosecondsPerRay, spent * 1e9 / f64::from(count));
+    row.set(Measure::Mrays, f64::from(count) / wall.max(1e-9) / 1e6);
+}

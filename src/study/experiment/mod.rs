@@ -1,0 +1,313 @@
+//! Studies: jobs from scenes, settings and seeds; what they measured as CSV, plots and a page.
+
+pub mod fit;
+mod job;
+mod machine;
+mod page;
+pub mod plot;
+pub mod results;
+mod shapes;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use crate::film::tonemap::{DisplayTransform, srgb_decode};
+use crate::formats::picture::{Output, PngBits, load_linear, save};
+use crate::formats::study::{Change, Experiment, Plot, Scene, Study};
+use crate::math::Rgb;
+use crate::world::Tonemap;
+use fit::{Estimate, Fit};
+pub use job::{CpuSeconds, Image};
+use plot::{Curve, Figure};
+use results::{Label, Results};
+
+/// A study, where it is and where its results go.
+pub struct Run<'a> {
+    /// What to do.
+    pub study: &'a Study,
+    /// Scenes are relative to it.
+    pub folder: &'a Path,
+    /// Where everything goes; made if it is not there.
+    pub out: &'a Path,
+    /// A clock of the process's CPU time.
+    pub cpu: CpuSeconds,
+}
+
+/// One of a study's jobs.
+pub struct Job<'a> {
+    experiment: &'a Experiment,
+    scene: &'a Scene,
+    series: usize,
+    x: u32,
+    seed: u32,
+    change: Change,
+    label: Label,
+}
+
+impl Job<'_> {
+    /// For people.
+    pub fn name(&self) -> String {
+        let Label { experiment, scene, series, x, seed, .. } = &self.label;
+        format!("{experiment}: {scene}, {series}, {x}, seed {seed}")
+    }
+}
+
+/// A curve's place: which scene and which series of an experiment.
+type Place = (usize, usize);
+
+impl<'a> Run<'a> {
+    /// All jobs. Repetitions are outermost and series innermost, so that whatever else the
+    /// machine does meets all series alike.
+    pub fn jobs(&self) -> Result<Vec<Job<'a>>, String> {
+        let mut jobs = Vec::new();
+        let mut hashes = HashMap::new();
+        for experiment in &self.study.experiments {
+            for seed in 0..experiment.seeds {
+                for scene in &experiment.scenes {
+                    let content = self.content(scene, &mut hashes)?;
+                    for x in experiment.x.values() {
+                        for series in 0..experiment.series.len() {
+                            jobs.extend(job(experiment, scene, content, series, *x, seed));
+                        }
+                    }
+                }
+            }
+        }
+        Ok(jobs)
+    }
+
+    /// A hash of a scene's file: a scene that was changed is rendered again.
+    fn content(&self, scene: &Scene, known: &mut HashMap<PathBuf, u128>) -> Result<u128, String> {
+        let Scene::File(file) = scene else { return Ok(0) };
+        let path = job::path(self.folder, file);
+        if let Some(hash) = known.get(&path) {
+            return Ok(*hash);
+        }
+        let bytes =
+            std::fs::read(&path).map_err(|error| format!("{}: cannot read: {error}", path.display()))?;
+        let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
+        known.insert(path, hash);
+        Ok(hash)
+    }
+
+    /// Does what has not been done yet. `progress` is told of each job before it begins, with how
+    /// many are behind it, and says whether to go on.
+    pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), String> {
+        for folder in ["references", "images", "plots"] {
+            let path = self.out.join(folder);
+            std::fs::create_dir_all(&path)
+                .map_err(|error| format!("{}: cannot make: {error}", path.display()))?;
+        }
+        let mut results = Results::open(&self.out.join("results.csv"))?;
+        let mut references: HashMap<PathBuf, Image> = HashMap::new();
+        for (number, job) in jobs.iter().enumerate() {
+            if results.get(job.label.key).is_some() {
+                continue;
+            }
+            if !progress(number, &job.name()) {
+                return Ok(());
+            }
+            let reference = match &job.experiment.reference {
+                Some(change) => {
+                    let path = self.reference_path(job);
+                    if !references.contains_key(&path) {
+                        references.insert(path.clone(), self.reference(job, change, &path)?);
+                    }
+                    references.get(&path)
+                }
+                None => None,
+            };
+            let done = self.perform(job, &job.change, job.seed, reference)?;
+            // The first repetition's images are shown.
+            if let Some(image) = done.image.filter(|_| job.seed == 0 && reference.is_some()) {
+                self.save(&self.image_path(job), &image)?;
+            }
+            results.add(&job.label, done.row)?;
+        }
+        Ok(())
+    }
+
+    fn perform(
+        &self,
+        job: &Job,
+        change: &Change,
+        seed: u32,
+        reference: Option<&Image>,
+    ) -> Result<job::Done, String> {
+        job::run(job.scene, self.folder, [job.x, seed], change, reference, self.cpu)
+            .map_err(|reason| format!("{}: {reason}", job.name()))
+    }
+
+    /// The reference from its file, or rendered.
+    fn reference(&self, job: &Job, change: &Change, path: &Path) -> Result<Image, String> {
+        if let Ok((width, height, pixels)) = load_linear(path) {
+            return Ok(Image { width, height, pixels });
+        }
+        let mut change = job.experiment.with.and(change);
+        // Nobody measures its time: on all threads.
+        change.threads = Some(0);
+        // A seed of its own, so that no job shares its numbers.
+        let done = self.perform(job, &change, 1_000_003, None)?;
+        let image = done.image.ok_or("a reference has to be rendered: leave rays out of `with`")?;
+        self.save(path, &image)?;
+        Ok(image)
+    }
+
+    fn reference_path(&self, job: &Job) -> PathBuf {
+        let Experiment { with, reference, .. } = job.experiment;
+        let text = format!("{:?} {:?} {with:?} {reference:?}", job.scene, job.label.scene);
+        let hash = xxhash_rust::xxh3::xxh3_64(text.as_bytes());
+        self.out.join("references").join(format!("{}_{hash:016x}.exr", job.label.scene))
+    }
+
+    fn image_path(&self, job: &Job) -> PathBuf {
+        self.out.join("images").join(format!("{:032x}.png", job.label.key))
+    }
+
+    fn save(&self, path: &Path, image: &Image) -> Result<(), String> {
+        let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
+        let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
+        let output = Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[] };
+        save(path, &output).map_err(|error| error.to_string())
+    }
+
+    /// Plots and the page from all that has been measured. Returns the page's path.
+    pub fn report(&self, jobs: &[Job]) -> Result<PathBuf, String> {
+        let results = Results::open(&self.out.join("results.csv"))?;
+        let mut sections = Vec::new();
+        for experiment in &self.study.experiments {
+            let own: Vec<&Job> = jobs.iter().filter(|job| std::ptr::eq(job.experiment, experiment)).collect();
+            let mut plots = Vec::new();
+            for plot in &experiment.plots {
+                let figure = figure(experiment, plot, &own, &results);
+                let name = format!("{}_{:?}", experiment.name, plot.y).to_lowercase();
+                let svg = plot::svg(&figure)?;
+                self.write(&self.out.join("plots").join(format!("{name}.svg")), svg.as_bytes())?;
+                self.save_plot(&self.out.join("plots").join(format!("{name}.png")), &plot::pixels(&figure)?)?;
+                plots.push(page::Shown { figure, svg });
+            }
+            let images = self.images(experiment, &own)?;
+            sections.push(page::Section { experiment, plots, images });
+        }
+        let path = self.out.join("index.html");
+        self.write(&path, page::html(self.study, &sections).as_bytes())?;
+        Ok(path)
+    }
+
+    /// The images of the first repetition, with their references.
+    fn images(&self, experiment: &Experiment, jobs: &[&Job]) -> Result<Vec<page::Pictures>, String> {
+        let mut all = Vec::new();
+        for (scene_number, scene) in experiment.scenes.iter().enumerate() {
+            let of_scene = || jobs.iter().filter(move |job| job.scene == scene && job.seed == 0);
+            let Some(job) = of_scene().next() else { continue };
+            let Ok((width, height, pixels)) = load_linear(&self.reference_path(job)) else { continue };
+            let png = self.out.join("references").join(format!("{}_{scene_number}.png", experiment.name));
+            self.save(&png, &Image { width, height, pixels })?;
+            let reference = self.read(&png)?;
+            let mut shown = Vec::new();
+            for job in of_scene() {
+                let path = self.image_path(job);
+                if path.is_file() {
+                    shown.push((job.label.series.clone(), job.x, self.read(&path)?));
+                }
+            }
+            all.push(page::Pictures { scene: job.label.scene.clone(), reference, shown });
+        }
+        Ok(all)
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
+        std::fs::read(path).map_err(|error| format!("{}: cannot read: {error}", path.display()))
+    }
+
+    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), String> {
+        std::fs::write(path, bytes).map_err(|error| format!("{}: cannot write: {error}", path.display()))
+    }
+
+    fn save_plot(&self, path: &Path, bytes: &[u8]) -> Result<(), String> {
+        let linear = |byte: u8| srgb_decode(f32::from(byte) / 255.0);
+        let pixels =
+            bytes.chunks_exact(3).map(|p| Rgb::new(linear(p[0]), linear(p[1]), linear(p[2]))).collect();
+        self.save(path, &Image { width: plot::SIZE.0, height: plot::SIZE.1, pixels })
+    }
+}
+
+/// A job, unless its series ends before x.
+fn job<'a>(
+    experiment: &'a Experiment,
+    scene: &'a Scene,
+    content: u128,
+    series: usize,
+    x: u32,
+    seed: u32,
+) -> Option<Job<'a>> {
+    let line = &experiment.series[series];
+    if line.most.is_some_and(|most| x > most) {
+        return None;
+    }
+    let change = job::at(&experiment.with.and(&line.with), &experiment.x, x);
+    let scene_name = match scene {
+        Scene::File(file) => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        Scene::Ball => "ball".into(),
+        Scene::Cloud => "cloud".into(),
+    };
+    // Threads and the like do not change images, but what is measured.
+    let text = format!(
+        "{} {:?} {content:x} {change:?} {x} {seed} {:?} {:?}",
+        env!("CARGO_PKG_VERSION"),
+        scene,
+        experiment.reference,
+        experiment.with
+    );
+    let label = Label {
+        key: xxhash_rust::xxh3::xxh3_128(format!("{} {} {text}", experiment.name, line.label).as_bytes()),
+        experiment: experiment.name.clone(),
+        scene: scene_name,
+        series: line.label.clone(),
+        x,
+        seed,
+    };
+    Some(Job { experiment, scene, series, x, seed, change, label })
+}
+
+/// A curve for each scene and series.
+fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&Job], results: &Results) -> Figure {
+    let mut curves = Vec::new();
+    let several = experiment.scenes.len() > 1;
+    for (scene_number, scene) in experiment.scenes.iter().enumerate() {
+        for (series_number, series) in experiment.series.iter().enumerate() {
+            let place: Place = (scene_number, series_number);
+            let own = || {
+                jobs.iter()
+                    .filter(move |job| job.scene == &experiment.scenes[place.0] && job.series == place.1)
+            };
+            let value = |job: &&&Job| results.get(job.label.key).and_then(|row| row.get(plot.y));
+            let all: Vec<(f64, f64)> =
+                own().filter_map(|job| Some((f64::from(job.x), value(&job)?))).collect();
+            let points: Vec<(f64, Estimate)> = experiment
+                .x
+                .values()
+                .iter()
+                .filter_map(|x| {
+                    let at: Vec<f64> =
+                        all.iter().filter(|(ax, _)| *ax == f64::from(*x)).map(|p| p.1).collect();
+                    Some((f64::from(*x), Estimate::of(&at)?))
+                })
+                .collect();
+            if points.is_empty() {
+                continue;
+            }
+            let name = own().next().map_or_else(|| format!("{scene:?}"), |job| job.label.scene.clone());
+            let label = if several { format!("{name}, {}", series.label) } else { series.label.clone() };
+            curves.push(Curve { label, points, fit: plot.fit.then(|| Fit::of(&all)).flatten() });
+        }
+    }
+    let title = if experiment.title.is_empty() { &experiment.name } else { &experiment.title };
+    Figure {
+        title: title.clone(),
+        x_label: experiment.x.label().into(),
+        y_label: plot.y.label().into(),
+        log: [plot.log_x, plot.log_y],
+        curves,
+    }
+}

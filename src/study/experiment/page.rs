@@ -1,0 +1,160 @@
+//! One HTML page that holds everything: images, plots, tables, the machine.
+
+use super::machine;
+use super::plot::{Figure, legend};
+use crate::formats::study::{Experiment, Study};
+
+/// A plot as it was drawn.
+pub(super) struct Shown {
+    pub figure: Figure,
+    pub svg: String,
+}
+
+/// Images of a scene as PNG files.
+pub(super) struct Pictures {
+    pub scene: String,
+    pub reference: Vec<u8>,
+    /// Series, x and image.
+    pub shown: Vec<(String, u32, Vec<u8>)>,
+}
+
+/// An experiment's part of the page.
+pub(super) struct Section<'a> {
+    pub experiment: &'a Experiment,
+    pub plots: Vec<Shown>,
+    pub images: Vec<Pictures>,
+}
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:#222}\
+svg{max-width:100%;height:auto}table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .8em;border-bottom:1px solid #ddd;text-align:right}\
+td:first-child,th:first-child{text-align:left}.wipe{position:relative;display:inline-block;line-height:0}\
+.wipe img{display:block;max-width:100%;image-rendering:pixelated}.wipe .over{position:absolute;inset:0;clip-path:inset(0 50% 0 0)}\
+.wipe i{position:absolute;top:0;bottom:0;left:50%;width:1px;background:#fff;mix-blend-mode:difference}input[type=range]{width:100%;max-width:640px}";
+
+/// The range moves the edge between both images; the list chooses the one on the left.
+const SCRIPT: &str = "for(const f of document.querySelectorAll('figure.images')){\
+const o=f.querySelector('.over'),l=f.querySelector('i'),r=f.querySelector('input'),s=f.querySelector('select');\
+const w=()=>{o.style.clipPath='inset(0 '+(100-r.value)+'% 0 0)';l.style.left=r.value+'%'};\
+r.oninput=w;s.onchange=()=>{o.src=s.value};w();s.onchange()}";
+
+/// The whole page.
+pub(super) fn html(study: &Study, sections: &[Section]) -> String {
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n{1}",
+        escaped(&study.title),
+        paragraphs(&study.text)
+    );
+    for section in sections {
+        out += &section_html(section);
+    }
+    let rows: String = machine::describe()
+        .iter()
+        .map(|(name, value)| format!("<tr><td>{name}</td><td>{}</td></tr>", escaped(value)))
+        .collect();
+    out += &format!("<h2>Machine</h2>\n<table>{rows}</table>\n<script>{SCRIPT}</script>\n</body></html>\n");
+    out
+}
+
+fn section_html(section: &Section) -> String {
+    let Experiment { name, title, text, .. } = section.experiment;
+    let title = if title.is_empty() { name } else { title };
+    let mut out = format!("<h2 id=\"{name}\">{}</h2>\n{}", escaped(title), paragraphs(text));
+    for shown in &section.plots {
+        out += &format!("<figure>{}</figure>\n{}", shown.svg, table(&shown.figure));
+    }
+    for pictures in section.images.iter().filter(|pictures| !pictures.shown.is_empty()) {
+        out += &images(pictures);
+    }
+    out
+}
+
+/// The numbers of a plot: a row for each x, a column for each curve.
+fn table(figure: &Figure) -> String {
+    let heads: String =
+        figure.curves.iter().map(|curve| format!("<th>{}</th>", escaped(&legend(curve)))).collect();
+    let mut xs: Vec<f64> = figure.curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.0)).collect();
+    xs.sort_by(f64::total_cmp);
+    xs.dedup();
+    let cell = |points: &[(f64, super::Estimate)], x: f64| {
+        points.iter().find(|point| point.0 == x).map_or(String::new(), |(_, estimate)| {
+            let margin = estimate.margin.map_or(String::new(), |margin| format!(" ± {}", number(margin)));
+            format!("{}{margin}", number(estimate.mean))
+        })
+    };
+    let rows: String = xs
+        .iter()
+        .map(|x| {
+            let cells: String =
+                figure.curves.iter().map(|curve| format!("<td>{}</td>", cell(&curve.points, *x))).collect();
+            format!("<tr><td>{x}</td>{cells}</tr>\n")
+        })
+        .collect();
+    format!(
+        "<details><summary>{}</summary><table><tr><th>{}</th>{heads}</tr>\n{rows}</table></details>\n",
+        escaped(&figure.y_label),
+        escaped(&figure.x_label)
+    )
+}
+
+/// Three digits.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+fn images(pictures: &Pictures) -> String {
+    let data = |png: &[u8]| format!("data:image/png;base64,{}", base64(png));
+    let options: String = pictures
+        .shown
+        .iter()
+        .map(|(series, x, png)| format!("<option value=\"{}\">{}, {x}</option>", data(png), escaped(series)))
+        .collect();
+    format!(
+        "<figure class=\"images\"><div class=\"wipe\"><img alt=\"the reference\" src=\"{}\"><img class=\"over\" alt=\"an image\"><i></i></div>\
+<br><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"how much of the image is seen before the reference\">\
+<figcaption>{}: <select aria-label=\"which image\">{options}</select> on the left, the reference on the right</figcaption></figure>\n",
+        data(&pictures.reference),
+        escaped(&pictures.scene)
+    )
+}
+
+fn paragraphs(text: &str) -> String {
+    let parts = text.split("\n\n").map(str::trim).filter(|part| !part.is_empty());
+    parts.map(|part| format!("<p>{}</p>\n", escaped(part))).collect()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// RFC 4648.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for digit in 0..4 {
+            let value = bits >> (18 - 6 * digit) & 63;
+            out.push(if digit <= chunk.len() { DIGITS[value as usize] as char } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        for (plain, wanted) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(plain.as_bytes()), wanted);
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Curves with confidence bands, as SVG and as pixels.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::fit::{Estimate, Fit};
+
+/// Width and height in pixels.
+pub const SIZE: (u32, u32) = (900, 560);
+/// One a curve, told apart by most eyes (Okabe and Ito, 2008).
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(60, 60, 60),
+];
+const FONT: &str = "sans-serif";
+
+/// What is compared.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// For people.
+    pub label: String,
+    /// From left to right.
+    pub points: Vec<(f64, Estimate)>,
+    /// How y grows, if that was asked for.
+    pub fit: Option<Fit>,
+}
+
+/// Curves over common axes.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Above.
+    pub title: String,
+    /// With its unit.
+    pub x_label: String,
+    /// With its unit.
+    pub y_label: String,
+    /// Whether each axis is logarithmic.
+    pub log: [bool; 2],
+    /// At least one.
+    pub curves: Vec<Curve>,
+}
+
+/// The figure as SVG.
+pub fn svg(figure: &Figure) -> Result<String, String> {
+    register_font()?;
+    let mut text = String::new();
+    draw(figure, SVGBackend::with_string(&mut text, SIZE).into_drawing_area())?;
+    Ok(text)
+}
+
+/// The figure in sRGB, three bytes a pixel, row by row.
+pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
+    register_font()?;
+    let mut bytes = vec![255; 3 * SIZE.0 as usize * SIZE.1 as usize];
+    draw(figure, BitMapBackend::with_buffer(&mut bytes, SIZE).into_drawing_area())?;
+    Ok(bytes)
+}
+
+/// The program brings its font along: there may be none on the machine.
+fn register_font() -> Result<(), String> {
+    plotters::style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .map_err(|_| "the font of plots cannot be read".into())
+}
+
+/// An axis in the numbers that are drawn: a value itself or its logarithm.
+#[derive(Clone)]
+struct Scale {
+    log: bool,
+    from: f64,
+    to: f64,
+}
+
+impl Scale {
+    fn new(log: bool, values: impl Iterator<Item = f64>) -> Scale {
+        let drawn = values
+            .filter(|v| v.is_finite() && (!log || *v > 0.0))
+            .map(|v| if log { libm::log10(v) } else { v });
+        let (from, to) = drawn.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        if from > to {
+            return Scale { log, from: 0.0, to: 1.0 };
+        }
+        let from = if log { from } else { from.min(0.0) };
+        let margin = 0.05 * (to - from).max(if log { 0.2 } else { to.abs().max(1e-9) * 0.1 });
+        Scale { log, from: if log { from - margin } else { from }, to: to + margin }
+    }
+
+    /// Where a value lies; what is not above 0 lies at the end of a logarithmic axis.
+    fn place(&self, value: f64) -> f64 {
+        match self.log {
+            true if value > 0.0 => libm::log10(value).clamp(self.from, self.to),
+            true => self.from,
+            false => value.clamp(self.from, self.to),
+        }
+    }
+
+    /// Where lines with numbers are.
+    fn marks(&self) -> Vec<f64> {
+        let span = self.to - self.from;
+        let steps: &[f64] = match self.log {
+            // Several within a power of ten where there are few of those.
+            true if span < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+            true if span < 2.5 => &[1.0, 2.0, 5.0],
+            true => &[1.0],
+            false => return self.even_marks(),
+        };
+        let powers = self.from.floor() as i32..=self.to.ceil() as i32;
+        let every = if steps.len() == 1 { (span / 8.0).ceil().max(1.0) as i32 } else { 1 };
+        let marks = powers
+            .filter(|power| power.rem_euclid(every) == 0)
+            .flat_map(|power| steps.iter().map(move |step| f64::from(power) + libm::log10(*step)));
+        marks.filter(|mark| (self.from..=self.to).contains(mark)).collect()
+    }
+
+    fn even_marks(&self) -> Vec<f64> {
+        let rough = (self.to - self.from) / 6.0;
+        let power = libm::pow(10.0, libm::log10(rough).floor());
+        let step = [1.0, 2.0, 5.0, 10.0].into_iter().find(|s| s * power >= rough).unwrap_or(10.0) * power;
+        let first = (self.from / step).ceil() as i64;
+        let last = (self.to / step).floor() as i64;
+        (first..=last).map(|i| i as f64 * step).collect()
+    }
+
+    /// A mark's number.
+    fn text(&self, place: f64) -> String {
+        let value = if self.log { libm::pow(10.0, place) } else { place };
+        if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
+            return format!("{value:.0e}");
+        }
+        let text = format!("{value:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
+
+impl Ranged for Scale {
+    type FormatOption = plotters::coord::ranged1d::DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, place: &f64, (first, last): (i32, i32)) -> i32 {
+        let part = (place - self.from) / (self.to - self.from);
+        first + (f64::from(last - first) * part).round() as i32
+    }
+
+    fn key_points<H: plotters::coord::ranged1d::KeyPointHint>(&self, _: H) -> Vec<f64> {
+        self.marks()
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.from..self.to
+    }
+}
+
+fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Result<(), String> {
+    let failed = |error: &dyn std::fmt::Display| format!("{}: cannot plot: {error}", figure.title);
+    area.fill(&WHITE).map_err(|error| failed(&error))?;
+    let points = || figure.curves.iter().flat_map(|curve| &curve.points);
+    let x = Scale::new(figure.log[0], points().map(|(x, _)| *x));
+    let y = Scale::new(figure.log[1], points().flat_map(|(_, y)| ends(y)));
+    let mut chart = ChartBuilder::on(&area)
+        .caption(&figure.title, (FONT, 20))
+        .margin(12)
+        .x_label_area_size(48)
+        .y_label_area_size(84)
+        .build_cartesian_2d(x.clone(), y.clone())
+        .map_err(|error| failed(&error))?;
+    chart
+        .configure_mesh()
+        .x_desc(&figure.x_label)
+        .y_desc(&figure.y_label)
+        .x_label_formatter(&|place| x.text(*place))
+        .y_label_formatter(&|place| y.text(*place))
+        .label_style((FONT, 14))
+        .axis_desc_style((FONT, 16))
+        .light_line_style(TRANSPARENT)
+        .draw()
+        .map_err(|error| failed(&error))?;
+    for (curve, color) in figure.curves.iter().zip(COLORS.iter().cycle()) {
+        let band = band(curve, &x, &y);
+        chart.draw_series([Polygon::new(band, color.mix(0.18))]).map_err(|error| failed(&error))?;
+        if let Some(fit) = curve.fit {
+            let line = curve.points.iter().map(|(at, _)| (x.place(*at), y.place(fit.at(*at))));
+            let dashes = DashedLineSeries::new(line, 6, 5, color.stroke_width(1));
+            chart.draw_series(dashes).map_err(|error| failed(&error))?;
+        }
+        let places: Vec<_> = curve.points.iter().map(|(at, e)| (x.place(*at), y.place(e.mean))).collect();
+        chart
+            .draw_series(LineSeries::new(places.clone(), color.stroke_width(2)))
+            .map_err(|error| failed(&error))?
+            .label(legend(curve))
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3)));
+        let dots = places.into_iter().map(|place| Circle::new(place, 3, color.filled()));
+        chart.draw_series(dots).map_err(|error| failed(&error))?;
+    }
+    chart
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.3))
+        .label_font((FONT, 14))
+        .position(SeriesLabelPosition::UpperRight)
+        .draw()
+        .map_err(|error| failed(&error))?;
+    area.present().map_err(|error| failed(&error))
+}
+
+/// The mean with its margin.
+fn ends(estimate: &Estimate) -> [f64; 3] {
+    let margin = estimate.margin.unwrap_or(0.0);
+    [estimate.mean - margin, estimate.mean, estimate.mean + margin]
+}
+
+/// Around the margins: along the upper ends and back along the lower ones.
+fn band(curve: &Curve, x: &Scale, y: &Scale) -> Vec<(f64, f64)> {
+    let end = |which: usize| curve.points.iter().map(move |(at, e)| (x.place(*at), y.place(ends(e)[which])));
+    end(2).chain(end(0).collect::<Vec<_>>().into_iter().rev()).collect()
+}
+
+/// The curve's name, and how it grows.
+pub fn legend(curve: &Curve) -> String {
+    match &curve.fit {
+        None => curve.label.clone(),
+        Some(Fit { order, .. }) => {
+            let margin = order.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
+            format!("{}: order {:.2}{margin}", curve.label, order.mean)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(log: bool, values: &[f64]) -> Figure {
+        let point = |(i, value): (usize, &f64)| {
+            (2f64.powi(i as i32), Estimate { mean: *value, margin: Some(0.3 * value) })
+        };
+        let points: Vec<_> = values.iter().enumerate().map(point).collect();
+        let exact: Vec<_> = points.iter().map(|(x, y)| (*x, y.mean)).collect();
+        let curve = Curve { label: "uniform".into(), points, fit: Fit::of(&exact) };
+        Figure {
+            title: "A plot".into(),
+            x_label: "samples".into(),
+            y_label: "error".into(),
+            log: [log; 2],
+            curves: vec![curve],
+        }
+    }
+
+    #[test]
+    fn plots_hold_what_they_should() {
+        let figure = figure(true, &[1.0, 0.5, 0.25, 0.125]);
+        let svg = svg(&figure).unwrap();
+        for wanted in ["<svg", "A plot", "samples", "error", "uniform: order -1.00"] {
+            assert!(svg.contains(wanted), "{wanted} is missing");
+        }
+        let pixels = pixels(&figure).unwrap();
+        assert_eq!(pixels.len(), 3 * 900 * 560);
+        assert!(pixels.chunks_exact(3).filter(|p| *p != [255; 3]).count() > 3000);
+    }
+
+    #[test]
+    fn odd_numbers_are_plotted_too() {
+        for values in [&[0.0][..], &[1.0], &[0.0, 1.0, -1.0], &[f64::NAN, f64::INFINITY], &[1e-300, 1e300]] {
+            for log in [true, false] {
+                svg(&figure(log, values)).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn marks_are_round() {
+        let powers = Scale::new(true, [1.0, 1e6].into_iter());
+        assert_eq!(
+            powers.marks().iter().map(|m| powers.text(*m)).collect::<Vec<_>>()[..3],
+            ["1", "10", "100"]
+        );
+        let even = Scale::new(false, [0.0, 6.5].into_iter());
+        assert!(
+            even.marks().len() > 3
+                && even.marks().iter().all(|m| m.fract() == 0.0 || (2.0 * m).fract() == 0.0)
+        );
+    }
+}

@@ -1,0 +1,185 @@
+//! What jobs have measured: a CSV file that grows by a line a job, so that a study which was
+//! interrupted goes on where it was.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::formats::study::Measure;
+
+/// The columns behind those that say what was measured.
+const MEASURES: [(&str, Measure); 9] = [
+    ("mse", Measure::Mse),
+    ("relmse", Measure::RelativeMse),
+    ("flip", Measure::Flip),
+    ("render_s", Measure::RenderSeconds),
+    ("cpu_s", Measure::CpuSeconds),
+    ("build_s", Measure::BuildSeconds),
+    ("ns_per_ray", Measure::NanosecondsPerRay),
+    ("mrays_per_s", Measure::Mrays),
+    ("tree_bytes", Measure::TreeBytes),
+];
+
+/// What a job has measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// In the order of `MEASURES`; none where it does not apply.
+    values: [Option<f64>; MEASURES.len()],
+    /// Of the film, if one was rendered.
+    pub film: Option<u128>,
+}
+
+impl Row {
+    /// One of them.
+    pub fn get(&self, measure: Measure) -> Option<f64> {
+        MEASURES.iter().position(|(_, m)| *m == measure).and_then(|at| self.values[at])
+    }
+
+    /// Notes one of them.
+    pub fn set(&mut self, measure: Measure, value: f64) {
+        if let Some(at) = MEASURES.iter().position(|(_, m)| *m == measure) {
+            self.values[at] = Some(value);
+        }
+    }
+}
+
+/// A job in words.
+#[derive(Clone, Debug)]
+pub struct Label {
+    /// A hash of all that decides what it gives.
+    pub key: u128,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the series.
+    pub series: String,
+    /// On the axis.
+    pub x: u32,
+    /// Which repetition.
+    pub seed: u32,
+}
+
+/// The file.
+pub struct Results {
+    path: PathBuf,
+    rows: HashMap<u128, Row>,
+}
+
+impl Results {
+    /// Reads what there is already. A last line that was cut off is dropped.
+    pub fn open(path: &Path) -> Result<Results, String> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(format!("{}: cannot read: {error}", path.display())),
+        };
+        let results = Results { path: path.to_owned(), rows: HashMap::new() };
+        // A line that was cut off would run into the next.
+        let whole = text.rfind('\n').map_or(0, |newline| newline + 1);
+        if whole < text.len() {
+            let file = std::fs::OpenOptions::new().write(true).open(path);
+            file.and_then(|file| file.set_len(whole as u64))
+                .map_err(|error| format!("{}: cannot write: {error}", path.display()))?;
+        }
+        let text = &text[..whole];
+        if text.is_empty() {
+            results.append(&header())?;
+        } else if text.lines().next() != Some(&header()) {
+            let path = path.display();
+            return Err(format!("{path}: these are not results of this version: move the file away"));
+        }
+        let rows = text.lines().skip(1).filter_map(parse).collect();
+        Ok(Results { rows, ..results })
+    }
+
+    /// What a job has measured, if it is done.
+    pub fn get(&self, key: u128) -> Option<&Row> {
+        self.rows.get(&key)
+    }
+
+    /// Notes a job that is done.
+    pub fn add(&mut self, label: &Label, row: Row) -> Result<(), String> {
+        let values = row.values.iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
+        let mut fields = vec![
+            format!("{:032x}", label.key),
+            label.experiment.clone(),
+            quoted(&label.scene),
+            quoted(&label.series),
+            label.x.to_string(),
+            label.seed.to_string(),
+            row.film.map_or(String::new(), |hash| format!("{hash:032x}")),
+        ];
+        fields.extend(values);
+        self.append(&fields.join(","))?;
+        self.rows.insert(label.key, row);
+        Ok(())
+    }
+
+    fn append(&self, line: &str) -> Result<(), String> {
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(&self.path);
+        file.and_then(|mut file| writeln!(file, "{line}"))
+            .map_err(|error| format!("{}: cannot write: {error}", self.path.display()))
+    }
+}
+
+fn header() -> String {
+    let names = MEASURES.map(|(name, _)| name).join(",");
+    format!("job,experiment,scene,series,x,seed,film_hash,{names}")
+}
+
+/// As CSV wants it.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
+}
+
+/// A line's job and values; none where it makes no sense. Names may hold commas, numbers not, so
+/// the values are counted from the end.
+fn parse(line: &str) -> Option<(u128, Row)> {
+    let fields: Vec<&str> = line.trim_end().split(',').collect();
+    let key = u128::from_str_radix(fields.first()?, 16).ok()?;
+    let first = fields.len().checked_sub(MEASURES.len())?;
+    let film = fields.get(first.checked_sub(1)?)?;
+    let film = if film.is_empty() { None } else { Some(u128::from_str_radix(film, 16).ok()?) };
+    let mut row = Row { film, ..Row::default() };
+    for (value, field) in row.values.iter_mut().zip(&fields[first..]) {
+        *value = if field.is_empty() { None } else { Some(field.parse().ok()?) };
+    }
+    Some((key, row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_outlive_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.csv");
+        let label = |key| Label {
+            key,
+            experiment: "a".into(),
+            scene: "ball, \"big\"".into(),
+            series: "tree".into(),
+            x: 100,
+            seed: 3,
+        };
+        let mut row = Row { film: Some(5), ..Row::default() };
+        row.set(Measure::Mse, 1.25e-9);
+        row.set(Measure::TreeBytes, 12.0);
+        let mut results = Results::open(&path).unwrap();
+        assert_eq!(results.get(7), None);
+        results.add(&label(7), row.clone()).unwrap();
+        results.add(&label(8), Row::default()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        // Killed while writing the second line.
+        std::fs::write(&path, &text[..text.len() - 4]).unwrap();
+        let mut again = Results::open(&path).unwrap();
+        assert_eq!((again.get(7), again.get(8)), (Some(&row), None));
+        assert_eq!(again.get(7).unwrap().get(Measure::Mse), Some(1.25e-9));
+        again.add(&label(8), Row::default()).unwrap();
+        assert!(Results::open(&path).unwrap().get(8).is_some());
+        std::fs::write(&path, "something else\n").unwrap();
+        assert!(Results::open(&path).err().unwrap().contains("move the file away"));
+    }
+}

@@ -1,0 +1,64 @@
+//! What happened to a sample, as names and values that people can read.
+
+use crate::integrator::observe::{Triple, Way, What};
+use crate::math::NONE;
+
+/// In a few words what kind of thing happened.
+pub fn title(what: &What) -> &'static str {
+    match what {
+        What::Ray { .. } => "ray",
+        What::Vertex { .. } => "vertex",
+        What::Light { .. } => "ray to a light",
+        What::Shadow { .. } => "shadow",
+        What::Onward { way: Way::Reflect, .. } => "reflected",
+        What::Onward { way: Way::Refract, .. } => "refracted",
+        What::Onward { way: Way::Scatter, .. } => "scattered",
+        What::End { .. } => "end",
+    }
+}
+
+/// Everything about it. Floats are as exact as they are: two that differ look different.
+pub fn facts(what: &What) -> Vec<(&'static str, String)> {
+    match what {
+        What::Ray { origin, direction, throughput, hit } => vec![
+            ("origin", triple(origin)),
+            ("direction", triple(direction)),
+            ("throughput", triple(throughput)),
+            ("t", hit.t.to_string()),
+            ("u", hit.u.to_string()),
+            ("v", hit.v.to_string()),
+            ("primitive", id(hit.primitive)),
+            ("instance", id(hit.instance)),
+        ],
+        What::Vertex { position, geometric_normal, normal, radiance } => vec![
+            ("position", triple(position)),
+            ("geometric normal", triple(geometric_normal)),
+            ("shading normal", triple(normal)),
+            ("radiance", triple(radiance)),
+        ],
+        What::Light { light, which, origin, direction, distance, contribution } => vec![
+            ("light", light.to_string()),
+            ("sample of it", which.to_string()),
+            ("origin", triple(origin)),
+            ("direction", triple(direction)),
+            ("distance", distance.to_string()),
+            ("contribution", triple(contribution)),
+        ],
+        What::Shadow { blocked } => vec![("blocked", blocked.to_string())],
+        What::Onward { way, direction, throughput } => vec![
+            ("way", format!("{way:?}").to_lowercase()),
+            ("direction", triple(direction)),
+            ("throughput", triple(throughput)),
+        ],
+        What::End { radiance } => vec![("radiance", triple(radiance))],
+    }
+}
+
+/// The shortest digits that mean these floats.
+fn triple([x, y, z]: &Triple) -> String {
+    format!("({x}, {y}, {z})")
+}
+
+fn id(id: u32) -> String {
+    if id == NONE { "none".into() } else { id.to_string() }
+}

@@ -1,0 +1,148 @@
+//! The processor's own counters, stage by stage, where the kernel lets a program read them.
+
+use std::sync::Arc;
+
+use super::Plan;
+use crate::integrator::Frame;
+use crate::render::ThreadError;
+
+/// What the processor counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Cycles.
+    pub cycles: u64,
+    /// Instructions that were completed.
+    pub instructions: u64,
+    /// Reads that the last cache could not answer.
+    pub cache_misses: u64,
+    /// Branches that were guessed wrongly.
+    pub branch_misses: u64,
+}
+
+impl Counts {
+    #[cfg(target_os = "linux")]
+    fn since(self, before: Counts) -> Counts {
+        Counts {
+            cycles: self.cycles.saturating_sub(before.cycles),
+            instructions: self.instructions.saturating_sub(before.instructions),
+            cache_misses: self.cache_misses.saturating_sub(before.cache_misses),
+            branch_misses: self.branch_misses.saturating_sub(before.branch_misses),
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    fn add(&mut self, other: Counts) {
+        self.cycles += other.cycles;
+        self.instructions += other.instructions;
+        self.cache_misses += other.cache_misses;
+        self.branch_misses += other.branch_misses;
+    }
+}
+
+/// What was counted in a rendering with each schedule on one thread.
+#[derive(Clone, Copy, Debug)]
+pub struct Counted {
+    /// For each stage of the wavefront.
+    pub stages: [Counts; 7],
+    /// For all of the recursive schedule.
+    pub recursive: Counts,
+}
+
+/// Counts, or says in a few words why that is not possible.
+pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Result<Result<Counted, String>, ThreadError> {
+    // The counters are those of the thread that asks for them.
+    crate::render::on_threads(1, || here::count(frame, plan))
+}
+
+#[cfg(target_os = "linux")]
+mod here {
+    use std::io;
+    use std::sync::Arc;
+
+    use perf_event::events::Hardware;
+    use perf_event::{Builder, Counter, Group};
+
+    use super::super::Plan;
+    use super::{Counted, Counts};
+    use crate::integrator::{Frame, Schedule, Stage};
+    use crate::render::Session;
+
+    pub(super) fn count(frame: &Arc<Frame>, plan: &Plan) -> Result<Counted, String> {
+        let refused = |error: io::Error| match error.kind() {
+            io::ErrorKind::NotFound => "this processor, or the virtual machine, has none to read".to_owned(),
+            io::ErrorKind::PermissionDenied => {
+                "the kernel does not let this program read them: set kernel.perf_event_paranoid to 2 or less"
+                    .to_owned()
+            }
+            _ => format!("they cannot be read: {error}"),
+        };
+        let mut counters = Counters::new().map_err(refused)?;
+        let mut stages = [Counts::default(); 7];
+        let mut failure = None;
+        let mut last = counters.read().map_err(refused)?;
+        let wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+        wavefront.time_stages(&mut |stage: Stage| match counters.read() {
+            Ok(now) => {
+                stages[stage as usize].add(now.since(last));
+                last = now;
+            }
+            Err(error) => failure = Some(error),
+        });
+        if let Some(error) = failure {
+            return Err(refused(error));
+        }
+        let mut session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Recursive));
+        let before = counters.read().map_err(refused)?;
+        session.advance(u32::MAX);
+        let recursive = counters.read().map_err(refused)?.since(before);
+        if recursive.cycles == 0 || recursive.instructions == 0 {
+            return Err("this processor, or the virtual machine, has none to read".into());
+        }
+        Ok(Counted { stages, recursive })
+    }
+
+    /// Four counters that run together.
+    struct Counters {
+        group: Group,
+        cycles: Counter,
+        instructions: Counter,
+        cache_misses: Counter,
+        branch_misses: Counter,
+    }
+
+    impl Counters {
+        fn new() -> io::Result<Counters> {
+            let mut group = Group::new()?;
+            let mut add = |event: Hardware| group.add(&Builder::new(event));
+            let cycles = add(Hardware::CPU_CYCLES)?;
+            let instructions = add(Hardware::INSTRUCTIONS)?;
+            let cache_misses = add(Hardware::CACHE_MISSES)?;
+            let branch_misses = add(Hardware::BRANCH_MISSES)?;
+            group.enable()?;
+            Ok(Counters { group, cycles, instructions, cache_misses, branch_misses })
+        }
+
+        fn read(&mut self) -> io::Result<Counts> {
+            let counts = self.group.read()?;
+            Ok(Counts {
+                cycles: counts[&self.cycles],
+                instructions: counts[&self.instructions],
+                cache_misses: counts[&self.cache_misses],
+                branch_misses: counts[&self.branch_misses],
+            })
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod here {
+    use std::sync::Arc;
+
+    use super::super::Plan;
+    use super::Counted;
+    use crate::integrator::Frame;
+
+    pub(super) fn count(_: &Arc<Frame>, _: &Plan) -> Result<Counted, String> {
+        Err("they are read on Linux only".into())
+    }
+}

@@ -1,0 +1,202 @@
+//! What flows through the wavefront: rays by bounce, items by stage, and what rays cost.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::Plan;
+use crate::bvh::Stack;
+use crate::bvh::tally::{Visits, visits};
+use crate::integrator::observe::{Event, Flow, Place, Way, What};
+use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES, SHADOW_BYTES, VERTEX_BYTES};
+use crate::integrator::{Frame, Schedule, Stage};
+use crate::math::{Ray, Vector};
+use crate::render::Session;
+
+/// Rays that have as many bounces behind them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bounce {
+    /// From the camera.
+    pub camera: u64,
+    /// Mirror images.
+    pub reflect: u64,
+    /// Through surfaces.
+    pub refract: u64,
+    /// How many of them met something.
+    pub hits: u64,
+    /// Rays to lights from there.
+    pub shadow: u64,
+    /// How many of those were blocked.
+    pub blocked: u64,
+    /// Paths that ended.
+    pub ends: u64,
+    /// What finding the nearest hits cost, each by itself.
+    pub visits: Visits,
+    /// The same for the rays to lights.
+    pub shadow_visits: Visits,
+}
+
+impl Bounce {
+    /// All but those to lights.
+    pub fn rays(&self) -> u64 {
+        self.camera + self.reflect + self.refract
+    }
+}
+
+/// What went through a stage.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StageFlow {
+    /// How often it ran.
+    pub calls: u64,
+    /// Items that came to it.
+    pub entering: u64,
+    /// Items that went on.
+    pub leaving: u64,
+    /// Items that there would have been room for.
+    pub room: u64,
+    /// Lanes that work together.
+    pub width: usize,
+    /// How often that many lanes of a group went on.
+    pub lanes: [u64; 17],
+    /// Bytes of queues that it read and wrote, by their sizes.
+    pub bytes: u64,
+}
+
+impl StageFlow {
+    /// How full the queue was, 0 to 1.
+    pub fn fill(&self) -> f64 {
+        self.entering as f64 / self.room.max(1) as f64
+    }
+
+    /// Lanes of a group that hold an item, 0 to 1: all but those of the last group do.
+    pub fn occupied(&self) -> f64 {
+        let groups: u64 = self.lanes.iter().sum();
+        self.entering as f64 / (groups * self.width as u64).max(1) as f64
+    }
+
+    /// Lanes of a group whose item goes on, 0 to 1.
+    pub fn active(&self) -> f64 {
+        let groups: u64 = self.lanes.iter().sum();
+        self.leaving as f64 / (groups * self.width as u64).max(1) as f64
+    }
+
+    fn add(&mut self, flow: &Flow) {
+        self.calls += 1;
+        self.entering += flow.entering as u64;
+        self.leaving += flow.leaving as u64;
+        self.room += flow.capacity as u64;
+        self.width = flow.width;
+        for (sum, more) in self.lanes.iter_mut().zip(flow.lanes) {
+            *sum += u64::from(more);
+        }
+    }
+}
+
+/// All that flowed.
+#[derive(Clone, Debug, Default)]
+pub struct Flows {
+    /// By bounces.
+    pub bounces: Vec<Bounce>,
+    /// By stage, in order.
+    pub stages: [StageFlow; 7],
+}
+
+/// Renders once more with the wavefront, on one thread, and counts.
+pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Flows {
+    let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+    let mut counter = Counter {
+        frame,
+        plan,
+        stack: Stack::new(&frame.scene.bvh),
+        ways: HashMap::new(),
+        flows: Flows::default(),
+    };
+    session.observe(None, &mut |event| counter.take(event));
+    let mut flows = counter.flows;
+    complete(&mut flows);
+    flows
+}
+
+struct Counter<'a> {
+    frame: &'a Frame,
+    plan: &'a Plan,
+    stack: Stack,
+    /// How the paths that wait came to be.
+    ways: HashMap<Place, Way>,
+    flows: Flows,
+}
+
+impl Counter<'_> {
+    fn take(&mut self, event: &Event) {
+        let (place, what) = match event {
+            Event::Wave(flow) => return self.flows.stages[flow.stage as usize].add(flow),
+            Event::Sample(place, what) => (*place, what),
+        };
+        let depth = place.depth as usize;
+        if self.flows.bounces.len() <= depth {
+            self.flows.bounces.resize(depth + 1, Bounce::default());
+        }
+        match what {
+            What::Ray { origin, direction, hit, .. } => {
+                let visits = self.visits(*origin, *direction, f32::INFINITY, false);
+                let way = self.ways.remove(&place);
+                let bounce = &mut self.flows.bounces[depth];
+                match way {
+                    None => bounce.camera += 1,
+                    Some(Way::Reflect | Way::Scatter) => bounce.reflect += 1,
+                    Some(Way::Refract) => bounce.refract += 1,
+                }
+                bounce.hits += u64::from(!hit.is_miss());
+                bounce.visits.add(visits);
+            }
+            What::Light { origin, direction, distance, .. } => {
+                let visits = self.visits(*origin, *direction, *distance, true);
+                let bounce = &mut self.flows.bounces[depth];
+                bounce.shadow += 1;
+                bounce.shadow_visits.add(visits);
+            }
+            What::Shadow { blocked } => self.flows.bounces[depth].blocked += u64::from(*blocked),
+            What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
+            What::End { .. } => self.flows.bounces[depth].ends += 1,
+            What::Vertex { .. } => {}
+        }
+    }
+
+    fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
+        let vector = |[x, y, z]: [f32; 3]| Vector { x, y, z };
+        let ray = Ray { origin: vector(origin), direction: vector(direction), t_min: 0.0, t_max };
+        visits(self.plan.level, &self.frame.scene.bvh, &ray, any, &mut self.stack)
+    }
+}
+
+/// Bytes of a ray's columns, of a colour's, and of one number's.
+const RAY: usize = 32;
+const COLOR: usize = 12;
+const NUMBER: usize = 4;
+
+/// The stages that report nothing by themselves, and bytes by the sizes of the queues.
+fn complete(flows: &mut Flows) {
+    let sum = |what: fn(&Bounce) -> u64| flows.bounces.iter().map(what).sum::<u64>();
+    let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract));
+    let shade = flows.stages[Stage::Shade as usize];
+    let generate = &mut flows.stages[Stage::Generate as usize];
+    (generate.entering, generate.leaving) = (camera, camera);
+    let advance = &mut flows.stages[Stage::Advance as usize];
+    (advance.calls, advance.entering, advance.leaving) = (shade.calls, shade.entering, onward);
+    // What an item costs when it comes, and when it goes on.
+    let costs = |stage: Stage| match stage {
+        Stage::Generate => (2 * NUMBER, PATH_BYTES),
+        Stage::Intersect => (RAY + HIT_BYTES, 0),
+        Stage::Retire => (PATH_BYTES + HIT_BYTES, PATH_BYTES + HIT_BYTES),
+        Stage::Shade => (PATH_BYTES + HIT_BYTES + VERTEX_BYTES + COLOR + NUMBER, 0),
+        Stage::Light => (PATH_BYTES + VERTEX_BYTES, SHADOW_BYTES),
+        Stage::Shadow => (RAY + 2 * NUMBER, 3 * COLOR),
+        Stage::Advance => (NUMBER, 2 * PATH_BYTES + 2 * COLOR),
+    };
+    for stage in Stage::ALL {
+        let (come, go) = costs(stage);
+        let flow = &mut flows.stages[stage as usize];
+        flow.bytes = flow.entering * come as u64 + flow.leaving * go as u64;
+    }
+    // Shading writes a path for each way that goes on, which may be two for an item.
+    flows.stages[Stage::Shade as usize].bytes += onward * PATH_BYTES as u64;
+}

@@ -1,0 +1,168 @@
+//! Where the time goes: both schedules under equal conditions, and what flows through the
+//! stages of the wavefront.
+
+pub mod counters;
+pub mod flow;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::integrator::{Frame, RayCounts, Schedule, Stage};
+use crate::render::{Options, Session, ThreadError, on_threads};
+use crate::simd::Level;
+
+/// How to measure.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Measured runs of each schedule, at least 1.
+    pub runs: u32,
+    /// Threads; 0 is one for each core.
+    pub threads: usize,
+    /// Paths of a wave.
+    pub wave: usize,
+    /// Instruction set.
+    pub level: Level,
+    /// CPU seconds of the process so far, where the system tells.
+    pub cpu_seconds: fn() -> Option<f64>,
+}
+
+impl Plan {
+    /// To render in a schedule.
+    pub fn options(&self, schedule: Schedule) -> Options {
+        Options { schedule, wave: self.wave, level: self.level, ..Options::default() }
+    }
+}
+
+/// The middle of several measurements, the least and the most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Half of them are below.
+    pub median: f64,
+    /// The least.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
+}
+
+impl Spread {
+    /// Of at least one measurement.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_by(f64::total_cmp);
+        let (least, most) = (*values.first()?, *values.last()?);
+        let middle = values.len() / 2;
+        let median =
+            if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) };
+        Some(Spread { median, least, most })
+    }
+}
+
+/// One schedule's times.
+#[derive(Clone, Debug)]
+pub struct Timed {
+    /// Which.
+    pub schedule: Schedule,
+    /// Seconds by the clock.
+    pub wall: Spread,
+    /// Seconds of all threads, where the system tells.
+    pub cpu: Option<Spread>,
+    /// Seconds of each stage, all threads together; zeros for the recursive schedule.
+    pub stages: [f64; 7],
+    /// Rays of a run.
+    pub rays: RayCounts,
+    /// Forks that found no place in the wave.
+    pub spilled: u64,
+    /// Of the film.
+    pub hash: u128,
+}
+
+impl Timed {
+    /// Million rays a second of the clock, in the median.
+    pub fn mrays_per_s(&self) -> f64 {
+        self.rays.total() as f64 / self.wall.median.max(1e-9) / 1e6
+    }
+
+    /// Million rays a second of CPU time.
+    pub fn mrays_per_cpu_s(&self) -> Option<f64> {
+        self.cpu.map(|cpu| self.rays.total() as f64 / cpu.median.max(1e-9) / 1e6)
+    }
+}
+
+/// Renders with both schedules in turn, after one run of each that does not count, so that
+/// whatever else the machine does meets both alike.
+pub fn time(
+    frame: &Arc<Frame>,
+    plan: &Plan,
+    progress: &mut (dyn FnMut(u32) + Send),
+) -> Result<[Timed; 2], ThreadError> {
+    const SCHEDULES: [Schedule; 2] = [Schedule::Wavefront, Schedule::Recursive];
+    on_threads(plan.threads, || {
+        let mut runs: [Vec<Run>; 2] = [Vec::new(), Vec::new()];
+        for round in 0..=plan.runs.max(1) {
+            // The one that was second is first the next time.
+            for turn in 0..2 {
+                let which = (turn + round as usize) % 2;
+                let run = run(frame, plan, SCHEDULES[which]);
+                if round > 0 {
+                    runs[which].push(run);
+                }
+            }
+            progress(round);
+        }
+        [0, 1].map(|which| summary(SCHEDULES[which], &runs[which]))
+    })
+}
+
+/// One rendering.
+struct Run {
+    wall: f64,
+    cpu: Option<f64>,
+    stages: [f64; 7],
+    session: Session,
+}
+
+fn run(frame: &Arc<Frame>, plan: &Plan, schedule: Schedule) -> Run {
+    let mut session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+    let (start, cpu) = (Instant::now(), (plan.cpu_seconds)());
+    session.advance(u32::MAX);
+    let wall = start.elapsed().as_secs_f64();
+    let cpu = cpu.zip((plan.cpu_seconds)()).map(|(before, after)| after - before);
+    let stages = session.statistics().stages.map(|time| time.as_secs_f64());
+    Run { wall, cpu, stages, session }
+}
+
+fn summary(schedule: Schedule, runs: &[Run]) -> Timed {
+    let nothing = Spread { median: 0.0, least: 0.0, most: 0.0 };
+    let (statistics, hash) = runs
+        .last()
+        .map_or_else(Default::default, |run| (*run.session.statistics(), run.session.film().hash()));
+    let stage = |stage: Stage| Spread::of(runs.iter().map(|run| run.stages[stage as usize]));
+    Timed {
+        schedule,
+        wall: Spread::of(runs.iter().map(|run| run.wall)).unwrap_or(nothing),
+        cpu: Spread::of(runs.iter().filter_map(|run| run.cpu)),
+        stages: Stage::ALL.map(|which| stage(which).unwrap_or(nothing).median),
+        rays: statistics.rays,
+        spilled: statistics.spilled,
+        hash,
+    }
+}
+
+/// Bytes of a worker's queues.
+pub fn wave_bytes(frame: &Frame, plan: &Plan) -> usize {
+    crate::integrator::wavefront::Wave::new(frame, plan.wave).bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(Spread::of([]), None);
+        assert_eq!(Spread::of([3.0, 1.0, 2.0]), Some(Spread { median: 2.0, least: 1.0, most: 3.0 }));
+        assert_eq!(Spread::of([4.0, 1.0]).map(|s| s.median), Some(2.5));
+    }
+}

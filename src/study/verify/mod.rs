@@ -1,0 +1,138 @@
+//! Whether all ways to render give the same film, and where they part if not.
+
+mod narrow;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use crate::film::Film;
+use crate::integrator::{Frame, Schedule};
+use crate::render::{Options, Session, ThreadError, on_threads};
+use crate::simd::Level;
+pub use narrow::{Difference, First, Side};
+
+/// Sizes of waves that are tried.
+const WAVES: [usize; 4] = [1, 7, 64, 4096];
+
+/// One way to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// In which order.
+    pub schedule: Schedule,
+    /// Paths of a wave; 0 for the recursive schedule, which has none.
+    pub wave: usize,
+    /// Instruction set.
+    pub level: Level,
+    /// How many threads.
+    pub threads: usize,
+}
+
+impl Way {
+    fn options(&self) -> Options {
+        // Several tiles even for small images, or there would be no work for the other threads.
+        let tile = if self.threads == 1 { 64 } else { 16 };
+        Options { schedule: self.schedule, wave: self.wave.max(1), level: self.level, region: None, tile }
+    }
+}
+
+/// What came out of one way.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// Which.
+    pub way: Way,
+    /// Of its film.
+    pub hash: u128,
+}
+
+/// What came out of all of them.
+pub struct Verification {
+    /// Every way, the one that all others are compared with first.
+    pub outcomes: Vec<Outcome>,
+    /// Of the first whose film is another.
+    pub difference: Option<Difference>,
+}
+
+impl Verification {
+    /// How many films are not like the first.
+    pub fn mismatches(&self) -> usize {
+        self.outcomes.iter().filter(|outcome| outcome.hash != self.outcomes[0].hash).count()
+    }
+}
+
+/// Both schedules, all sizes of waves, every instruction set that there is, one thread, two and
+/// `cores`. The simplest comes first.
+pub fn ways(cores: usize) -> Vec<Way> {
+    let mut threads = vec![1, 2, cores.max(1)];
+    threads.sort_unstable();
+    threads.dedup();
+    let mut ways = Vec::new();
+    for threads in threads {
+        for level in Level::available() {
+            ways.push(Way { schedule: Schedule::Recursive, wave: 0, level, threads });
+            let wavefront = |wave| Way { schedule: Schedule::Wavefront, wave, level, threads };
+            ways.extend(WAVES.map(wavefront));
+        }
+    }
+    ways
+}
+
+/// Renders all samples of a frame in all ways. `progress` is told after each how many are done.
+pub fn verify(
+    frame: Arc<Frame>,
+    samples: u32,
+    ways: &[Way],
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Verification, ThreadError> {
+    Bench { frame, samples, fault: None }.run(ways, progress)
+}
+
+/// What is rendered.
+struct Bench {
+    frame: Arc<Frame>,
+    samples: u32,
+    /// For tests: another frame that some ways are given.
+    fault: Option<(Arc<Frame>, fn(&Way) -> bool)>,
+}
+
+impl Bench {
+    fn session(&self, way: &Way) -> Session {
+        let frame = match &self.fault {
+            Some((frame, hits)) if hits(way) => frame,
+            _ => &self.frame,
+        };
+        Session::of(frame.clone(), self.samples, way.options())
+    }
+
+    fn run(
+        &self,
+        ways: &[Way],
+        progress: &mut (dyn FnMut(usize) + Send),
+    ) -> Result<Verification, ThreadError> {
+        let mut outcomes = Vec::new();
+        let mut first: Option<(Way, Film)> = None;
+        let mut difference = None;
+        for group in ways.chunk_by(|a, b| a.threads == b.threads) {
+            on_threads(group[0].threads, || {
+                for way in group {
+                    let mut session = self.session(way);
+                    session.advance(u32::MAX);
+                    outcomes.push(Outcome { way: *way, hash: session.film().hash() });
+                    match &first {
+                        None => first = Some((*way, session.film().clone())),
+                        Some((simplest, film)) if difference.is_none() && film != session.film() => {
+                            let sides = [
+                                (*simplest, self.session(simplest), film),
+                                (*way, self.session(way), session.film()),
+                            ];
+                            difference = narrow::narrow(sides);
+                        }
+                        Some(_) => {}
+                    }
+                    progress(outcomes.len());
+                }
+            })?;
+        }
+        Ok(Verification { outcomes, difference })
+    }
+}

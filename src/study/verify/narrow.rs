@@ -1,0 +1,157 @@
+//! From two films that differ to the first thing that happened otherwise.
+
+use super::Way;
+use crate::film::{Film, PixelSum};
+use crate::integrator::Stage;
+use crate::integrator::observe::{Event, Place, What};
+use crate::render::Session;
+
+/// Where two ways to render part.
+#[derive(Clone, Debug)]
+pub struct Difference {
+    /// Column and row of the first pixel that differs, row by row.
+    pub pixel: [u32; 2],
+    /// How many pixels differ.
+    pub pixels: usize,
+    /// The two ways and their sums in that pixel.
+    pub sides: [Side; 2],
+    /// What happened otherwise in that pixel. None if all that is observed is equal when its tile
+    /// is rendered once more by itself: then the fault lies with threads or memory.
+    pub first: Option<First>,
+}
+
+/// One of two ways.
+#[derive(Clone, Copy, Debug)]
+pub struct Side {
+    /// Which.
+    pub way: Way,
+    /// What the pixel has gathered.
+    pub sum: PixelSum,
+}
+
+/// The first thing that happened otherwise.
+#[derive(Clone, Debug)]
+pub struct First {
+    /// Which sample, which bounce, which fork.
+    pub place: Place,
+    /// In which stage of the wave it shows.
+    pub stage: Stage,
+    /// What happened on both sides; nothing where one of them did not get there.
+    pub happened: [Option<What>; 2],
+}
+
+/// The first pixel, and what happens to its samples on either side.
+pub(super) fn narrow(sides: [(Way, Session, &Film); 2]) -> Option<Difference> {
+    let [(_, _, a), (_, _, b)] = &sides;
+    let differing = || (0..a.pixels().len()).filter(|i| a.pixels()[*i] != b.pixels()[*i]);
+    let index = differing().next()?;
+    let width = a.region().width();
+    let pixel = [a.region().x0 + index as u32 % width, a.region().y0 + index as u32 / width];
+    let first = first([0, 1].map(|side| history(&sides[side].1, pixel)));
+    let sides = [0, 1].map(|side| Side { way: sides[side].0, sum: sides[side].2.pixels()[index] });
+    Some(Difference { pixel, pixels: differing().count(), sides, first })
+}
+
+/// Something that happened, in an order that does not depend on the schedule.
+struct Entry {
+    place: Place,
+    /// Which of several of its kind at one place.
+    ordinal: usize,
+    what: What,
+}
+
+impl Entry {
+    fn key(&self) -> (u32, u32, usize, u32, usize) {
+        (self.place.sample, self.place.depth, rank(&self.what), self.place.branch, self.ordinal)
+    }
+}
+
+/// The order of what happens at one depth.
+fn rank(what: &What) -> usize {
+    match what {
+        What::Onward { .. } => 0,
+        What::Ray { .. } => 1,
+        What::Vertex { .. } => 2,
+        What::Light { .. } => 3,
+        What::Shadow { .. } => 4,
+        What::End { .. } => 5,
+    }
+}
+
+/// All that happens to the samples of a pixel.
+fn history(session: &Session, pixel: [u32; 2]) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut counts = std::collections::HashMap::new();
+    session.observe(Some(pixel), &mut |event| {
+        if let Event::Sample(place, what) = event
+            && place.pixel == (pixel[0], pixel[1])
+        {
+            let count = counts.entry((*place, rank(what))).or_insert(0);
+            entries.push(Entry { place: *place, ordinal: *count, what: *what });
+            *count += 1;
+        }
+    });
+    entries.sort_by_key(Entry::key);
+    entries
+}
+
+fn first([a, b]: [Vec<Entry>; 2]) -> Option<First> {
+    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
+    loop {
+        let (left, right) = match (a.peek(), b.peek()) {
+            (None, None) => return None,
+            (left, right) => {
+                let key = |entry: &Option<&&Entry>| entry.map(|entry| entry.key());
+                // Where one side has nothing at a place, the other's comes first.
+                let before = |x: &Option<&&Entry>, y: &Option<&&Entry>| {
+                    y.is_none() || (x.is_some() && key(x) <= key(y))
+                };
+                (
+                    left.filter(|_| before(&left, &right)).copied(),
+                    right.filter(|_| before(&right, &left)).copied(),
+                )
+            }
+        };
+        let _ = left.and_then(|_| a.next());
+        let _ = right.and_then(|_| b.next());
+        if let (Some(left), Some(right)) = (left, right)
+            && same(&left.what, &right.what)
+        {
+            continue;
+        }
+        let place = left.or(right)?.place;
+        let happened = [left, right].map(|entry| entry.map(|entry| entry.what));
+        return Some(First { place, stage: stage(place, &happened), happened });
+    }
+}
+
+/// To the bit: −0 is not 0, and NaN is itself.
+fn same(a: &What, b: &What) -> bool {
+    format!("{a:?}") == format!("{b:?}")
+}
+
+/// Which stage does what differs.
+fn stage(place: Place, happened: &[Option<What>; 2]) -> Stage {
+    match happened {
+        [
+            Some(What::Ray { origin: a, direction: b, throughput: c, .. }),
+            Some(What::Ray { origin: d, direction: e, throughput: f, .. }),
+        ] if (a, b, c) != (d, e, f) => {
+            if place.depth == 0 {
+                Stage::Generate
+            } else {
+                Stage::Shade
+            }
+        }
+        // Shading decided that one goes on and the other does not.
+        [None, Some(What::End { .. })] | [Some(What::End { .. }), None] => Stage::Shade,
+        [Some(one), _] | [None, Some(one)] => match one {
+            What::Ray { .. } => Stage::Intersect,
+            What::Vertex { .. } | What::Onward { .. } => Stage::Shade,
+            What::Light { .. } => Stage::Light,
+            What::Shadow { .. } => Stage::Shadow,
+            What::End { .. } => Stage::Advance,
+        },
+        [None, None] => Stage::Advance,
+    }
+}

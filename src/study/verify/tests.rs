@@ -1,0 +1,94 @@
+//! Planted faults are found, each where it is.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::integrator::Stage;
+use crate::integrator::observe::What;
+use crate::math::{Quat, Rgb, Vec3};
+use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Shape, Transform, World};
+
+/// A mirroring ball on a floor.
+fn world() -> World {
+    let mut world = World::default();
+    world.settings.size = [20, 20];
+    world.settings.samples = 2;
+    let at = |x, y, z| Transform::Trs {
+        translation: Vec3::new(x, y, z),
+        rotation: Quat::IDENTITY,
+        scale: Vec3::ONE,
+    };
+    world.entities.spawn((Camera::Pinhole { vertical_fov: 0.8 }, at(0.0, 0.5, 5.0)));
+    let grey = ColorInput::Constant(Rgb::splat(0.5));
+    let mirror = Material::BlinnPhong(BlinnPhong { kr: grey, ..BlinnPhong::default() });
+    let mirror = world.assets.add_material(None, mirror);
+    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY, mirror));
+    let corner = |x: f32, z: f32| Vec3::new(4.0 * x, -1.0, 4.0 * z);
+    let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    world.entities.spawn((Shape::Plane { corners }, Transform::IDENTITY));
+    let lamp = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };
+    world.entities.spawn((lamp, at(2.0, 3.0, 4.0)));
+    world
+}
+
+fn frame(change: impl Fn(&mut Frame)) -> Arc<Frame> {
+    let world = world();
+    let scene = crate::compile::compile(&world, None).unwrap();
+    let mut frame = Frame::new(scene, &world.settings);
+    change(&mut frame);
+    Arc::new(frame)
+}
+
+fn run(change: impl Fn(&mut Frame), hits: fn(&Way) -> bool) -> Verification {
+    let bench = Bench { frame: frame(|_| ()), samples: 2, fault: Some((frame(change), hits)) };
+    bench.run(&ways(2), &mut |_| ()).unwrap()
+}
+
+#[test]
+fn all_ways_agree() {
+    let mut done = Vec::new();
+    let found = verify(frame(|_| ()), 2, &ways(3), &mut |n| done.push(n)).unwrap();
+    assert_eq!(found.outcomes.len(), 3 * 5 * Level::available().len());
+    assert_eq!((found.mismatches(), done.len()), (0, found.outcomes.len()));
+    assert!(found.difference.is_none());
+}
+
+/// What each fault changes, the stage and the bounce where it shows first.
+#[test]
+fn a_planted_fault_is_found_where_it_is() {
+    type Fault = fn(&mut Frame);
+    let faults: [(Fault, Stage, u32); 6] = [
+        (|frame| frame.scene.camera.origin.x += 1e-6, Stage::Generate, 0),
+        (
+            |frame| frame.scene.bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001),
+            Stage::Intersect,
+            0,
+        ),
+        (|frame| frame.scene.geometry.spheres[0][0] += 1e-3, Stage::Shade, 0),
+        (|frame| frame.scene.materials.kr.constant.iter_mut().for_each(|kr| kr[1] *= 0.75), Stage::Shade, 1),
+        (
+            |frame| frame.scene.materials.diffuse.constant.iter_mut().for_each(|kd| kd[2] *= 0.75),
+            Stage::Light,
+            0,
+        ),
+        (|frame| frame.max_depth = 0, Stage::Shade, 0),
+    ];
+    for (number, (fault, stage, bounce)) in faults.into_iter().enumerate() {
+        let found = run(fault, |way| way.schedule == Schedule::Wavefront && way.wave == 7);
+        assert_eq!(found.mismatches(), 2 * Level::available().len(), "fault {number}");
+        let difference = found.difference.expect("a difference");
+        assert_eq!(difference.sides[0].way.schedule, Schedule::Recursive);
+        assert_eq!(difference.sides[1].way.wave, 7);
+        assert_ne!(difference.sides[0].sum, difference.sides[1].sum);
+        let first = difference.first.expect("something happened");
+        assert_eq!((first.stage, first.place.depth), (stage, bounce), "fault {number}: {first:?}");
+        assert_eq!(first.place.pixel, (difference.pixel[0], difference.pixel[1]));
+    }
+}
+
+#[test]
+fn a_missing_bounce_has_one_side() {
+    let found = run(|frame| frame.max_depth = 0, |way| way.wave == 64);
+    let first = found.difference.and_then(|difference| difference.first).expect("something");
+    assert!(matches!(first.happened, [None, Some(What::End { .. })]), "{first:?}");
+}

@@ -1,0 +1,211 @@
+//! `rayfront verify` and `rayfront explain` as a script runs them.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const SCENE: &str = r#"(
+    settings: (size: (16, 12), samples: 4, max_depth: 3),
+    materials: {"glass": (ior: 1.5), "paper": (diffuse: (0.8, 0.4, 0.2))},
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 45), transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))),
+        (name: "ball", shape: Sphere, material: "glass"),
+        (name: "egg", shape: Sphere(radius_m: 0.5), material: "paper", transform: (translate: (2, 0, 0), scale: (1, 1.5, 1))),
+        (name: "floor", shape: Plane(corners: ((-3, -1, -3), (3, -1, -3), (3, -1, 3), (-3, -1, 3))), material: "paper"),
+        (name: "lamp", light: Area(power_w: 300, size_m: 1, samples: 2),
+         transform: LookAt(from: (1, 4, 2), to: (0, 0, 0))),
+    ],
+)"#;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a file");
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command.output().expect("the program runs")
+}
+
+#[track_caller]
+fn stdout(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+#[track_caller]
+fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&stdout(folder, &[arguments, &["--json"]].concat())).expect("JSON")
+}
+
+#[test]
+fn every_way_gives_the_film_of_rendering() {
+    let folder = folder();
+    let arguments = ["verify", "scene.ron", "--size", "12x9", "--spp", "2"];
+    let found = json(folder.path(), &arguments);
+    assert_eq!(found["mismatches"], 0);
+    assert!(found["difference"].is_null());
+    let films = found["films"].as_array().expect("films");
+    let rendered = json(folder.path(), &["scene.ron", "--size", "12x9", "--spp", "2"]);
+    assert!(films.len() >= 10 && films.iter().all(|film| film["film_hash"] == rendered["film_hash"]));
+    let table = stdout(folder.path(), &arguments);
+    assert!(table.contains("all equal") && table.contains("wave 4096"), "{table}");
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
+}
+
+#[test]
+fn a_pixel_is_told_by_names() {
+    let folder = folder();
+    let told = json(folder.path(), &["explain", "scene.ron", "8,6"]);
+    let samples = told["samples"].as_array().expect("samples");
+    assert_eq!(samples.len(), 4);
+    let first = &samples[0]["paths"][0]["steps"][0];
+    assert_eq!((&first["queue"], &first["vertex"]["entity"]), (&"camera".into(), &"ball".into()));
+    assert_eq!(first["vertex"]["material"], "glass");
+    assert!(samples[0]["paths"].as_array().map(Vec::len) > Some(1), "glass forks");
+    // The mean is that of the rendered image.
+    stdout(folder.path(), &["scene.ron", "-q", "-o", "image.exr"]);
+    let image = rayfront::formats::picture::load_linear(&folder.path().join("image.exr")).expect("an image");
+    let pixel = image.2[6 * 16 + 8].to_array();
+    for (channel, value) in pixel.into_iter().enumerate() {
+        assert!((told["mean"][channel].as_f64().expect("a number") - f64::from(value)).abs() < 1e-6);
+    }
+
+    let egg = stdout(folder.path(), &["explain", "scene.ron", "12,6", "--sample", "1"]);
+    assert!(egg.contains("light       \"lamp\" sample 1"), "{egg}");
+    assert!(egg.contains("\"egg\" of \"paper\"") && egg.contains("instance 0"), "{egg}");
+    assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
+}
+
+#[test]
+fn there_is_no_such_pixel_or_sample() {
+    let folder = folder();
+    for (arguments, code, wanted) in [
+        (&["explain", "scene.ron", "16,3"][..], 1, "columns end at 15, rows at 11"),
+        (&["explain", "scene.ron", "3,3", "--sample", "4"], 1, "the last is 3"),
+        (&["explain", "scene.ron", "3"], 2, "a column and a row"),
+        (&["explain", "none.ron", "3,3"], 1, "none.ron"),
+        (&["verify", "scene.ron", "--size", "0x3"], 2, "width x height"),
+        (&["verify", "none.ron"], 1, "none.ron"),
+    ] {
+        let output = run(folder.path(), arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(wanted) && output.stdout.is_empty(), "{error}");
+    }
+}
+
+#[test]
+fn a_profile_counts_what_rendering_counts() {
+    let folder = folder();
+    let arguments =
+        ["profile", "scene.ron", "--size", "24x18", "--spp", "2", "--runs", "2", "--trace", "trace.json"];
+    let profile = json(folder.path(), &arguments);
+    let rendered = json(folder.path(), &["scene.ron", "--size", "24x18", "--spp", "2"]);
+    let bounces = profile["bounces"].as_array().expect("bounces");
+    let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
+    for schedule in ["wavefront", "recursive"] {
+        assert_eq!(profile[schedule]["film_hash"], rendered["film_hash"]);
+        for kind in ["camera", "reflect", "refract", "shadow"] {
+            assert_eq!(profile[schedule]["rays"][kind], rendered["rays"][kind]);
+            assert_eq!(rendered["rays"][kind], sum(kind), "{kind}");
+        }
+        let wall = &profile[schedule]["wall_s"];
+        assert!(wall["least"].as_f64() <= wall["median"].as_f64() && wall["median"].as_f64() > Some(0.0));
+    }
+    assert_eq!(bounces.len(), 4, "max_depth is 3");
+    assert!(bounces[0]["visits"]["nodes"].as_u64() > Some(0));
+    let shade = &profile["stages"]["shade"];
+    assert_eq!(shade["in"], sum("hits"));
+    assert_eq!(profile["stages"]["shadow"]["in"], sum("shadow"));
+    assert_eq!(profile["stages"]["shadow"]["out"].as_u64(), Some(sum("shadow") - sum("blocked")));
+    let groups: u64 =
+        shade["lanes_histogram"].as_array().expect("a histogram").iter().filter_map(|n| n.as_u64()).sum();
+    assert!(groups >= sum("hits") / 16);
+    assert!(profile["counters"].is_object());
+
+    let trace = std::fs::read_to_string(folder.path().join("trace.json")).expect("a trace");
+    let trace: serde_json::Value = serde_json::from_str(&trace).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events");
+    assert!(
+        events.iter().any(|event| event["name"] == "shade")
+            && events.iter().any(|event| event["name"] == "tile")
+    );
+
+    let table = stdout(folder.path(), &arguments[..8]);
+    assert!(table.contains("wavefront") && table.contains("bounce"), "{table}");
+    for line in table.lines().filter(|line| !line.starts_with("counters")) {
+        assert!(line.chars().count() <= 100, "{line}");
+    }
+}
+
+const STUDY: &str = r#"(
+    title: "A <small> study",
+    text: "First.
+
+    Second.",
+    experiments: [
+        (name: "light", scenes: [File("scene.ron")], with: (size: (12, 9), samples: 1, pixel_pattern: Regular, max_depth: 0),
+         x: LightSamples([1, 4, 16]), series: [(label: "uniform", with: (light_pattern: Uniform)),
+                                               (label: "jittered, of course", with: (light_pattern: Jittered))],
+         seeds: 3, reference: (light_samples: 400), plots: [(y: Mse, fit: true)]),
+        (name: "tree", scenes: [Ball, Cloud], with: (rays: 500), x: Triangles([100, 1000]),
+         series: [(label: "tree"), (label: "none", with: (by: BruteForce), most: 100)],
+         plots: [(y: NanosecondsPerRay), (y: TreeBytes, log_y: false)]),
+    ],
+)"#;
+
+#[test]
+fn a_study_is_done_once_and_reported_in_one_page() {
+    let folder = folder();
+    std::fs::write(folder.path().join("small.ron"), STUDY).expect("a file");
+    let out = stdout(folder.path(), &["study", "small.ron"]);
+    assert!(out.contains("index.html"), "{out}");
+    let results = folder.path().join("out/small/results.csv");
+    let text = std::fs::read_to_string(&results).expect("results");
+    assert_eq!(text.lines().count(), 1 + 3 * 2 * 3 + 2 * (2 + 1), "{text}");
+    let page = std::fs::read_to_string(folder.path().join("out/small/index.html")).expect("a page");
+    for wanted in
+        ["A &lt;small&gt; study", "<p>Second.</p>", "uniform: order -", "data:image/png;base64,", "bytes"]
+    {
+        assert!(page.contains(wanted), "{wanted} is missing");
+    }
+    assert!(!page.contains("http://") || !page.contains("src=\"http"), "the page needs nothing else");
+    for plot in ["light_mse.svg", "light_mse.png", "tree_treebytes.svg"] {
+        assert!(folder.path().join("out/small/plots").join(plot).is_file(), "{plot}");
+    }
+
+    // Interrupted after a few jobs: the rest is done, the others are kept.
+    let kept: String = text.split_inclusive('\n').take(6).collect();
+    std::fs::write(&results, &kept).expect("a file");
+    stdout(folder.path(), &["study", "small.ron", "--quiet"]);
+    let again = std::fs::read_to_string(&results).expect("results");
+    assert!(again.starts_with(&kept) && again.lines().count() == text.lines().count());
+    let errors = |text: &str| -> Vec<String> {
+        let lines = text.lines().filter(|line| line.contains(",light,"));
+        let mut lines: Vec<String> =
+            lines.map(|line| line.rsplit(',').nth(8).unwrap_or_default().into()).collect();
+        lines.sort();
+        lines
+    };
+    assert_eq!(errors(&again), errors(&text));
+}
+
+#[test]
+fn mistakes_in_a_study_are_named() {
+    let folder = folder();
+    for (from, to, wanted) in [
+        ("scene.ron", "none.ron", "none.ron: cannot read"),
+        ("seeds: 3", "seed: 3", "small.ron:10:"),
+        ("reference: (light_samples: 400), ", "", "no reference"),
+    ] {
+        std::fs::write(folder.path().join("small.ron"), STUDY.replace(from, to)).expect("a file");
+        let output = run(folder.path(), &["study", "small.ron"]);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        assert!(error.contains(wanted) && error.lines().count() == 1, "{error}");
+    }
+}
