@@ -21,10 +21,10 @@ pub(super) struct Few {
     leaves: Vec<Leaf>,
 }
 
-/// A block of triangles and the planes of its box, lower ones first.
+/// The planes of a leaf's box, lower ones first, and its triangles: corners and ids.
 struct Leaf {
     planes: [[f32; 3]; 2],
-    block: u32,
+    triangles: Vec<([[f32; 3]; 3], u32)>,
 }
 
 /// What is known of 16 rays.
@@ -61,7 +61,12 @@ impl Few {
         let mut todo = vec![(root.child, planes)];
         while let Some((child, planes)) = todo.pop() {
             match child.kind() {
-                Kind::Triangles => leaves.push(Leaf { planes, block: child.index() as u32 }),
+                Kind::Triangles => {
+                    let block = &bvh.triangles[child.index()];
+                    let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
+                    let triangles = places.map(|place| (block.corners(place), block.primitive[place])).collect();
+                    leaves.push(Leaf { planes, triangles });
+                }
                 Kind::Node => {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
@@ -80,29 +85,25 @@ impl Few {
 
     /// Answers all rays.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(&self, bvh: &Bvh, rays: &Rays, answers: &mut A) {
+    pub fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, answers: &mut A) {
         let (width, count) = (L::Queue::WIDTH, rays.len());
         for first in (0..count).step_by(width) {
             let lanes = width.min(count - first);
             let mut group = Group::<L::Queue>::load(rays, first, lanes);
-            self.visit::<L::Queue, A>(bvh, rays, first, &mut group);
+            self.visit::<L::Queue, A>(rays, first, &mut group);
             group.answer(first, lanes, answers);
         }
     }
 
     #[inline(always)]
-    fn visit<F: Float, A: Answers>(&self, bvh: &Bvh, rays: &Rays, first: usize, group: &mut Group<F>) {
+    fn visit<F: Float, A: Answers>(&self, rays: &Rays, first: usize, group: &mut Group<F>) {
         for leaf in &self.leaves {
             let (near, entered) = group.enter(&leaf.planes);
             if !entered.any() {
                 continue;
             }
-            let block = &bvh.triangles[leaf.block as usize];
-            for place in 0..8 {
-                if block.primitive[place] == NONE {
-                    break;
-                }
-                group.test::<A>(&block.corners(place), block.primitive[place], near, entered, rays, first);
+            for (corners, primitive) in &leaf.triangles {
+                group.test::<A>(corners, *primitive, near, entered, rays, first);
             }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
                 return;

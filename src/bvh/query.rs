@@ -92,7 +92,7 @@ impl<A: Answers> Kernel for Query<'_, A> {
         if self.is_wide::<L>()
             && let Some(few) = &self.stack.few
         {
-            return few.trace::<L, A>(self.bvh, &self.rays, &mut self.answers);
+            return few.trace::<L, A>(&self.rays, &mut self.answers);
         }
         // The first ray that no packet has taken.
         let mut behind = 0;

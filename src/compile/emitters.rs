@@ -144,6 +144,25 @@ fn finite(out: &mut Emitters, light: &Light, index: u32, visible: bool) -> Optio
     Some(push(out, kind, flags, row, index))
 }
 
+/// A corner and two edges of the parallelogram that a triangle and the next one make, if they do:
+/// one emitter is sampled better than two. The edges' product points where `front` does.
+fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3; 3]> {
+    let place = |v: u32| Vec3::from_array(geometry.positions[v as usize]);
+    let [one, other] = [index, index + 1].map(|i| geometry.triangles[i].map(place));
+    for k in 0..3 {
+        // The corner of the first that is opposite to the shared edge, if that is the one.
+        let (corner, left, right) = (one[k], one[(k + 1) % 3], one[(k + 2) % 3]);
+        for j in 0..3 {
+            let (far, a, b) = (other[j], other[(j + 1) % 3], other[(j + 2) % 3]);
+            if [a, b] == [right, left] && (left + right - corner - far).length() <= 1e-6 * (left - right).length() {
+                let (e1, e2) = (left - corner, right - corner);
+                return Some(if e1.cross(e2).dot(front) > 0.0 { [corner, e1, e2] } else { [corner, e2, e1] });
+            }
+        }
+    }
+    None
+}
+
 /// Triangles and spheres whose material gives off light. Those of instances are found by rays
 /// alone.
 fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], areas: &HashMap<u32, u32>) {
@@ -160,6 +179,9 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
     for index in 0..triangles {
         let part = geometry.triangle_parts[index];
         let Some(material) = shines(part) else { continue };
+        if out.of_primitive[index] != NONE {
+            continue;
+        }
         if let Some(area) = areas.get(&material) {
             out.of_primitive[index] = *area;
             continue;
@@ -183,7 +205,18 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
         if textured {
             flags |= flag::TEXTURED;
         }
-        let row = row_of(a, e1, e2, record.emission.factor.into());
+        let light = record.emission.factor.into();
+        if !textured
+            && index + 1 < triangles
+            && geometry.triangle_parts[index + 1] == part
+            && let Some([corner, e1, e2]) = parallelogram(geometry, index, e1.cross(e2))
+        {
+            let emitter = push(out, kind::QUAD, flags, row_of(corner, e1, e2, light), NONE);
+            out.of_primitive[index] = emitter;
+            out.of_primitive[index + 1] = emitter;
+            continue;
+        }
+        let row = row_of(a, e1, e2, light);
         let emitter = push(out, kind::TRIANGLE, flags, row, NONE);
         out.material[emitter as usize] = material;
         out.primitive[emitter as usize] = index as u32;
