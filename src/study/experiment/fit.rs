@@ -44,7 +44,8 @@ impl Fit {
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / n;
         let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
         let xx: f64 = logs.iter().map(|(x, _)| (x - mx) * (x - mx)).sum();
-        if !(xx > 0.0) {
+        // NaN where there is no point at all.
+        if xx.is_nan() || xx <= 0.0 {
             return None;
         }
         let order = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum::<f64>() / xx;
