@@ -92,8 +92,11 @@ struct Bench {
     frame: Arc<Frame>,
     samples: u32,
     /// For tests: another frame that some ways are given.
-    fault: Option<(Arc<Frame>, fn(&Way) -> bool)>,
+    fault: Option<Fault>,
 }
+
+/// Another frame, and which ways are given it.
+type Fault = (Arc<Frame>, fn(&Way) -> bool);
 
 impl Bench {
     fn session(&self, way: &Way) -> Session {

@@ -56,8 +56,8 @@ fn all_ways_agree() {
 /// What each fault changes, the stage and the bounce where it shows first.
 #[test]
 fn a_planted_fault_is_found_where_it_is() {
-    type Fault = fn(&mut Frame);
-    let faults: [(Fault, Stage, u32); 6] = [
+    type Change = fn(&mut Frame);
+    let faults: [(Change, Stage, u32); 6] = [
         (|frame| frame.scene.camera.origin.x += 1e-6, Stage::Generate, 0),
         (
             |frame| frame.scene.bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001),
