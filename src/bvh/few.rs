@@ -64,7 +64,8 @@ impl Few {
                 Kind::Triangles => {
                     let block = &bvh.triangles[child.index()];
                     let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
-                    let triangles = places.map(|place| (block.corners(place), block.primitive[place])).collect();
+                    let triangles =
+                        places.map(|place| (block.corners(place), block.primitive[place])).collect();
                     leaves.push(Leaf { planes, triangles });
                 }
                 Kind::Node => {

@@ -94,11 +94,12 @@ impl Report<'_> {
             &mut out,
             "rays",
             format!(
-                "{}: {} camera, {} reflect, {} refract, {} shadow; {:.2} M a second",
+                "{}: {} camera, {} reflect, {} refract, {} scatter, {} shadow; {:.2} M a second",
                 count(rays.total()),
                 count(rays.camera),
                 count(rays.reflect),
                 count(rays.refract),
+                count(rays.scatter),
                 count(rays.shadow),
                 self.mrays_per_second()
             ),
@@ -155,7 +156,7 @@ impl Report<'_> {
             "spheres": scene.geometry.spheres.len(),
             "instances": scene.geometry.instances.len(),
             "rays": {
-                "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract,
+                "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
                 "shadow": rays.shadow, "total": rays.total(),
             },
             "spilled_forks": statistics.spilled,

@@ -45,7 +45,8 @@ pub(super) fn compile(
             push(&mut out, kind::DIRECTIONAL, 0, row, index as u32);
         }
     }
-    if !environment.is_black() {
+    // What is nearly even all around is found by drawn directions as well as by any other way.
+    if environment.panorama.is_some() && !environment.is_black() {
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row, NONE);
     }
@@ -154,7 +155,9 @@ fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3
         let (corner, left, right) = (one[k], one[(k + 1) % 3], one[(k + 2) % 3]);
         for j in 0..3 {
             let (far, a, b) = (other[j], other[(j + 1) % 3], other[(j + 2) % 3]);
-            if [a, b] == [right, left] && (left + right - corner - far).length() <= 1e-6 * (left - right).length() {
+            if [a, b] == [right, left]
+                && (left + right - corner - far).length() <= 1e-6 * (left - right).length()
+            {
                 let (e1, e2) = (left - corner, right - corner);
                 return Some(if e1.cross(e2).dot(front) > 0.0 { [corner, e1, e2] } else { [corner, e2, e1] });
             }

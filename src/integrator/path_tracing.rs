@@ -42,7 +42,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
     let scene = &frame.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
-    if found.any() && !scene.environment.is_black() {
+    if found.any() && scene.environment.panorama.is_some() {
         let other =
             environment::pdf(&scene.environment, path.direction, found) * F::splat(chance_of_far(frame));
         light = light * F::select(found, heuristic(path.pdf, other), F::one());
@@ -146,19 +146,18 @@ pub fn hit<F: Float>(
         return out;
     }
     out.radiance = Color::select(here, given_off(frame, path, hit, &spot, here), path.radiance);
-    if record.unlit {
+    // The last ray looks for what shines, which the light sampled before it counts on; no more.
+    let here = here & !F::Int::splat(frame.max_depth).lt(path.depth);
+    if record.unlit || !here.any() {
         return out;
     }
     let (has, parameters) = spot.parameters();
     let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
     let key = path.key(frame.seed);
     out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
-    let onward = here & path.depth.lt(F::Int::splat(frame.max_depth));
-    if onward.any() {
-        let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, onward);
-        out.next = Path::select(here, next, out.next);
-        out.goes_on = passes | goes_on;
-    }
+    let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, here);
+    out.next = Path::select(here, next, out.next);
+    out.goes_on = passes | goes_on;
     out
 }
 
@@ -270,9 +269,7 @@ fn to_light<F: Float>(
     let sample = emitter::sample(scene, index, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
-    // At the last vertex no direction is drawn that could share the work.
-    let shared = sample.shared & path.depth.lt(F::Int::splat(frame.max_depth));
-    let weight = F::select(shared, heuristic(density, own), F::one());
+    let weight = F::select(sample.shared, heuristic(density, own), F::one());
     let light = value * sample.radiance * (weight / density.max(F::splat(1e-30)));
     let contribution = limited(frame, path, path.throughput * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);

@@ -80,6 +80,7 @@ impl Statistics {
         self.rays.camera += other.rays.camera;
         self.rays.reflect += other.rays.reflect;
         self.rays.refract += other.rays.refract;
+        self.rays.scatter += other.rays.scatter;
         self.rays.shadow += other.rays.shadow;
         self.spilled += other.spilled;
         for (sum, more) in self.stages.iter_mut().zip(other.stages) {

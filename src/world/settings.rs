@@ -11,7 +11,9 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Samples a pixel (spp), 1 to 4,194,304.
     pub samples: u32,
-    /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black.
+    /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black. Under the path
+    /// transport a surface after the last bounce still shows what it gives off: light is scattered
+    /// once more often than it bounces.
     pub max_depth: u32,
     /// A branch ends when no component of its throughput is above this. The default of
     /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. The path

@@ -2,18 +2,20 @@
 //! microfacets: what is missing bounces more than once, and is given back by a lobe of its own
 //! (Kulla and Conty 2017) so that a white surface in white surroundings stays white.
 
+use std::num::Wrapping;
 use std::sync::LazyLock;
 
 use super::ggx::Ggx;
 use crate::math::Vector;
+use crate::sampling::sobol;
 use crate::simd::{Float, Int};
 
 /// Cosines in the table: the nodes are at squares, closer together at grazing angles.
-const COSINES: usize = 48;
+const COSINES: usize = 40;
 /// Roughnesses (√α) in the table.
-const ROUGHNESSES: usize = 32;
-/// Directions for an entry, along each axis of the unit square.
-const SAMPLES: usize = 24;
+const ROUGHNESSES: usize = 28;
+/// Directions for an entry.
+const SAMPLES: u32 = 2048;
 
 /// Albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is
 /// F₀ · `straight` + F₉₀ · `grazing`: both at each roughness and cosine, and their means over the
@@ -89,9 +91,8 @@ fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
     let ggx = Ggx { x: alpha, y: alpha };
     let own = 1.0 + ggx.lambda(w);
     let (mut straight, mut grazing) = (0.0f64, 0.0f64);
-    for i in 0..SAMPLES * SAMPLES {
-        let (u, v) = ((i / SAMPLES) as f32 + 0.5, (i % SAMPLES) as f32 + 0.5);
-        let h = ggx.sample(w, (u / SAMPLES as f32, v / SAMPLES as f32));
+    for i in 0..SAMPLES {
+        let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
         let cos = w.dot(h).max(0.0);
         let wi = h * (2.0 * cos) - w;
         if wi.z > 0.0 {
@@ -101,7 +102,7 @@ fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
             grazing += weight * f;
         }
     }
-    let count = (SAMPLES * SAMPLES) as f64;
+    let count = SAMPLES as f64;
     Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 }
 }
 

@@ -48,17 +48,18 @@ fn integrate(cos_o: f32, roughness: f32) -> f32 {
     let (rings, sectors) = (128, 48);
     let mut sum = 0.0f64;
     for i in 0..rings {
-        // Rings of equal weight cos dω.
-        let cos_i = ((i as f32 + 0.5) / rings as f32).sqrt();
+        // Closer together at grazing angles, where the lobe is.
+        let x = (i as f32 + 0.5) / rings as f32;
+        let cos_i = x * x;
         let sin_i = (1.0 - cos_i * cos_i).sqrt();
         for j in 0..sectors {
             let turns = (j as f32 + 0.5) / sectors as f32;
             let (sin, cos) = crate::math::elementary::sin_cos_turns(turns);
             let h = (wo + Vector::new(sin_i * cos, sin_i * sin, cos_i)).normalize();
-            sum += lobe(roughness, h.z, cos_o, cos_i) as f64;
+            sum += (lobe(roughness, h.z, cos_o, cos_i) * cos_i * 2.0 * x) as f64;
         }
     }
-    (sum * std::f64::consts::PI / (rings * sectors) as f64).min(1.0) as f32
+    (sum * std::f64::consts::TAU / (rings * sectors) as f64).min(1.0) as f32
 }
 
 /// Albedo of white fibres for a cosine to the normal.

@@ -123,7 +123,7 @@ fn glass_divides_light_without_loss() {
                 let (has, p) = glass(roughness, inside);
                 let found = albedo(has, p, cos);
                 // What bounces more than once between its microfacets is lost.
-                let least = 1.0 - 0.4 * roughness;
+                let least = 0.995 - 0.4 * roughness;
                 assert!((least..1.005).contains(&found), "roughness {roughness} {inside} cos {cos}: {found}");
             }
         }
