@@ -151,8 +151,9 @@ impl<F: Float> Group<F> {
     #[inline(always)]
     fn enter(&self, planes: &[[f32; 3]; 2]) -> (F, F::Mask) {
         let (mut near, mut far) = (self.t_min, self.best.t);
-        for axis in 0..3 {
-            let (low, high) = (F::splat(planes[0][axis]), F::splat(planes[1][axis]));
+        let [lows, highs] = planes;
+        for (axis, (low, high)) in lows.iter().zip(highs).enumerate() {
+            let (low, high) = (F::splat(*low), F::splat(*high));
             let near_plane = F::select(self.backwards[axis], high, low);
             let far_plane = F::select(self.backwards[axis], low, high);
             near = ((self.origin[axis] - near_plane) * self.near_scale[axis]).max(near);
@@ -175,8 +176,8 @@ impl<F: Float> Group<F> {
         let mut seen = [[F::zero(); 3]; 3];
         for (seen, corner) in seen.iter_mut().zip(vertices) {
             let mut from = [F::zero(); 3];
-            for axis in 0..3 {
-                from[axis] = F::splat(corner[axis]) - self.origin[axis];
+            for ((from, corner), origin) in from.iter_mut().zip(corner).zip(self.origin) {
+                *from = F::splat(*corner) - origin;
             }
             *seen = self.longest.rename(from);
         }
