@@ -8,7 +8,7 @@ use crate::math::{Color, Vector};
 use crate::simd::{Float, Int};
 
 const COSINES: usize = 32;
-const ROUGHNESSES: usize = 16;
+const ROUGHNESSES: usize = 32;
 /// Smoother fibres than this are as smooth as this.
 const SMOOTHEST: f32 = 0.07;
 
@@ -45,7 +45,7 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
 /// ∫ D V cos dω over the hemisphere.
 fn integrate(cos_o: f32, roughness: f32) -> f32 {
     let wo = Vector::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
-    let (rings, sectors) = (128, 48);
+    let (rings, sectors) = (96, 32);
     let mut sum = 0.0f64;
     for i in 0..rings {
         // Closer together at grazing angles, where the lobe is.
