@@ -7,6 +7,7 @@
 
 use super::albedo::{self, Albedo};
 use super::ggx::Ggx;
+use super::glass;
 use super::parameters::{Has, Parameters};
 use super::sheen;
 use crate::math::{Color, Vector};
@@ -31,7 +32,9 @@ pub struct Bsdf<F: Float> {
     mean: Albedo<F>,
     /// Albedo of light that bounced more than once between microfacets.
     multiple: Color<F>,
-    /// The same for what is no metal.
+    /// What makes up for light lost between the microfacets of glass.
+    gain: F,
+    /// The same as `multiple` for what is no metal.
     dielectric: Color<F>,
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     left: Color<F>,
@@ -62,6 +65,7 @@ impl<F: Float> Bsdf<F> {
             own: nothing,
             mean: nothing,
             multiple: black,
+            gain: one,
             dielectric: black,
             left: white,
             left_mean: white,
@@ -82,6 +86,9 @@ impl<F: Float> Bsdf<F> {
             }
             bsdf.left = bsdf.dielectric_albedo(&bsdf.own).complement().clamp(0.0, 1.0);
             bsdf.left_mean = bsdf.dielectric_albedo(&bsdf.mean).complement().clamp(1e-6, 1.0);
+        }
+        if has.solid && (mask & !bsdf.smooth).any() {
+            bsdf.gain = glass::gain(wo.z, p.roughness, p.eta, mask);
         }
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
@@ -169,8 +176,10 @@ impl<F: Float> Bsdf<F> {
         }
         if self.has.specular {
             mirror = self.mirror_albedo().luminance().max(F::splat(1e-3));
-            let often = self.multiple.luminance() * (F::one() - self.own.whole());
-            diffuse = diffuse + F::select(self.smooth, zero, often);
+            if !self.has.solid {
+                let often = self.multiple.luminance() * (F::one() - self.own.whole());
+                diffuse = diffuse + F::select(self.smooth, zero, often);
+            }
         }
         if self.has.transmission {
             let reflected = self.fresnel(self.wo.z.abs()).luminance();
@@ -276,7 +285,7 @@ impl<F: Float> Bsdf<F> {
         let lost = (F::one() - self.own.whole()) * (F::one() - other.whole());
         let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
         let multiple = self.multiple * (lost / lost_mean * wi.z * F::splat(1.0 / PI));
-        let value = if self.has.solid { single } else { single + multiple };
+        let value = if self.has.solid { single * self.gain } else { single + multiple };
         let rough = !self.smooth;
         let pdf = density / (F::one() + self.lambda);
         (Color::select(rough, value, Color::black()), F::select(rough, pdf, zero), incoming)
@@ -329,7 +338,7 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let passes = self.fresnel(cos_o.max(zero)).complement();
-        let value = p.through * passes * (density * visible);
+        let value = p.through * passes * (density * visible * self.gain);
         let pdf = density / (F::one() + self.lambda);
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }

@@ -5,6 +5,7 @@ pub mod bsdf;
 pub mod draw;
 pub mod frame;
 pub mod ggx;
+pub mod glass;
 pub mod parameters;
 pub mod sheen;
 #[cfg(test)]

@@ -122,9 +122,9 @@ fn glass_divides_light_without_loss() {
             for cos in cosines {
                 let (has, p) = glass(roughness, inside);
                 let found = albedo(has, p, cos);
-                // What bounces more than once between its microfacets is lost.
-                let least = 0.995 - 0.65 * roughness;
-                assert!((least..1.005).contains(&found), "roughness {roughness} {inside} cos {cos}: {found}");
+                // From within, the critical angle lies between two of the table's nodes.
+                let allowed = if roughness > 0.5 { 0.2 } else { 0.02 };
+                assert!((found - 1.0).abs() < allowed, "roughness {roughness} {inside} cos {cos}: {found}");
             }
         }
     }

@@ -1,0 +1,99 @@
+//! How much light a rough boundary of glass gives back and lets through together: what is missing
+//! meets microfacets more than once, and is made up for by a factor on both lobes.
+
+use std::num::Wrapping;
+use std::sync::LazyLock;
+
+use super::ggx::Ggx;
+use crate::math::Vector;
+use crate::sampling::sobol;
+use crate::shading::fresnel;
+use crate::simd::{Float, Int};
+
+/// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side.
+const RATIOS: usize = 19;
+/// Of [`RATIOS`] the first and, above zero, the last: ior 2.6 from either side.
+const LAST: f32 = 0.45;
+const ROUGHNESSES: usize = 16;
+/// Nodes at squares, closer together at grazing angles.
+const COSINES: usize = 16;
+/// Directions for an entry.
+const SAMPLES: u32 = 512;
+
+static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let mut table = Vec::with_capacity(RATIOS * ROUGHNESSES * COSINES);
+    for e in 0..RATIOS {
+        let odd = LAST * (2.0 * e as f32 / (RATIOS - 1) as f32 - 1.0);
+        let eta = (1.0 + odd) / (1.0 - odd);
+        for r in 0..ROUGHNESSES {
+            let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
+            for c in 0..COSINES {
+                let node = c as f32 / (COSINES - 1) as f32;
+                table.push(integrate((node * node).max(1e-3), (roughness * roughness).max(1e-3), eta));
+            }
+        }
+    }
+    table
+});
+
+/// The mean of G₂/G₁ over visible normals and both ways that light can take from each.
+fn integrate(cosine: f32, alpha: f32, eta: f32) -> f32 {
+    let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+    let ggx = Ggx { x: alpha, y: alpha };
+    let own = 1.0 + ggx.lambda(w);
+    let mut sum = 0.0f64;
+    for i in 0..SAMPLES {
+        let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
+        let cos = w.dot(h).max(0.0);
+        let reflected = fresnel::reflectance(cos, eta);
+        let mirrored = h * (2.0 * cos) - w;
+        if mirrored.z > 0.0 {
+            sum += (reflected * own / (own + ggx.lambda(mirrored))) as f64;
+        }
+        let sin2 = eta * eta * (1.0 - cos * cos);
+        if sin2 < 1.0 {
+            let bent = h * (eta * cos - (1.0 - sin2).sqrt()) - w * eta;
+            if bent.z < 0.0 {
+                sum += ((1.0 - reflected) * own / (own + ggx.lambda(bent))) as f64;
+            }
+        }
+    }
+    (sum / SAMPLES as f64) as f32
+}
+
+/// The place between two nodes: the lower one and the weight of the upper.
+#[inline(always)]
+fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
+    let place = place.clamp(0.0, (nodes - 1) as f32);
+    let node = place.floor().min(F::splat((nodes - 2) as f32));
+    (node.to_int(), place - node)
+}
+
+/// The factor for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over
+/// the other).
+#[inline(always)]
+pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mask: F::Mask) -> F {
+    let table = &TABLE[..];
+    let odd = (eta - F::one()) / (eta + F::one());
+    let scale = F::splat((RATIOS - 1) as f32 * 0.5);
+    let (e, we) = between(odd * F::splat((RATIOS - 1) as f32 * 0.5 / LAST) + scale, RATIOS);
+    let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+    let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
+    let row = F::Int::splat(COSINES as u32);
+    let layer = F::Int::splat((COSINES * ROUGHNESSES) as u32);
+    let first = e * layer + r * row + c;
+    let near = plane(table, first, row, wc, wr, mask);
+    let far = plane(table, first + layer, row, wc, wr, mask);
+    let albedo = near * (F::one() - we) + far * we;
+    F::one() / albedo.max(F::splat(0.1))
+}
+
+/// Between four entries.
+#[inline(always)]
+fn plane<F: Float>(table: &[f32], first: F::Int, row: F::Int, wc: F, wr: F, mask: F::Mask) -> F {
+    let one = F::Int::splat(1);
+    let low = F::gather(table, first, mask) * (F::one() - wc) + F::gather(table, first + one, mask) * wc;
+    let next = first + row;
+    let high = F::gather(table, next, mask) * (F::one() - wc) + F::gather(table, next + one, mask) * wc;
+    low * (F::one() - wr) + high * wr
+}
