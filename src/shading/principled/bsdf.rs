@@ -182,11 +182,12 @@ impl<F: Float> Bsdf<F> {
             }
         }
         if self.has.transmission {
+            // Rough glass has microfacets that reflect, or let through, where the mean one does not.
             let reflected = self.fresnel(self.wo.z.abs()).luminance();
+            let reflected = F::select(self.smooth, reflected, reflected.clamp(0.1, 0.9));
             through = p.through.luminance() * (F::one() - reflected);
             if self.has.solid {
-                // Rough glass has microfacets that reflect where the mean one does not.
-                mirror = F::select(self.smooth, reflected, reflected.max(F::splat(1e-3)));
+                mirror = reflected;
             }
         }
         if self.has.coat {
