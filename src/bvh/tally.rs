@@ -1,5 +1,5 @@
 //! What a ray costs, counted by the kernel for one ray. Who does not count calls the same
-//! kernel with [`NoTally`], and then nothing of it is compiled.
+//! kernel with `NoTally`, and then nothing of it is compiled.
 
 use super::Bvh;
 use super::layout::{SphereBlock, TriangleBlock};
