@@ -154,7 +154,10 @@ fn step_lines(step: &Step) -> Vec<String> {
     } else {
         format!("{} (the surface's own {})", triple(vertex.normal), triple(vertex.geometric_normal))
     };
-    lines.push(format!("      normal      {normals}"));
+    // The path transport does not tell its normals.
+    if vertex.normal != [0.0; 3] {
+        lines.push(format!("      normal      {normals}"));
+    }
     if vertex.own != [0.0; 3] {
         lines.push(format!("      gives off   {}", triple(vertex.own)));
     }

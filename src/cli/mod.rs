@@ -7,6 +7,7 @@ mod args;
 mod compare;
 mod explain;
 mod info;
+mod interrupt;
 mod profile;
 mod profile_report;
 mod render;
@@ -42,6 +43,21 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// A scene in a size and with samples of its own, ready to be rendered in several ways.
+fn frame(
+    scene: &std::path::Path,
+    size: args::Size,
+    samples: u32,
+    camera: Option<&str>,
+) -> Result<std::sync::Arc<crate::integrator::Frame>, Failure> {
+    let mut world = crate::formats::load(scene)?;
+    world.settings.size = size;
+    world.settings.samples = samples;
+    let compiled = crate::compile::compile(&world, camera)
+        .map_err(|error| Failure(format!("{}: {error}", scene.display())))?;
+    Ok(std::sync::Arc::new(crate::integrator::Frame::new(compiled, &world.settings)))
 }
 
 /// Why there is no result, in one line.

@@ -51,12 +51,8 @@ pub struct Profile {
 }
 
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
-    let mut world = crate::formats::load(&arguments.scene)?;
-    world.settings.size = arguments.size;
-    world.settings.samples = arguments.spp;
-    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
-    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let camera = arguments.camera.as_deref();
+    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, camera)?;
     let plan = Plan {
         samples: arguments.spp,
         runs: arguments.runs,

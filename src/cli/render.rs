@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -107,18 +106,7 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
 ///
 /// The first passes are short, so that soon every pixel holds something worth saving.
 fn passes(session: &mut Session, quiet: bool) -> bool {
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = {
-        let stop = stop.clone();
-        move || {
-            // Once more: at once.
-            if stop.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        }
-    };
-    // Without a handler Ctrl-C ends the program as it always does.
-    let _ = ctrlc::set_handler(handler);
+    let stop = super::interrupt::flag();
     let bar = if quiet { ProgressBar::hidden() } else { progress_bar(session) };
     for pass in [1, 3, 12].into_iter().chain(std::iter::repeat(16)) {
         if session.is_done() || stop.load(Ordering::Relaxed) {

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -35,18 +34,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };
     let jobs = run.jobs().map_err(Failure)?;
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = {
-        let stop = stop.clone();
-        move || {
-            // Once more: at once.
-            if stop.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        }
-    };
-    // Without a handler Ctrl-C ends the program as it always does; what is done is kept either way.
-    let _ = ctrlc::set_handler(handler);
+    let stop = super::interrupt::flag();
     let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {eta} left  {msg}") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{Failure, args};
 use crate::film::PixelSum;
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::Schedule;
 use crate::study::facts::{facts, title};
 use crate::study::verify::{self, Difference, First, Verification, Way};
 
@@ -37,12 +36,8 @@ pub struct Verify {
 }
 
 pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
-    let mut world = crate::formats::load(&arguments.scene)?;
-    world.settings.size = arguments.size;
-    world.settings.samples = arguments.spp;
-    let scene = crate::compile::compile(&world, arguments.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
-    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let camera = arguments.camera.as_deref();
+    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, camera)?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let ways = verify::ways(cores);
 

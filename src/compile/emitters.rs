@@ -26,9 +26,8 @@ pub(super) fn compile(
     let mut out = Emitters::default();
     let mut areas = HashMap::new();
     for (index, light) in lights.iter().enumerate() {
-        let index = index as u32;
-        let seen = visible.iter().find(|area| area.light == index);
-        if let Some(emitter) = finite(&mut out, light, index, seen.is_some())
+        let seen = visible.iter().find(|area| area.light as usize == index);
+        if let Some(emitter) = finite(&mut out, light, seen.is_some())
             && let Some(area) = seen
         {
             areas.insert(area.material, emitter);
@@ -42,13 +41,13 @@ pub(super) fn compile(
         if let Light::Directional { to_light, irradiance } = light {
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
             row[3] = (1.0 - libm::cos(angles[index] as f64 / 2.0)) as f32;
-            push(&mut out, kind::DIRECTIONAL, 0, row, index as u32);
+            push(&mut out, kind::DIRECTIONAL, 0, row);
         }
     }
     // What is nearly even all around is found by drawn directions as well as by any other way.
     if environment.panorama.is_some() && !environment.is_black() {
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
-        push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row, NONE);
+        push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
     }
     out
 }
@@ -63,7 +62,7 @@ fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
     let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
     let place = vector(0);
     let light = Rgb::new(row[10], row[11], row[12]).luminance();
-    let two_sided = out.flags[emitter] & flag::TWO_SIDED != 0;
+    let has = |flag: u32| out.flags[emitter] & flag != 0;
     let pi = std::f32::consts::PI;
     let around = |points: &[Vec3]| {
         let min = points.iter().copied().fold(place, Vec3::min);
@@ -86,10 +85,10 @@ fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
             LightBounds {
                 bounds: around(&corners),
                 power: light * cross.length() * part * pi,
-                axis: cross,
+                axis: if has(flag::REVERSED) { -cross } else { cross },
                 cos_spread: 1.0,
                 cos_emission: 0.0,
-                two_sided,
+                two_sided: has(flag::TWO_SIDED),
             }
         }
         kind::SPHERE => {
@@ -109,18 +108,17 @@ fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
     }
 }
 
-fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13], light: u32) -> u32 {
+fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
     out.kinds.push(kind);
     out.flags.push(flags);
     out.rows.push(row);
     out.material.push(NONE);
     out.primitive.push(NONE);
-    out.light.push(light);
     out.kinds.len() as u32 - 1
 }
 
 /// The emitter of a light that stands somewhere.
-fn finite(out: &mut Emitters, light: &Light, index: u32, visible: bool) -> Option<u32> {
+fn finite(out: &mut Emitters, light: &Light, visible: bool) -> Option<u32> {
     let (kind, flags, row) = match light {
         Light::Directional { .. } => return None,
         Light::Point { position, intensity, falloff } => {
@@ -142,7 +140,7 @@ fn finite(out: &mut Emitters, light: &Light, index: u32, visible: bool) -> Optio
             (kind::QUAD, flags, row_of(*corner, first, second, radiance))
         }
     };
-    Some(push(out, kind, flags, row, index))
+    Some(push(out, kind, flags, row))
 }
 
 /// A corner and two edges of the parallelogram that a triangle and the next one make, if they do:
@@ -190,20 +188,18 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
             continue;
         }
         let record = &materials[material as usize];
-        let [a, mut b, mut c] =
-            geometry.triangles[index].map(|v| Vec3::from_array(geometry.positions[v as usize]));
+        let [a, b, c] = geometry.triangles[index].map(|v| Vec3::from_array(geometry.positions[v as usize]));
         let textured = record.emission.texture != NONE;
-        if geometry.parts.sign[part as usize] < 0.0 && !textured {
-            std::mem::swap(&mut b, &mut c);
-        }
         let (e1, e2) = (b - a, c - a);
         if e1.cross(e2).length_squared() == 0.0 {
             continue;
         }
         let mut flags = flag::VISIBLE;
-        // With corners in the order of the texture a mirrored triangle's front is its back.
-        if !record.one_sided_emission || (textured && geometry.parts.sign[part as usize] < 0.0) {
+        if !record.one_sided_emission {
             flags |= flag::TWO_SIDED;
+        }
+        if geometry.parts.sign[part as usize] < 0.0 {
+            flags |= flag::REVERSED;
         }
         if textured {
             flags |= flag::TEXTURED;
@@ -214,13 +210,13 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
             && geometry.triangle_parts[index + 1] == part
             && let Some([corner, e1, e2]) = parallelogram(geometry, index, e1.cross(e2))
         {
-            let emitter = push(out, kind::QUAD, flags, row_of(corner, e1, e2, light), NONE);
+            let emitter = push(out, kind::QUAD, flags, row_of(corner, e1, e2, light));
             out.of_primitive[index] = emitter;
             out.of_primitive[index + 1] = emitter;
             continue;
         }
         let row = row_of(a, e1, e2, light);
-        let emitter = push(out, kind::TRIANGLE, flags, row, NONE);
+        let emitter = push(out, kind::TRIANGLE, flags, row);
         out.material[emitter as usize] = material;
         out.primitive[emitter as usize] = index as u32;
         out.of_primitive[index] = emitter;
@@ -234,6 +230,6 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
         let [x, y, z, radius] = geometry.spheres[index];
         let mut row = row_of(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ZERO, record.emission.factor.into());
         row[9] = radius;
-        out.of_primitive[triangles + index] = push(out, kind::SPHERE, flag::VISIBLE, row, NONE);
+        out.of_primitive[triangles + index] = push(out, kind::SPHERE, flag::VISIBLE, row);
     }
 }

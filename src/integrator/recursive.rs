@@ -17,6 +17,7 @@ use crate::bvh::traverse::{any_one, closest_one};
 use crate::film::Film;
 use crate::math::{Color, Hit, Rgb};
 use crate::shading::HitLanes;
+use crate::shading::surface::material_of;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
 use crate::world::Transport;
 
@@ -141,8 +142,9 @@ impl<O: Observer> Tile<'_, O> {
                 }
                 return to_rgb(radiance);
             }
-            let material = scene.geometry.material_of(hit.primitive, hit.instance);
-            let outcome = path_tracing::hit(frame, &path, &one_lane(&hit), material, true);
+            let lane = one_lane(&hit);
+            let material = material_of(&scene.geometry, &lane, true).0;
+            let outcome = path_tracing::hit(frame, &path, &lane, material, true);
             path.radiance = outcome.radiance;
             if O::LOOKS {
                 self.observer.report(&observe::path_vertex(&path, hit.t));
@@ -187,8 +189,9 @@ impl<O: Observer> Tile<'_, O> {
             if hit.is_miss() {
                 return Some(shadow.contribution);
             }
-            let material = scene.geometry.material_of(hit.primitive, hit.instance);
-            let (left, passes) = path_tracing::shadow_hit(frame, &shadow, &one_lane(&hit), material, true);
+            let lane = one_lane(&hit);
+            let material = material_of(&scene.geometry, &lane, true).0;
+            let (left, passes) = path_tracing::shadow_hit(frame, &shadow, &lane, material, true);
             if !passes {
                 return None;
             }

@@ -12,4 +12,4 @@ pub mod warp;
 
 pub use dimension::Dimension;
 pub use hash::{Key, Stream};
-pub use table::{Distribution1d, Distribution2d};
+pub use table::Distribution2d;

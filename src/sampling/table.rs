@@ -1,4 +1,4 @@
-//! Discrete and piecewise-constant distributions, sampled by binary search in their cumulative
+//! Piecewise-constant distributions, sampled by binary search in their cumulative
 //! sums. An alias table would answer in constant time, but it scatters its numbers: a search
 //! keeps their order, so that points stratified in the square stay stratified over the cells.
 //!
@@ -16,50 +16,6 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 const MARGIN: f32 = 1.0 / 4_194_304.0;
 /// More entries than this could have no quantum each.
 const MAX_ENTRIES: usize = 1 << 23;
-
-/// Numbers 0 to n, drawn in proportion to weights.
-#[derive(Clone, Debug)]
-pub struct Distribution1d {
-    /// From 0 to 1, one entry more than there are weights.
-    cumulative: Vec<f32>,
-}
-
-impl Distribution1d {
-    /// Of weights, which count as zero where they are not finite and positive. If all are zero,
-    /// all are alike. Of more than 2²³, some of little weight are never drawn.
-    pub fn new(weights: &[f32]) -> Self {
-        let mut cumulative = vec![0.0; weights.len() + 1];
-        accumulate(weights.iter().map(|&weight| weight as f64), &mut cumulative);
-        Self { cumulative }
-    }
-
-    /// How many numbers there are.
-    pub fn len(&self) -> usize {
-        self.cumulative.len() - 1
-    }
-
-    /// Whether there are none, so that nothing can be drawn.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// A number, its probability and what of `u` is left, in [0, 1) again. The probability is
-    /// zero where `mask` is not set and where there are no numbers.
-    #[inline(always)]
-    pub fn sample<F: Float>(&self, u: F, mask: F::Mask) -> (F::Int, F, F) {
-        if self.is_empty() {
-            return (F::Int::splat(0), F::zero(), u);
-        }
-        let found = search(&self.cumulative, F::Int::splat(0), self.len(), u, mask);
-        (found.index, found.probability, found.rest)
-    }
-
-    /// The probability of a number; zero where `mask` is not set.
-    #[inline(always)]
-    pub fn pmf<F: Float>(&self, index: F::Int, mask: F::Mask) -> F {
-        step(&self.cumulative, index, mask & index.lt(F::Int::splat(self.len() as u32)))
-    }
-}
 
 /// A density over the unit square, constant in each cell of a grid.
 #[derive(Clone, Debug)]
@@ -212,11 +168,16 @@ mod tests {
     use crate::sampling::Stream;
     use crate::simd::{Kernel, Lanes, Level, Mask, dispatch};
     use rand::RngExt;
-    use std::num::Wrapping;
 
     fn numbers(n: usize, seed: u64) -> Vec<f32> {
         let mut stream = Stream::new(seed);
         (0..n).map(|_| stream.random_range(0.0..1.0f32)).collect()
+    }
+
+    fn cumulative(weights: &[f32]) -> Vec<f32> {
+        let mut sums = vec![0.0; weights.len() + 1];
+        accumulate(weights.iter().map(|&weight| weight as f64), &mut sums);
+        sums
     }
 
     fn check_cumulative(cumulative: &[f32], weights: &[f32]) {
@@ -230,23 +191,19 @@ mod tests {
     #[test]
     fn whatever_has_a_weight_has_a_probability() {
         let tiny = [1e-30f32, 0.0, 1e30, 0.0, 0.0, 1e-30, 1e-38, 0.0];
-        check_cumulative(&Distribution1d::new(&tiny).cumulative, &tiny);
+        check_cumulative(&cumulative(&tiny), &tiny);
         let mut many = vec![1e-20f32; 10_000];
         (many[77], many[9_998]) = (1.0, 0.0);
-        check_cumulative(&Distribution1d::new(&many).cumulative, &many);
+        check_cumulative(&cumulative(&many), &many);
         many.reverse();
-        check_cumulative(&Distribution1d::new(&many).cumulative, &many);
+        check_cumulative(&cumulative(&many), &many);
     }
 
     #[test]
     fn odd_weights_count_as_zero_and_zeros_as_alike() {
-        let odd = Distribution1d::new(&[1.0, f32::NAN, -3.0, f32::INFINITY, 1.0]);
-        assert_eq!(odd.cumulative, [0.0, 0.5, 0.5, 0.5, 0.5, 1.0]);
-        assert_eq!(Distribution1d::new(&[0.0; 4]).cumulative, [0.0, 0.25, 0.5, 0.75, 1.0]);
-        let none = Distribution1d::new(&[]);
-        assert!(none.is_empty());
-        assert_eq!(none.sample(0.3f32, true).1, 0.0);
-        assert_eq!(none.pmf::<f32>(Wrapping(0), true), 0.0);
+        let odd = cumulative(&[1.0, f32::NAN, -3.0, f32::INFINITY, 1.0]);
+        assert_eq!(odd, [0.0, 0.5, 0.5, 0.5, 0.5, 1.0]);
+        assert_eq!(cumulative(&[0.0; 4]), [0.0, 0.25, 0.5, 0.75, 1.0]);
         let flat = Distribution2d::new(&[0.0; 12], 4);
         assert!((flat.pdf((0.9f32, 0.1), true) - 1.0).abs() < 1e-6);
         assert_eq!(Distribution2d::new(&[], 4).sample((0.1f32, 0.2), true).1, 0.0);
@@ -254,35 +211,12 @@ mod tests {
 
     #[test]
     fn the_ends_of_the_unit_interval_find_cells_with_a_weight() {
-        let table = Distribution1d::new(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0]);
+        let table = Distribution2d::new(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0], 6);
         for (u, expected) in [(0.0f32, 2), (-1.0, 2), (BELOW_ONE, 4), (1.0, 4), (f32::NAN, 4)] {
-            let (index, pmf, rest) = table.sample(u, true);
-            assert_eq!(index.0, expected, "{u}");
-            assert!(pmf > 0.0 && (0.0..1.0).contains(&rest));
+            let ((x, _), pdf) = table.sample((u, 0.5), true);
+            assert_eq!((x * 6.0) as u32, expected, "{u}");
+            assert!(pdf > 0.0);
         }
-    }
-
-    #[test]
-    fn numbers_are_drawn_by_their_weight() {
-        let weights = [0.1f32, 0.0, 3.0, 1.5, 0.7, 0.0, 0.0, 2.2, 0.9];
-        let table = Distribution1d::new(&weights);
-        let n = 100_000;
-        let (mut counts, mut rests) = ([0.0f64; 9], [0.0f64; 16]);
-        for u in numbers(n, 3) {
-            let (index, pmf, rest) = table.sample(u, true);
-            assert_eq!(pmf, table.pmf::<f32>(index, true));
-            assert!((pmf - weights[index.0 as usize] / 8.4).abs() < 1e-6);
-            counts[index.0 as usize] += 1.0;
-            rests[(rest * 16.0) as usize] += 1.0;
-        }
-        let expected = |i: usize| n as f64 * weights[i] as f64 / 8.4;
-        let chi2: f64 = (0..9)
-            .filter(|&i| weights[i] > 0.0)
-            .map(|i| (counts[i] - expected(i)).powi(2) / expected(i))
-            .sum();
-        assert!(chi2 < 22.5, "chi² of 6 degrees of freedom, 0.1 %: {chi2}");
-        let chi2: f64 = rests.iter().map(|c| (c - n as f64 / 16.0).powi(2) / (n as f64 / 16.0)).sum();
-        assert!(chi2 < 37.7, "chi² of 15 degrees of freedom, 0.1 %: {chi2}");
     }
 
     #[test]

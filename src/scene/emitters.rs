@@ -26,6 +26,9 @@ pub mod flag {
     pub const TWO_SIDED: u32 = 1;
     /// Its radiance comes from its material's texture.
     pub const TEXTURED: u32 = 2;
+    /// Its front is where its edges go around clockwise: a mirrored triangle, whose corners keep the
+    /// order of its texture.
+    pub const REVERSED: u32 = 8;
     /// Rays can hit it: it is found in two ways, which share the work.
     pub const VISIBLE: u32 = 4;
 }
@@ -43,9 +46,6 @@ pub struct Emitters {
     pub material: Vec<u32>,
     /// The triangle.
     pub primitive: Vec<u32>,
-    /// The light that it was authored as, for people: index into the scene's lights or
-    /// [`crate::math::NONE`].
-    pub light: Vec<u32>,
     /// How many stand in finite places.
     pub finite: u32,
     /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or

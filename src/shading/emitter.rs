@@ -2,6 +2,7 @@
 //! are sampled.
 
 use super::details::point_coordinates;
+use super::material::has;
 use super::sampled::color;
 use super::surface::{HitLanes, unit_or};
 use super::{environment, principled::frame::Frame};
@@ -114,12 +115,6 @@ impl<F: Float> EmitterSample<F> {
     }
 }
 
-/// Lanes whose flags have a bit set.
-#[inline(always)]
-fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
-    !(flags & I::splat(bit)).eq(I::splat(0))
-}
-
 /// An emitter's row (see [`kind`]).
 struct Row<'a, F: Float> {
     table: &'a [f32],
@@ -181,7 +176,9 @@ fn planar_sample<F: Float>(
     if textured.any() {
         light = Color::select(textured, textured_light(scene, emitter, (a, b), textured), light);
     }
-    let shines = has(flags, flag::TWO_SIDED) | cross.dot(direction).lt(F::zero());
+    let facing = cross.dot(direction);
+    let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
+    let shines = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
     EmitterSample {
         direction,
         distance,

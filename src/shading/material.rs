@@ -63,6 +63,6 @@ impl<F: Float> Shaded<F> {
 
 /// Lanes whose flags have a bit set.
 #[inline(always)]
-fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
+pub(super) fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
     !(flags & I::splat(bit)).eq(I::splat(0))
 }

@@ -91,10 +91,9 @@ impl<F: Float> Surface<F> {
                 spheres
             }
         };
-        let mut material = F::Int::gather(&geometry.parts.material, local.part, mask);
+        let material = material_of_part(geometry, hit, local.part, mask);
         let mut world = local;
         if placed.any() {
-            material = placed_material(geometry, hit, material, placed);
             world = to_world(geometry, hit, world, placed);
         }
         Self::facing(world, ray, material)
@@ -310,8 +309,29 @@ fn to_local<F: Float>(geometry: &Geometry, ray: &Ray<F>, instance: F::Int, place
     }
 }
 
+/// The material of each lane's hit, [`NONE`] for misses.
 #[inline(always)]
-fn placed_material<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, own: F::Int, placed: F::Mask) -> F::Int {
+pub fn material_of<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> F::Int {
+    let none = F::Int::splat(NONE);
+    let met = mask & !hit.primitive.eq(none);
+    let sphere = F::Int::splat(SPHERE);
+    let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0)) & met;
+    let mut part = F::Int::gather(&geometry.triangle_parts, hit.primitive, met & !is_sphere);
+    if is_sphere.any() {
+        let spheres = F::Int::gather(&geometry.sphere_parts, hit.primitive ^ sphere, is_sphere);
+        part = F::Int::select(is_sphere, spheres, part);
+    }
+    F::Int::select(met, material_of_part(geometry, hit, part, met), none)
+}
+
+/// A part's material, or what the instance gives to all of its subtree.
+#[inline(always)]
+fn material_of_part<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, part: F::Int, mask: F::Mask) -> F::Int {
+    let own = F::Int::gather(&geometry.parts.material, part, mask);
+    let placed = !hit.instance.eq(F::Int::splat(NONE)) & mask;
+    if !placed.any() {
+        return own;
+    }
     let given = F::Int::gather(&geometry.instance_materials, hit.instance, placed);
     F::Int::select(placed & !given.eq(F::Int::splat(NONE)), given, own)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 
-use super::components::Material;
+use super::material::Material;
 
 /// Index into [`Assets::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

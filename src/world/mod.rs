@@ -5,10 +5,12 @@
 
 pub mod assets;
 pub mod components;
+pub mod material;
 pub mod settings;
 
 pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
 pub use components::*;
+pub use material::*;
 pub use settings::*;
 
 /// Everything that a scene file says.

@@ -135,7 +135,8 @@ impl Default for PixelFilter {
     }
 }
 
-/// The radiance that comes from where nothing is. It lights no surface by itself.
+/// The radiance that comes from where nothing is. Under the Whitted transport it
+/// lights no surface by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
     /// The same in all directions.

@@ -6,35 +6,8 @@ use super::stages::lanes;
 use crate::integrator::shadow::connect;
 use crate::integrator::{Frame, path_tracing};
 use crate::math::{Color, NONE};
-use crate::scene::Geometry;
+use crate::shading::surface::material_of;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
-
-/// The material of each lane's hit, [`NONE`] for misses.
-#[inline(always)]
-pub fn material_of<F: Float>(
-    geometry: &Geometry,
-    primitive: F::Int,
-    instance: F::Int,
-    mask: F::Mask,
-) -> F::Int {
-    let none = F::Int::splat(NONE);
-    let hit = mask & !primitive.eq(none);
-    let sphere = F::Int::splat(crate::bvh::SPHERE);
-    let is_sphere = !(primitive & sphere).eq(F::Int::splat(0)) & hit;
-    let is_triangle = hit & !is_sphere;
-    let mut part = F::Int::gather(&geometry.triangle_parts, primitive, is_triangle);
-    if is_sphere.any() {
-        let spheres = F::Int::gather(&geometry.sphere_parts, primitive ^ sphere, is_sphere);
-        part = F::Int::select(is_sphere, spheres, part);
-    }
-    let mut material = F::Int::gather(&geometry.parts.material, part, hit);
-    let placed = hit & !instance.eq(none);
-    if placed.any() {
-        let given = F::Int::gather(&geometry.instance_materials, instance, placed);
-        material = F::Int::select(placed & !given.eq(none), given, material);
-    }
-    F::Int::select(hit, material, none)
-}
 
 /// Places of hits, one material's after another's.
 #[derive(Default)]
@@ -165,7 +138,7 @@ impl Kernel for PassShadows<'_> {
             let (mut shadow, target) = self.shadow.load::<L::Queue>(at);
             let hit = self.hits.load::<L::Queue>(at);
             let geometry = &self.frame.scene.geometry;
-            let materials = material_of::<L::Queue>(geometry, hit.primitive, hit.instance, valid);
+            let materials = material_of(geometry, &hit, valid);
             let missed = valid & hit.primitive.eq(Int::splat(NONE));
             if missed.any() {
                 arrive::<L::Queue>(self.paths, target, shadow.contribution, missed);

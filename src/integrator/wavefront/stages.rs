@@ -1,13 +1,13 @@
 //! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
 //! queue; what happens to light in it is in [`crate::integrator::whitted`].
 
-use super::path_stages::material_of;
 use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
 use crate::film::Film;
 use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::{Frame, begin, path_tracing, whitted};
 use crate::math::{Color, NONE, Rgb};
+use crate::shading::surface::material_of;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
 
@@ -107,9 +107,7 @@ impl<O: Observer> Kernel for Retire<'_, O> {
             self.paths.store(kept, stays, &path, Int::splat(NONE));
             let material = match self.frame.transport {
                 Transport::Whitted => Int::splat(NONE),
-                Transport::Path => {
-                    material_of::<L::Queue>(&self.frame.scene.geometry, hit.primitive, hit.instance, stays)
-                }
+                Transport::Path => material_of(&self.frame.scene.geometry, &hit, stays),
             };
             self.hits.store(kept, stays, &hit, material);
             kept += stays.count();

@@ -108,7 +108,7 @@ fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
 
 /// The place between two nodes: the lower one and the weight of the upper.
 #[inline(always)]
-fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
+pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
     let place = place.clamp(0.0, (nodes - 1) as f32);
     let node = place.floor().min(F::splat((nodes - 2) as f32));
     (node.to_int(), place - node)

@@ -4,6 +4,7 @@
 use std::num::Wrapping;
 use std::sync::LazyLock;
 
+use super::albedo::between;
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::sampling::sobol;
@@ -61,14 +62,6 @@ fn integrate(cosine: f32, alpha: f32, eta: f32) -> f32 {
     (sum / SAMPLES as f64) as f32
 }
 
-/// The place between two nodes: the lower one and the weight of the upper.
-#[inline(always)]
-fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
-    let place = place.clamp(0.0, (nodes - 1) as f32);
-    let node = place.floor().min(F::splat((nodes - 2) as f32));
-    (node.to_int(), place - node)
-}
-
 /// The factor for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over
 /// the other).
 #[inline(always)]
@@ -88,9 +81,9 @@ pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mask: F::Mask) -> F {
     F::one() / albedo.max(F::splat(0.1))
 }
 
-/// Between four entries.
+/// Between four entries of a table whose next row begins `row` later.
 #[inline(always)]
-fn plane<F: Float>(table: &[f32], first: F::Int, row: F::Int, wc: F, wr: F, mask: F::Mask) -> F {
+pub(super) fn plane<F: Float>(table: &[f32], first: F::Int, row: F::Int, wc: F, wr: F, mask: F::Mask) -> F {
     let one = F::Int::splat(1);
     let low = F::gather(table, first, mask) * (F::one() - wc) + F::gather(table, first + one, mask) * wc;
     let next = first + row;

@@ -3,6 +3,8 @@
 
 use std::sync::LazyLock;
 
+use super::albedo::between;
+use super::glass::plane;
 use crate::math::elementary::pow;
 use crate::math::{Color, Vector};
 use crate::simd::{Float, Int};
@@ -65,16 +67,8 @@ fn integrate(cos_o: f32, roughness: f32) -> f32 {
 /// Albedo of white fibres for a cosine to the normal.
 #[inline(always)]
 pub fn albedo<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> F {
-    let table = &TABLE[..];
-    let place = cosine.clamp(0.0, 1.0).sqrt() * F::splat((COSINES - 1) as f32);
-    let column = place.floor().min(F::splat((COSINES - 2) as f32));
-    let across = roughness.clamp(0.0, 1.0) * F::splat((ROUGHNESSES - 1) as f32);
-    let row = across.floor().min(F::splat((ROUGHNESSES - 2) as f32));
-    let (wc, wr) = (place - column, across - row);
-    let first = row.to_int() * F::Int::splat(COSINES as u32) + column.to_int();
-    let (one, next) = (F::Int::splat(1), F::Int::splat(COSINES as u32));
-    let low = F::gather(table, first, mask) * (F::one() - wc) + F::gather(table, first + one, mask) * wc;
-    let first = first + next;
-    let high = F::gather(table, first, mask) * (F::one() - wc) + F::gather(table, first + one, mask) * wc;
-    low * (F::one() - wr) + high * wr
+    let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
+    let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+    let row = F::Int::splat(COSINES as u32);
+    plane(&TABLE, r * row + c, row, wc, wr, mask)
 }

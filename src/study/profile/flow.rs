@@ -21,6 +21,8 @@ pub struct Bounce {
     pub reflect: u64,
     /// Through surfaces.
     pub refract: u64,
+    /// Wherever the path transport drew.
+    pub scatter: u64,
     /// How many of them met something.
     pub hits: u64,
     /// Rays to lights from there.
@@ -38,7 +40,7 @@ pub struct Bounce {
 impl Bounce {
     /// All but those to lights.
     pub fn rays(&self) -> u64 {
-        self.camera + self.reflect + self.refract
+        self.camera + self.reflect + self.refract + self.scatter
     }
 }
 
@@ -142,8 +144,9 @@ impl Counter<'_> {
                 let bounce = &mut self.flows.bounces[depth];
                 match way {
                     None => bounce.camera += 1,
-                    Some(Way::Reflect | Way::Scatter) => bounce.reflect += 1,
+                    Some(Way::Reflect) => bounce.reflect += 1,
                     Some(Way::Refract) => bounce.refract += 1,
+                    Some(Way::Scatter) => bounce.scatter += 1,
                 }
                 bounce.hits += u64::from(!hit.is_miss());
                 bounce.visits.add(visits);
@@ -176,7 +179,7 @@ const NUMBER: usize = 4;
 /// The stages that report nothing by themselves, and bytes by the sizes of the queues.
 fn complete(flows: &mut Flows) {
     let sum = |what: fn(&Bounce) -> u64| flows.bounces.iter().map(what).sum::<u64>();
-    let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract));
+    let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract + b.scatter));
     let shade = flows.stages[Stage::Shade as usize];
     let generate = &mut flows.stages[Stage::Generate as usize];
     (generate.entering, generate.leaving) = (camera, camera);
