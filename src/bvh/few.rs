@@ -1,15 +1,19 @@
 //! A kernel for trees of a few leaves: a ray a lane, every leaf in turn.
 //!
 //! In a Cornell box a ray meets most of the boxes there are, and getting into and out of a
-//! traversal costs more than the traversal. Here nothing is walked: 16 rays, wherever they go,
-//! meet the boxes of all leaves, then the triangles in those that one of them enters. Nothing
-//! of it is a decision of one ray's.
+//! traversal costs more than the traversal. Here nothing is walked: 16 rays meet the boxes of all
+//! leaves, then the triangles in those that one of them enters. Nothing of it is a decision of one
+//! ray's.
+//!
+//! Rays are sorted by the way they go first, so that all of a group meet the same sides of boxes
+//! first and rename their axes alike, and leaves come from front to back.
 
 use super::Rays;
 use super::layout::{Bvh, Child, Kind};
 use super::query::Answers;
 use super::ray::slab_scales;
-use super::triangle::{Longest, exact_t, intersect_rays};
+use super::triangle::{Asked, Plane, Shear, intersect_rays};
+use super::ways::{OCTANTS, Ways};
 use crate::math::{Hit, NONE};
 use crate::simd::{Float, Int, Lanes, Mask};
 
@@ -19,22 +23,34 @@ const MOST_BLOCKS: usize = 12;
 /// The leaves of a tree.
 pub(super) struct Few {
     leaves: Vec<Leaf>,
+    /// For each octant the leaves from front to back.
+    front_to_back: [Vec<u8>; OCTANTS],
 }
 
-/// The planes of a leaf's box, lower ones first, and its triangles: corners and ids.
+/// The planes of a leaf's box, lower ones first, and its triangles, for each axis along which a ray
+/// may go farthest.
 struct Leaf {
     planes: [[f32; 3]; 2],
-    triangles: Vec<([[f32; 3]; 3], u32)>,
+    triangles: [Vec<Triangle>; 3],
 }
 
-/// What is known of 16 rays.
+/// A triangle with renamed axes.
+struct Triangle {
+    corners: [[f32; 3]; 3],
+    /// Axes as they are.
+    plane: Plane,
+    primitive: u32,
+}
+
+/// Rays that go one way.
 struct Group<F: Float> {
     origin: [F; 3],
     near_scale: [F; 3],
     far_scale: [F; 3],
-    /// Where a component of the direction is negative.
-    backwards: [F::Mask; 3],
-    longest: Longest<F>,
+    /// Which plane of a box they meet first.
+    near_side: [usize; 3],
+    /// The origins with renamed axes.
+    renamed: [F; 3],
     shear: [F; 3],
     t_min: F,
     best: Best<F>,
@@ -61,13 +77,7 @@ impl Few {
         let mut todo = vec![(root.child, planes)];
         while let Some((child, planes)) = todo.pop() {
             match child.kind() {
-                Kind::Triangles => {
-                    let block = &bvh.triangles[child.index()];
-                    let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
-                    let triangles =
-                        places.map(|place| (block.corners(place), block.primitive[place])).collect();
-                    leaves.push(Leaf { planes, triangles });
-                }
+                Kind::Triangles => leaves.push(Leaf::new(bvh, child, planes)),
                 Kind::Node => {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
@@ -81,30 +91,53 @@ impl Few {
                 _ => return None,
             }
         }
-        Some(Self { leaves })
+        let front_to_back = std::array::from_fn(|octant| {
+            let mut order: Vec<u8> = (0..leaves.len() as u8).collect();
+            order.sort_by(|a, b| {
+                let [a, b] = [a, b].map(|leaf| leaves[usize::from(*leaf)].depth(octant));
+                a.total_cmp(&b)
+            });
+            order
+        });
+        Some(Self { leaves, front_to_back })
     }
 
     /// Answers all rays.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, answers: &mut A) {
-        let (width, count) = (L::Queue::WIDTH, rays.len());
-        for first in (0..count).step_by(width) {
-            let lanes = width.min(count - first);
-            let mut group = Group::<L::Queue>::load(rays, first, lanes);
-            self.visit::<L::Queue, A>(rays, first, &mut group);
-            group.answer(first, lanes, answers);
+    pub fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, ways: &mut Ways, answers: &mut A) {
+        let width = L::Queue::WIDTH;
+        let ends = ways.sort::<L::Queue>(rays);
+        let mut first = 0;
+        for (way, end) in ends.into_iter().enumerate() {
+            let (octant, axis) = (way % OCTANTS, way / OCTANTS);
+            for at in (first..end).step_by(width) {
+                let places = &ways.order()[at..at + width];
+                let lanes = width.min(end - at);
+                let mut group = Group::<L::Queue>::load(rays, places, lanes, octant, axis);
+                self.visit::<L::Queue, A>(rays, places, octant, axis, &mut group);
+                group.answer(&places[..lanes], answers);
+            }
+            first = end;
         }
     }
 
     #[inline(always)]
-    fn visit<F: Float, A: Answers>(&self, rays: &Rays, first: usize, group: &mut Group<F>) {
-        for leaf in &self.leaves {
+    fn visit<F: Float, A: Answers>(
+        &self,
+        rays: &Rays,
+        places: &[u32],
+        octant: usize,
+        axis: usize,
+        group: &mut Group<F>,
+    ) {
+        for leaf in &self.front_to_back[octant] {
+            let leaf = &self.leaves[usize::from(*leaf)];
             let (near, entered) = group.enter(&leaf.planes);
             if !entered.any() {
                 continue;
             }
-            for (corners, primitive) in &leaf.triangles {
-                group.test::<A>(corners, *primitive, near, entered, rays, first);
+            for triangle in &leaf.triangles[axis] {
+                group.test::<A>(triangle, near, entered, rays, places);
             }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
                 return;
@@ -113,49 +146,81 @@ impl Few {
     }
 }
 
+impl Leaf {
+    fn new(bvh: &Bvh, child: Child, planes: [[f32; 3]; 2]) -> Self {
+        let block = &bvh.triangles[child.index()];
+        let triangles = std::array::from_fn(|longest| {
+            let [x, y, z] = Shear::AXES[longest];
+            let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
+            let renamed = places.map(|place| {
+                let corners = block.corners(place);
+                Triangle {
+                    corners: corners.map(|corner| [corner[x], corner[y], corner[z]]),
+                    plane: Plane::new(corners),
+                    primitive: block.primitive[place],
+                }
+            });
+            renamed.collect()
+        });
+        Self { planes, triangles }
+    }
+
+    /// How far along an octant's diagonal it begins.
+    fn depth(&self, octant: usize) -> f32 {
+        let [low, high] = &self.planes;
+        (0..3).map(|axis| if octant >> axis & 1 == 0 { low[axis] } else { -high[axis] }).sum()
+    }
+}
+
 impl<F: Float> Group<F> {
     #[inline(always)]
-    fn load(rays: &Rays, first: usize, lanes: usize) -> Self {
-        let origin = [0, 1, 2].map(|axis| padded::<F>(&rays.origin[axis][first..], lanes));
-        let direction = [0, 1, 2].map(|axis| padded::<F>(&rays.direction[axis][first..], lanes));
-        let (zero, none) = (F::zero(), F::Mask::from_bits(0));
-        let (mut near_scale, mut far_scale) = ([zero; 3], [zero; 3]);
-        let (mut reciprocal, mut backwards) = ([zero; 3], [none; 3]);
+    fn load(rays: &Rays, places: &[u32], lanes: usize, octant: usize, axis: usize) -> Self {
+        let (places, mask) = (F::Int::load(places), F::Mask::first(lanes));
+        let (zero, one) = (F::zero(), F::one());
+        let (mut origin, mut near_scale, mut far_scale) = ([zero; 3], [zero; 3], [zero; 3]);
+        let (mut direction, mut reciprocal, mut near_side) = ([one; 3], [one; 3], [0; 3]);
         // NaN where something is not finite.
         let mut zeros = zero;
         for axis in 0..3 {
-            let r = F::one() / direction[axis];
+            let d = F::gather(rays.direction[axis], places, mask);
+            let r = one / d;
+            origin[axis] = F::gather(rays.origin[axis], places, mask);
             (near_scale[axis], far_scale[axis]) = slab_scales(r);
-            backwards[axis] = !r.to_bits().shr::<31>().eq(F::Int::splat(0));
-            reciprocal[axis] = r;
-            zeros = zeros + origin[axis] * zero + direction[axis] * zero;
+            near_side[axis] = octant >> axis & 1;
+            (direction[axis], reciprocal[axis]) = (d, r);
+            zeros = zeros + origin[axis] * zero + d * zero;
         }
-        let longest = Longest::new(direction);
-        let d = longest.rename(direction);
-        let r = longest.rename(reciprocal)[2];
+        let [x, y, z] = Shear::AXES[axis];
+        let r = reciprocal[z];
         // A NaN stays one, −0 becomes 0.
-        let t_min = zero.max(padded::<F>(&rays.t_min[first..], lanes)) + zero;
-        let t_max = padded::<F>(&rays.t_max[first..], lanes);
-        let alive = zeros.eq(zero) & t_min.le(t_max) & F::Mask::first(lanes);
+        let t_min = zero.max(F::gather(rays.t_min, places, mask)) + zero;
+        let t_max = F::gather(rays.t_max, places, mask);
+        let alive = zeros.eq(zero) & t_min.le(t_max) & mask;
         let best = Best {
             t: F::select(alive, t_max, F::splat(-1.0)),
             u: zero,
             v: zero,
             primitive: F::Int::splat(NONE),
         };
-        let shear = [d[0] * r, d[1] * r, r];
-        Self { origin, near_scale, far_scale, backwards, longest, shear, t_min, best }
+        Self {
+            origin,
+            near_scale,
+            far_scale,
+            near_side,
+            renamed: [origin[x], origin[y], origin[z]],
+            shear: [direction[x] * r, direction[y] * r, r],
+            t_min,
+            best,
+        }
     }
 
     /// Where the rays enter a box, and which of them do.
     #[inline(always)]
     fn enter(&self, planes: &[[f32; 3]; 2]) -> (F, F::Mask) {
         let (mut near, mut far) = (self.t_min, self.best.t);
-        let [lows, highs] = planes;
-        for (axis, (low, high)) in lows.iter().zip(highs).enumerate() {
-            let (low, high) = (F::splat(*low), F::splat(*high));
-            let near_plane = F::select(self.backwards[axis], high, low);
-            let far_plane = F::select(self.backwards[axis], low, high);
+        for (axis, side) in self.near_side.into_iter().enumerate() {
+            let side = side & 1;
+            let (near_plane, far_plane) = (F::splat(planes[side][axis]), F::splat(planes[side ^ 1][axis]));
             near = ((self.origin[axis] - near_plane) * self.near_scale[axis]).max(near);
             far = ((self.origin[axis] - far_plane) * self.far_scale[axis]).min(far);
         }
@@ -166,30 +231,29 @@ impl<F: Float> Group<F> {
     #[inline(always)]
     fn test<A: Answers>(
         &mut self,
-        vertices: &[[f32; 3]; 3],
-        primitive: u32,
+        triangle: &Triangle,
         near: F,
         entered: F::Mask,
         rays: &Rays,
-        first: usize,
+        places: &[u32],
     ) {
         let mut seen = [[F::zero(); 3]; 3];
-        for (seen, corner) in seen.iter_mut().zip(vertices) {
-            let mut from = [F::zero(); 3];
-            for ((from, corner), origin) in from.iter_mut().zip(corner).zip(self.origin) {
-                *from = F::splat(*corner) - origin;
+        for (seen, corner) in seen.iter_mut().zip(triangle.corners) {
+            for ((seen, corner), origin) in seen.iter_mut().zip(corner).zip(self.renamed) {
+                *seen = F::splat(corner) - origin;
             }
-            *seen = self.longest.rename(from);
         }
-        let hits = intersect_rays(seen, &self.shear, |lane| exact_t(*vertices, &rays.get(first + lane)));
         let best = self.best.t;
-        let t = hits.t.max(near);
-        let beyond = hits.mask & entered & hits.t.gt(self.t_min) & t.le(best);
-        let id = F::Int::splat(primitive);
-        let better = beyond & (t.lt(best) | id.lt(self.best.primitive));
-        if !better.any() {
+        let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
+        let exact = |lane: usize| triangle.plane.t(&rays.get(places[lane & 15] as usize));
+        let hits = intersect_rays(seen, &self.shear, &asked, exact);
+        if !hits.mask.any() {
             return;
         }
+        let t = hits.t.max(near);
+        let beyond = hits.mask & hits.t.gt(self.t_min) & t.le(best);
+        let id = F::Int::splat(triangle.primitive);
+        let better = beyond & (t.lt(best) | id.lt(self.best.primitive));
         self.best = Best {
             t: F::select(better, if A::ANY { F::splat(-1.0) } else { t }, best),
             u: F::select(better, hits.u, self.best.u),
@@ -199,26 +263,16 @@ impl<F: Float> Group<F> {
     }
 
     #[inline(always)]
-    fn answer<A: Answers>(&self, first: usize, lanes: usize, answers: &mut A) {
+    fn answer<A: Answers>(&self, places: &[u32], answers: &mut A) {
         let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
         self.best.t.store(&mut t);
         self.best.u.store(&mut u);
         self.best.v.store(&mut v);
         self.best.primitive.store(&mut primitive);
-        for lane in 0..lanes {
+        for (lane, place) in places.iter().enumerate() {
+            let lane = lane & 15;
             let hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: primitive[lane], instance: NONE };
-            answers.put(first + lane, &hit);
+            answers.put(*place as usize, &hit);
         }
     }
-}
-
-/// The front of a column, whose end may be near.
-#[inline(always)]
-fn padded<F: Float>(column: &[f32], lanes: usize) -> F {
-    if column.len() >= F::WIDTH {
-        return F::load(column);
-    }
-    let mut values = [0.0; 16];
-    values[..lanes].copy_from_slice(&column[..lanes]);
-    F::load(&values)
 }

@@ -2,7 +2,7 @@
 
 use super::layout::{SphereBlock, TriangleBlock};
 use super::query::Answers;
-use super::triangle::{BlockHits, Exact, Shear};
+use super::triangle::{Asked, BlockHits, Exact, Shear};
 use super::{sphere, triangle};
 use crate::math::{Hit, Ray};
 use crate::simd::{Float, Lanes, Mask};
@@ -28,7 +28,8 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     best: &mut Hit,
 ) -> bool {
     for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
-        let hits = triangle::intersect::<L::Block>(block, lane, ray, shear);
+        let asked = Asked::between(visit.t_min, best.t);
+        let hits = triangle::intersect::<L::Block>(block, lane, ray, shear, &asked);
         if accept::<_, A>(&hits, &block.primitive[lane..], visit, best) {
             return true;
         }

@@ -38,6 +38,7 @@ pub mod sphere;
 pub mod tally;
 pub mod traverse;
 pub mod triangle;
+mod ways;
 
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,7 @@ use super::flight::Flight;
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
 use super::traverse;
+use super::ways::Ways;
 use super::{Bvh, HitsMut, Rays};
 use crate::math::Hit;
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
@@ -26,6 +27,7 @@ pub enum Coherence {
 pub struct Stack {
     pub(super) single: traverse::Keys,
     few: Option<Few>,
+    ways: Ways,
     prepared: Box<Prepared>,
     flight: Flight,
     packet: Box<Packet>,
@@ -39,6 +41,7 @@ impl Stack {
         Self {
             single: traverse::Keys::new(bvh),
             few: Few::new(bvh),
+            ways: Ways::default(),
             prepared: Box::default(),
             flight: Flight::new(),
             packet: Box::new(Packet::new(bvh)),
@@ -92,7 +95,7 @@ impl<A: Answers> Kernel for Query<'_, A> {
         if self.is_wide::<L>()
             && let Some(few) = &self.stack.few
         {
-            return few.trace::<L, A>(&self.rays, &mut self.answers);
+            return few.trace::<L, A>(&self.rays, &mut self.stack.ways, &mut self.answers);
         }
         // The first ray that no packet has taken.
         let mut behind = 0;

@@ -50,9 +50,28 @@ impl Exact for Ray<f32> {
     }
 }
 
+/// Which hits are asked for: t is not computed exactly for others.
+#[derive(Clone, Copy)]
+pub struct Asked<T: Float> {
+    /// In which lanes.
+    pub lanes: T::Mask,
+    /// Beyond this.
+    pub t_min: T,
+    /// Up to this.
+    pub t_max: T,
+}
+
+impl<T: Float> Asked<T> {
+    /// In all lanes.
+    #[inline(always)]
+    pub fn between(t_min: f32, t_max: f32) -> Self {
+        Self { lanes: T::Mask::first(T::WIDTH), t_min: T::splat(t_min), t_max: T::splat(t_max) }
+    }
+}
+
 /// Where a ray meets the planes of a block's triangles, and in which lanes inside them.
 pub struct BlockHits<T: Float> {
-    /// Lanes with a hit at any t.
+    /// Lanes with a hit; it may lie nearer or farther than what is asked for.
     pub mask: T::Mask,
     /// Lanes in which t is not as exact as is wanted.
     pub doubtful: T::Mask,
@@ -77,10 +96,11 @@ pub fn intersect<T: Float>(
     lane: usize,
     ray: &impl Exact,
     shear: &Shear,
+    asked: &Asked<T>,
 ) -> BlockHits<T> {
     let corners = corners::<T>(block, lane, shear);
     let edges = Edges::new(&corners);
-    let mut hits = edges.meet(&corners, T::splat(shear.shear[2]));
+    let mut hits = edges.meet(&corners, T::splat(shear.shear[2]), asked);
     if hits.doubtful.any() {
         let mut lanes = [0.0; BLOCK];
         hits.t.store(&mut lanes);
@@ -97,6 +117,7 @@ pub fn intersect<T: Float>(
 pub fn intersect_rays<T: Float>(
     mut seen: [[T; 3]; 3],
     shear: &[T; 3],
+    asked: &Asked<T>,
     exact: impl Fn(usize) -> f32,
 ) -> BlockHits<T> {
     for corner in &mut seen {
@@ -104,7 +125,7 @@ pub fn intersect_rays<T: Float>(
         *corner = [x - shear[0] * z, y - shear[1] * z, z];
     }
     let edges = Edges::new(&seen);
-    let mut hits = edges.meet(&seen, shear[2]);
+    let mut hits = edges.meet(&seen, shear[2], asked);
     if hits.doubtful.any() {
         let mut lanes = [0.0; 16];
         hits.t.store(&mut lanes);
@@ -155,8 +176,9 @@ impl<T: Float> Edges<T> {
 
     /// Where the line meets the plane.
     #[inline(always)]
-    fn meet(&self, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: &[[T; 3]; 3], scale: T) -> BlockHits<T> {
-        let mask = self.inside();
+    fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>) -> BlockHits<T> {
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
+        let mask = self.inside() & asked.lanes;
         if !mask.any() {
             return BlockHits { mask, doubtful: mask, t: T::zero(), u: T::zero(), v: T::zero() };
         }
@@ -166,7 +188,10 @@ impl<T: Float> Edges<T> {
         let y = ay.abs().max(by.abs()).max(cy.abs());
         let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
         let error = error_bound(x, y, [low, high], reciprocal.abs()) * scale.abs();
-        let doubtful = mask & (t.abs() * T::splat(WANTED)).le(error);
+        // What is out of the question for sure need not be known exactly; a NaN is not sure.
+        let margin = error * T::splat(2.0);
+        let refused = (t + margin).lt(asked.t_min) | (t - margin).gt(asked.t_max);
+        let doubtful = mask & !refused & (t.abs() * T::splat(WANTED)).le(error);
         BlockHits { mask, doubtful, t, u: self.v * reciprocal, v: self.w * reciprocal }
     }
 }
@@ -231,14 +256,36 @@ fn error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], reciprocal: T) -> T {
     delta_edge * (high - low) * T::splat(3.0) * reciprocal + z * T::splat(8.0 * EPSILON)
 }
 
+/// A triangle's plane in double precision.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    corner: DVec3,
+    normal: DVec3,
+}
+
+impl Plane {
+    /// Of a triangle.
+    #[inline(always)]
+    pub fn new(vertices: [[f32; 3]; 3]) -> Self {
+        let [a, b, c] = vertices.map(|v| DVec3::from_array(v.map(f64::from)));
+        Self { corner: a, normal: (b - a).cross(c - a) }
+    }
+
+    /// Where a ray meets it.
+    #[inline(always)]
+    pub fn t(&self, ray: &Ray<f32>) -> f32 {
+        let (o, d) = (ray.origin, ray.direction);
+        let origin = DVec3::new(o.x as f64, o.y as f64, o.z as f64);
+        let direction = DVec3::new(d.x as f64, d.y as f64, d.z as f64);
+        (self.normal.dot(self.corner - origin) / self.normal.dot(direction)) as f32
+    }
+}
+
 /// t by the plane's equation in double precision.
 #[cold]
 #[inline(never)]
 pub fn exact_t(vertices: [[f32; 3]; 3], ray: &Ray<f32>) -> f32 {
-    let [a, b, c] = vertices.map(|v| DVec3::from_array(v.map(f64::from)));
-    let vector = |v: crate::math::Vector<f32>| DVec3::new(v.x as f64, v.y as f64, v.z as f64);
-    let normal = (b - a).cross(c - a);
-    (normal.dot(a - vector(ray.origin)) / normal.dot(vector(ray.direction))) as f32
+    Plane::new(vertices).t(ray)
 }
 
 /// The corners of each triangle. (No closure: it would be compiled without the instruction set.)

@@ -23,7 +23,7 @@ use super::layout::{Bvh, Child, Kind, TriangleBlock, WIDTH};
 use super::query::Answers;
 use super::ray::Slabs;
 use super::traverse::{self, Keys, Part};
-use super::triangle;
+use super::triangle::{self, Asked};
 use crate::math::{Hit, NONE};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
@@ -307,20 +307,22 @@ impl Packet {
                 }
             }
         }
-        let hits = triangle::intersect_rays(seen, &shear, |lane| {
+        let (near, best) = (F::load(&self.near.0[at..]), F::load(&self.rays.t.0[at..]));
+        let t_min = F::load(&self.rays.t_min.0[at..]);
+        let asked = Asked { lanes: F::Mask::from_bits(active.lanes[group]), t_min, t_max: best };
+        let hits = triangle::intersect_rays(seen, &shear, &asked, |lane| {
             triangle::exact_t(*vertices, &self.rays.ray((at + lane) % RAYS))
         });
         if !hits.mask.any() {
             return;
         }
-        let (near, best) = (F::load(&self.near.0[at..]), F::load(&self.rays.t.0[at..]));
         // NaN distances fail the first comparison.
         let t = hits.t.max(near);
-        let beyond = hits.mask & hits.t.gt(F::load(&self.rays.t_min.0[at..])) & t.le(best);
+        let beyond = hits.mask & hits.t.gt(t_min) & t.le(best);
         let id = F::Int::splat(primitive);
         // Nothing in a packet's own hands is in an instance, and those have the largest number.
         let smaller = id.lt(F::Int::load(&self.rays.primitive.0[at..]));
-        let better = beyond & (t.lt(best) | smaller) & F::Mask::from_bits(active.lanes[group]);
+        let better = beyond & (t.lt(best) | smaller);
         if !better.any() {
             return;
         }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{Soup, ray};
 use crate::bvh::layout::{Child, Kind, PADDING};
-use crate::bvh::triangle::{self, Shear};
+use crate::bvh::triangle::{self, Asked, Shear};
 use crate::bvh::{Bvh, sphere};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
@@ -26,6 +26,7 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
 pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
+    let everywhere = Asked::between(f32::NEG_INFINITY, f32::INFINITY);
     let mut todo = vec![(root.child, entry(world, &root.bounds, world.t_min), NONE)];
     while let Some((child, near, instance)) = todo.pop() {
         let local = match instance {
@@ -60,7 +61,7 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
                 let block = &bvh.triangles[child.index()];
                 for lane in 0..8 {
                     consider(
-                        triangle::intersect(block, lane, &local, &Shear::new(&local)),
+                        triangle::intersect(block, lane, &local, &Shear::new(&local), &everywhere),
                         block.primitive[lane],
                     );
                 }
