@@ -4,7 +4,7 @@ mod common;
 
 use common::{Stage, glass, grey, look, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::integrator::{Frame, Schedule, Worker};
+use rayfront::integrator::{Frame, Schedule, Sorting, Worker};
 use rayfront::math::{Quat, Rgb, Vec3};
 use rayfront::simd::Level;
 use rayfront::world::{Background, BlinnPhong, Camera, Pattern, Shape, Transform};
@@ -107,7 +107,7 @@ fn wave_sizes(c: &mut Criterion) {
     let frame = glass_balls();
     let mut group = c.benchmark_group("wave");
     for wave in [256, 4_096, 16_384, 65_536] {
-        let mut worker = Worker::new(&frame, Schedule::Wavefront, wave);
+        let mut worker = Worker::new(&frame, Schedule::Wavefront, wave, Sorting::default());
         let (_, rays) = common::render(&frame, &mut worker, Level::detect(), SAMPLES);
         group.throughput(Throughput::Elements(rays));
         group.bench_function(BenchmarkId::from_parameter(wave), |b| {

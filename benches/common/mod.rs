@@ -10,7 +10,7 @@ use rand::RngExt;
 use rayfront::bvh::{self, Coherence, SPHERE, Stack};
 use rayfront::compile::compile;
 use rayfront::film::{Film, Region};
-use rayfront::integrator::{Frame, Schedule, Statistics, Worker};
+use rayfront::integrator::{Frame, Schedule, Sorting, Statistics, Worker};
 use rayfront::math::{NONE, Quat, Rgb, Vec2, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
 use rayfront::sampling::Stream;
@@ -211,7 +211,7 @@ pub fn render(frame: &Frame, worker: &mut Worker, level: Level, samples: u32) ->
 
 /// A worker with waves of the default size.
 pub fn worker(frame: &Frame, schedule: Schedule) -> Worker {
-    Worker::new(frame, schedule, rayfront::render::DEFAULT_WAVE)
+    Worker::new(frame, schedule, rayfront::render::DEFAULT_WAVE, Sorting::default())
 }
 
 /// Rays of four classes through one scene, from the coherent to the scattered.

@@ -137,8 +137,14 @@ pub struct Change {
     pub lens_pattern: Option<Pattern>,
     /// Where in a pixel samples go.
     pub pixel_pattern: Option<Pattern>,
+    /// What happens to light at a vertex.
+    pub transport: Option<Transport>,
+    /// Which numbers the path transport draws.
+    pub sampler: Option<Sampler>,
     /// In which order rays are traced.
     pub schedule: Option<Schedule>,
+    /// In which order the wavefront shades hits under the path transport.
+    pub sorting: Option<Sorting>,
     /// Paths of a wave.
     pub wave: Option<u32>,
     /// Threads; 1 unless told otherwise.
@@ -162,7 +168,10 @@ impl Change {
             light_pattern: other.light_pattern.or(self.light_pattern),
             lens_pattern: other.lens_pattern.or(self.lens_pattern),
             pixel_pattern: other.pixel_pattern.or(self.pixel_pattern),
+            transport: other.transport.or(self.transport),
+            sampler: other.sampler.or(self.sampler),
             schedule: other.schedule.or(self.schedule),
+            sorting: other.sorting.or(self.sorting),
             wave: other.wave.or(self.wave),
             threads: other.threads.or(self.threads),
             quality: other.quality.or(self.quality),
@@ -191,6 +200,54 @@ impl From<Pattern> for crate::world::Pattern {
             Pattern::Regular => Self::Regular,
         }
     }
+}
+
+/// What happens to light at a vertex.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Transport {
+    /// Direct light, mirrors, glass.
+    Whitted,
+    /// Light that is scattered any number of times.
+    Path,
+}
+
+impl From<Transport> for crate::world::Transport {
+    fn from(transport: Transport) -> Self {
+        match transport {
+            Transport::Whitted => Self::Whitted,
+            Transport::Path => Self::Path,
+        }
+    }
+}
+
+/// Which numbers the path transport draws.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Sampler {
+    /// Stratified at every scale.
+    Sobol,
+    /// One in each cell of a grid.
+    Jittered,
+    /// Each on its own.
+    Independent,
+}
+
+impl From<Sampler> for crate::world::Sampler {
+    fn from(sampler: Sampler) -> Self {
+        match sampler {
+            Sampler::Sobol => Self::Sobol,
+            Sampler::Jittered => Self::Jittered,
+            Sampler::Independent => Self::Independent,
+        }
+    }
+}
+
+/// In which order the wavefront shades hits under the path transport.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Sorting {
+    /// One material's after another's.
+    ByMaterial,
+    /// As they come.
+    Unsorted,
 }
 
 /// In which order rays are traced.

@@ -81,6 +81,17 @@ pub enum Schedule {
     Recursive,
 }
 
+/// In which order the wavefront schedule shades a wave's hits under the path transport. The image
+/// does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sorting {
+    /// One material's hits after another's: all lanes are taken.
+    #[default]
+    ByMaterial,
+    /// As they come: a register's hits are shaded as often as they have different materials.
+    Unsorted,
+}
+
 /// A worker's buffers, made once and used for tile after tile.
 pub enum Worker {
     /// For [`Schedule::Wavefront`].
@@ -91,9 +102,9 @@ pub enum Worker {
 
 impl Worker {
     /// Buffers for waves of `wave` paths, or for single paths.
-    pub fn new(frame: &Frame, schedule: Schedule, wave: usize) -> Self {
+    pub fn new(frame: &Frame, schedule: Schedule, wave: usize, sorting: Sorting) -> Self {
         match schedule {
-            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave))),
+            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave, sorting))),
             Schedule::Recursive => Worker::Recursive(Box::new(recursive::Recursion::new(frame))),
         }
     }

@@ -37,7 +37,7 @@ use rayon::prelude::*;
 use crate::film::{Film, Region};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
 use crate::integrator::wavefront::Wave;
-use crate::integrator::{Frame, Schedule, Stage, Statistics, Worker};
+use crate::integrator::{Frame, Schedule, Sorting, Stage, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Settings;
@@ -52,6 +52,8 @@ pub struct Options {
     pub schedule: Schedule,
     /// Paths of a wave.
     pub wave: usize,
+    /// In which order a wave's hits are shaded.
+    pub sorting: Sorting,
     /// Instruction set.
     pub level: Level,
     /// The part of the image to render; all of it when absent. Must lie within it.
@@ -65,6 +67,7 @@ impl Default for Options {
         Self {
             schedule: Schedule::Wavefront,
             wave: DEFAULT_WAVE,
+            sorting: Sorting::default(),
             level: Level::detect(),
             region: None,
             tile: 64,
@@ -150,8 +153,9 @@ impl Session {
                 return;
             }
             let mut own = Statistics::default();
-            let mut worker =
-                lock(workers).pop().unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave));
+            let mut worker = lock(workers)
+                .pop()
+                .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
             let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
             lock(workers).push(worker);
             lock(&film).merge(&rendered);
@@ -167,7 +171,7 @@ impl Session {
     /// is told what happens. The session's own film stays as it is; returned is the last tile's.
     pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
-        let mut worker = Worker::new(frame, options.schedule, options.wave);
+        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
         let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
         for tile in self.tiles() {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
@@ -184,7 +188,7 @@ impl Session {
     /// called at the end of each stage.
     pub fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
         let (frame, options) = (&self.frame, &self.options);
-        let mut wave = Wave::new(frame, options.wave);
+        let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
         for tile in self.tiles() {
             let (mut film, samples) = (Film::new(tile), self.samples.clone());
@@ -209,11 +213,12 @@ impl Session {
                         own.push(Span { thread, tile, stage: Some(stage), start: last, end });
                         last = end;
                     });
-                    let (mut wave, mut film) = (Wave::new(frame, options.wave), Film::new(tile));
+                    let (mut wave, mut film) =
+                        (Wave::new(frame, options.wave, options.sorting), Film::new(tile));
                     wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {
-                    let mut worker = Worker::new(frame, options.schedule, options.wave);
+                    let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
                     worker.render(frame, options.level, tile, samples, &mut ignored);
                     own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
                 }

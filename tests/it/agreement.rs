@@ -3,7 +3,7 @@
 
 use rayfront::compile::compile;
 use rayfront::film::{Film, Region};
-use rayfront::integrator::{RayCounts, Schedule};
+use rayfront::integrator::{RayCounts, Schedule, Sorting};
 use rayfront::render::{Options, Session};
 use rayfront::simd::Level;
 use rayfront::world::{Transport, World};
@@ -193,6 +193,7 @@ fn check_world(made: &dyn Fn() -> World) {
     }
     for wave in [1, 7, 64] {
         equal(Options { wave, ..Options::default() }, 1, &[]);
+        equal(Options { wave, sorting: Sorting::Unsorted, ..Options::default() }, 1, &[]);
         equal(Options { wave, tile: 8, level: Level::PORTABLE, ..Options::default() }, 2, &[2]);
     }
 

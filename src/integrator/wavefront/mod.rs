@@ -20,7 +20,7 @@ use std::time::Instant;
 use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
 use super::shadow::connect;
-use super::{Frame, Stage, Statistics};
+use super::{Frame, Sorting, Stage, Statistics};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
@@ -53,7 +53,7 @@ pub struct Wave {
 
 impl Wave {
     /// For waves of `capacity` paths, at least 1.
-    pub fn new(frame: &Frame, capacity: usize) -> Self {
+    pub fn new(frame: &Frame, capacity: usize, sorting: Sorting) -> Self {
         let capacity = capacity.max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
@@ -69,7 +69,7 @@ impl Wave {
             occluded: integers(),
             pixels: integers(),
             samples: integers(),
-            groups: Groups::new(capacity, frame.scene.principled.len()),
+            groups: Groups::new(capacity, frame.scene.principled.len(), sorting),
             t_max: vec![f32::INFINITY; capacity + PADDING],
             stack: Stack::new(&frame.scene.bvh),
         }

@@ -4,14 +4,15 @@
 use super::queue::{HitQueue, PathQueue, ShadowQueue};
 use super::stages::lanes;
 use crate::integrator::shadow::connect;
-use crate::integrator::{Frame, path_tracing};
+use crate::integrator::{Frame, Sorting, path_tracing};
 use crate::math::{Color, NONE};
 use crate::shading::surface::material_of;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
-/// Places of hits, one material's after another's.
+/// Places of hits in the order in which they are shaded.
 #[derive(Default)]
 pub struct Groups {
+    sorting: Sorting,
     order: Vec<u32>,
     /// Material, first place and the place behind the last one, of those that there are.
     groups: Vec<(u32, u32, u32)>,
@@ -20,17 +21,45 @@ pub struct Groups {
 
 impl Groups {
     /// For hits of `materials` materials, at most `capacity` of them.
-    pub fn new(capacity: usize, materials: usize) -> Self {
+    pub fn new(capacity: usize, materials: usize, sorting: Sorting) -> Self {
         Self {
+            sorting,
             order: vec![0; capacity + super::queue::PADDING],
             groups: Vec::with_capacity(materials.min(capacity)),
             counts: vec![0; materials],
         }
     }
 
-    /// Sorts by counting: places of equal materials keep their order.
+    /// Puts the hits of a wave into order.
     pub fn sort(&mut self, materials: &[u32]) {
         self.groups.clear();
+        match self.sorting {
+            Sorting::ByMaterial => self.sort_by_material(materials),
+            Sorting::Unsorted => self.divide(materials),
+        }
+    }
+
+    /// Leaves every 16 hits where they are and divides them by material.
+    fn divide(&mut self, materials: &[u32]) {
+        let mut next = 0;
+        for (chunk, of_chunk) in materials.chunks(super::queue::PADDING).enumerate() {
+            let mut todo = (1u32 << of_chunk.len()) - 1;
+            while todo != 0 {
+                let (first, material) = (next, of_chunk[todo.trailing_zeros() as usize]);
+                for (lane, other) in of_chunk.iter().enumerate() {
+                    if *other == material {
+                        self.order[next] = (chunk * super::queue::PADDING + lane) as u32;
+                        next += 1;
+                        todo &= !(1 << lane);
+                    }
+                }
+                self.groups.push((material, first as u32, next as u32));
+            }
+        }
+    }
+
+    /// By counting: places of equal materials keep their order.
+    fn sort_by_material(&mut self, materials: &[u32]) {
         self.counts.fill(0);
         for material in materials {
             self.counts[*material as usize] += 1;

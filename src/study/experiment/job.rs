@@ -7,7 +7,7 @@ use super::results::Row;
 use super::shapes;
 use crate::bvh::{self, Coherence, Stack, brute};
 use crate::film::metrics;
-use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Tracing};
+use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
 use crate::math::{Rgb, Vec3};
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
@@ -65,6 +65,8 @@ fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u3
     settings.samples = change.samples.unwrap_or(settings.samples);
     settings.max_depth = change.max_depth.unwrap_or(settings.max_depth);
     settings.pixel_pattern = change.pixel_pattern.map_or(settings.pixel_pattern, Into::into);
+    settings.transport = change.transport.map_or(settings.transport, Into::into);
+    settings.sampler = change.sampler.map_or(settings.sampler, Into::into);
     settings.build_quality = change.quality.map_or(settings.build_quality, Into::into);
     settings.seed = settings.seed.wrapping_add(u64::from(seed));
     world.change_lights(|light| {
@@ -144,7 +146,11 @@ fn render(
     };
     let wave = change.wave.map_or(DEFAULT_WAVE, |wave| wave as usize);
     // Small tiles, or small images would leave most threads without work.
-    let options = Options { schedule, wave, tile: 32, ..Options::default() };
+    let sorting = match change.sorting {
+        Some(Sorting::Unsorted) => crate::integrator::Sorting::Unsorted,
+        Some(Sorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
+    };
+    let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
     let mut session = Session::new(compiled, &world.settings, options);
     let threads = change.threads.unwrap_or(1) as usize;
     let (wall, spent) = on_threads(threads, || {

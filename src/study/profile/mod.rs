@@ -7,7 +7,7 @@ pub mod flow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::integrator::{Frame, RayCounts, Schedule, Stage};
+use crate::integrator::{Frame, RayCounts, Schedule, Sorting, Stage};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Level;
 
@@ -152,7 +152,7 @@ fn summary(schedule: Schedule, runs: &[Run]) -> Timed {
 
 /// Bytes of a worker's queues.
 pub fn wave_bytes(frame: &Frame, plan: &Plan) -> usize {
-    crate::integrator::wavefront::Wave::new(frame, plan.wave).bytes()
+    crate::integrator::wavefront::Wave::new(frame, plan.wave, Sorting::default()).bytes()
 }
 
 #[cfg(test)]

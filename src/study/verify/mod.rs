@@ -32,7 +32,8 @@ impl Way {
     fn options(&self) -> Options {
         // Several tiles even for small images, or there would be no work for the other threads.
         let tile = if self.threads == 1 { 64 } else { 16 };
-        Options { schedule: self.schedule, wave: self.wave.max(1), level: self.level, region: None, tile }
+        let (schedule, wave, level) = (self.schedule, self.wave.max(1), self.level);
+        Options { schedule, wave, level, tile, ..Options::default() }
     }
 }
 
