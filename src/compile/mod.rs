@@ -66,10 +66,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let ignored = |what: fn(&Principled) -> bool| {
         world.assets.materials.iter().any(|m| matches!(&m.material, Material::Principled(m) if what(m)))
     };
-    for (name, there) in [
-        ("iridescence", ignored(|m| m.iridescence.factor.factor > 0.0)),
-        ("dispersion", ignored(|m| m.dispersion > 0.0)),
-    ] {
+    for (name, there) in [("dispersion", ignored(|m| m.dispersion > 0.0))] {
         if there {
             warnings
                 .push(format!("{name} of materials is not rendered yet: they look as they would without"));

@@ -1,7 +1,8 @@
 //! Directions drawn from the lobes of a surface.
 
-use super::bsdf::{Bsdf, schlick};
+use super::bsdf::Bsdf;
 use super::ggx::Ggx;
+use super::reflectance::schlick;
 use crate::math::{Color, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::simd::{Float, Mask};

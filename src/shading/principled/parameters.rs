@@ -1,5 +1,6 @@
 //! What the lobes of a surface are made from.
 
+use super::film::Film;
 use super::frame::Frame;
 use super::ggx::Ggx;
 use crate::math::{Color, Vector};
@@ -26,6 +27,8 @@ pub struct Has {
     pub coat: bool,
     /// Fibres.
     pub sheen: bool,
+    /// A thin film on the mirror.
+    pub film: bool,
 }
 
 /// What is known of a clear layer.
@@ -83,4 +86,6 @@ pub struct Parameters<F: Float> {
     pub coat: Coat<F>,
     /// Above it.
     pub sheen: Sheen<F>,
+    /// On its mirror lobe.
+    pub film: Film<F>,
 }
