@@ -124,6 +124,8 @@ pub struct Principled {
     pub transmission: ScalarParam,
     /// Whether it goes through a thin sheet, unbent.
     pub thin: bool,
+    /// 20 / Abbe number; 0 where all colours are bent alike.
+    pub dispersion: f32,
     /// Absorption inside, m⁻¹.
     pub absorption: [f32; 3],
     /// The part of diffuse light that leaves on the other side, and its colour.

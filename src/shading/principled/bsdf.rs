@@ -284,9 +284,15 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let passes = self.fresnel(cos_o.max(zero)).complement();
-        let value = p.through * passes * self.gain * (density * visible);
+        let value = self.through() * passes * self.gain * (density * visible);
         let pdf = density / (F::one() + self.lambda);
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
+    }
+
+    /// Factor on what goes through, for the wavelength that is followed.
+    #[inline(always)]
+    pub(super) fn through(&self) -> Color<F> {
+        if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
     }
 
     /// The clear layer's mirror.

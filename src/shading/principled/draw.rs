@@ -108,7 +108,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.transmission {
             return Narrow { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
         }
-        let passes = p.through * part.complement() * (self.below / self.chance[3]);
+        let passes = self.through() * part.complement() * (self.below / self.chance[3]);
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();

@@ -2,6 +2,7 @@
 
 pub mod albedo;
 pub mod bsdf;
+pub mod dispersion;
 pub mod draw;
 pub mod film;
 pub mod frame;
@@ -20,6 +21,7 @@ use crate::math::{Color, NONE, Vector};
 use crate::scene::principled::{Coverage, NormalParam, Principled};
 use crate::scene::{Geometry, Textures};
 use crate::simd::Float;
+use dispersion::Spectrum;
 use film::Film;
 use frame::Frame;
 use ggx::Ggx;
@@ -113,6 +115,7 @@ impl<F: Float> Spot<'_, F> {
             roughness: one,
             through: Color::black(),
             eta: one,
+            spectrum: Spectrum::none(),
             coat: Coat {
                 weight: zero,
                 roughness: zero,
@@ -169,6 +172,7 @@ impl<F: Float> Spot<'_, F> {
             constant_fresnel: m.constant_fresnel,
             transmission,
             solid: transmission && !m.thin,
+            dispersion: m.dispersion > 0.0,
             back: !m.diffuse_transmission.is_zero(),
             coat: !m.coat.is_zero(),
             sheen: !m.sheen_color.is_black(),

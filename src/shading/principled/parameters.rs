@@ -1,5 +1,6 @@
 //! What the lobes of a surface are made from.
 
+use super::dispersion::Spectrum;
 use super::film::Film;
 use super::frame::Frame;
 use super::ggx::Ggx;
@@ -21,6 +22,8 @@ pub struct Has {
     pub transmission: bool,
     /// And is bent.
     pub solid: bool,
+    /// Each colour in its own way.
+    pub dispersion: bool,
     /// Diffuse light leaves on the other side, too.
     pub back: bool,
     /// A clear layer.
@@ -82,6 +85,8 @@ pub struct Parameters<F: Float> {
     pub through: Color<F>,
     /// Index of refraction on the viewer's side over that on the other.
     pub eta: F,
+    /// The same by colours, if they differ.
+    pub spectrum: Spectrum<F>,
     /// Above it.
     pub coat: Coat<F>,
     /// Above it.

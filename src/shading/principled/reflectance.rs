@@ -40,7 +40,9 @@ impl<F: Float> Bsdf<F> {
         if self.has.constant_fresnel {
             return self.p.f0;
         }
-        let plain = if self.has.solid {
+        let plain = if self.has.dispersion {
+            self.p.spectrum.reflectance(cos)
+        } else if self.has.solid {
             Color::grey(fresnel::reflectance(cos, self.p.eta))
         } else {
             schlick(self.p.f0, self.p.f90, cos)

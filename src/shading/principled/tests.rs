@@ -1,6 +1,7 @@
 //! Energy, densities and reciprocity of the lobes.
 
 use super::bsdf::Bsdf;
+use super::dispersion::Spectrum;
 use super::film::Film;
 use super::frame::Frame;
 use super::ggx::Ggx;
@@ -18,7 +19,7 @@ fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
 }
 
 /// A direction whose cosine to the normal is given.
-fn towards(cos: f32, turns: f32) -> Vector<f32> {
+pub(super) fn towards(cos: f32, turns: f32) -> Vector<f32> {
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let angle = turns as f64 * std::f64::consts::TAU;
     vector(sin * libm::cos(angle) as f32, sin * libm::sin(angle) as f32, cos)
@@ -42,6 +43,7 @@ fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
         roughness,
         through: grey(0.0),
         eta: 1.0,
+        spectrum: Spectrum::none(),
         coat: Coat { weight: 0.0, roughness: 0.0, frame, f0: grey(0.04), f90: grey(1.0) },
         sheen: Sheen { color: grey(0.0), roughness: 0.5 },
         film: Film { weight: 0.0, thickness: 0.0, ior: 1.0 },
@@ -50,7 +52,7 @@ fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
 }
 
 /// Glass of ior 1.5 seen from outside (or inside).
-fn glass(roughness: f32, inside: bool) -> (Has, Parameters<f32>) {
+pub(super) fn glass(roughness: f32, inside: bool) -> (Has, Parameters<f32>) {
     let (_, mut parameters) = opaque(1.0, 0.0, roughness);
     parameters.through = grey(1.0);
     parameters.diffuse = grey(0.0);
