@@ -85,7 +85,7 @@ impl<F: Float> Bsdf<F> {
             bsdf.mirror_albedos(mask);
         }
         if has.solid && (mask & !bsdf.smooth).any() {
-            let gain = glass::gain(wo.z, p.roughness, p.eta, mask);
+            let gain = glass::gain(wo.z, p.roughness, p.eta, bsdf.own.whole(), mask);
             bsdf.gain = if has.film { bsdf.gain_under_film(gain) } else { Color::grey(gain) };
         }
         bsdf.layers(to_viewer, mask);
