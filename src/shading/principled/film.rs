@@ -18,7 +18,7 @@
 use crate::math::Color;
 use crate::math::elementary::{exp2, sin_cos_turns};
 use crate::shading::fresnel;
-use crate::simd::{Float, Part};
+use crate::simd::Float;
 
 /// Orders of interference; those above are as if they had the last one's waves.
 const ORDERS: usize = 6;
@@ -60,17 +60,10 @@ pub struct Interference<F: Float> {
     waves: [Color<F>; ORDERS],
 }
 
-impl<F: Float> Film<F> {
-    /// How it changes reflectances of what is below; the cosine is that in the air.
-    #[inline(always)]
-    pub fn seen(self, cos: F) -> Interference<F> {
-        F::apart(Seen { film: self, cos })
-    }
-}
-
 impl<F: Float> Interference<F> {
+    /// The cosine is that in the air.
     #[inline(always)]
-    fn new(film: Film<F>, cos: F) -> Self {
+    pub fn new(film: &Film<F>, cos: F) -> Self {
         let (zero, one, two) = (F::zero(), F::one(), F::splat(2.0));
         let outer = -fresnel::reflectance(cos, one / film.ior).sqrt();
         let sin2 = (one - cos * cos) / (film.ior * film.ior);
@@ -157,20 +150,6 @@ fn rgb<F: Float>([x, y, z]: [F; 3]) -> Color<F> {
     )
 }
 
-/// [`Film::seen`] is needed at every lobe.
-struct Seen<F: Float> {
-    film: Film<F>,
-    cos: F,
-}
-
-impl<F: Float> Part for Seen<F> {
-    type Output = Interference<F>;
-    #[inline(always)]
-    fn run(self) -> Interference<F> {
-        Interference::new(self.film, self.cos)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,7 +182,7 @@ mod tests {
 
     /// The film's reflectance at a single wavelength.
     fn at_phase(n: f32, base: f32, cos: f32, phase: f64) -> f32 {
-        let mut seen = film(0.0, n).seen(cos);
+        let mut seen = Interference::new(&film(0.0, n), cos);
         for (m, wave) in seen.waves.iter_mut().enumerate() {
             *wave = grey(libm::cos(phase * (m + 1) as f64) as f32);
         }
@@ -257,7 +236,7 @@ mod tests {
         for (ior, base) in [(1.33, 1.5), (1.8, 1.5), (1.3, 2.4)] {
             for thickness in [0.0, 100.0, 250.0, 400.0, 700.0, 1200.0, 5000.0] {
                 let plain = fresnel::reflectance(1.0, 1.0 / base as f32);
-                let found = film(thickness as f32, ior as f32).seen(1.0).over(grey(plain));
+                let found = Interference::new(&film(thickness as f32, ior as f32), 1.0).over(grey(plain));
                 let expected = spectrum(thickness, ior, base);
                 for (found, expected) in [found.r, found.g, found.b].into_iter().zip(expected) {
                     assert!(
@@ -274,7 +253,7 @@ mod tests {
         for ior in [1.0, 1.3, 1.8, 2.5] {
             for plain in [0.0, 0.04, 0.3, 0.9, 1.0] {
                 for cos in [0.0, 0.01, 0.1, 0.5, 1.0] {
-                    let found = film(0.0, ior).seen(cos).over(grey(plain)).g;
+                    let found = Interference::new(&film(0.0, ior), cos).over(grey(plain)).g;
                     // Where the film alone reflects all, nothing below is seen.
                     let expected = if cos == 0.0 { 1.0 } else { plain };
                     assert!((found - expected).abs() < 2e-3, "{ior} {plain} {cos}: {found}");
@@ -287,7 +266,7 @@ mod tests {
     fn what_reflects_all_does_so_under_any_film() {
         for thickness in [0.0, 120.0, 400.0, 3000.0, 1e5] {
             for cos in [0.0, 0.2, 1.0] {
-                let found = film(thickness, 1.3).seen(cos).over(grey(1.0));
+                let found = Interference::new(&film(thickness, 1.3), cos).over(grey(1.0));
                 assert!(found.r == 1.0 && found.g == 1.0 && found.b == 1.0, "{thickness} {cos}");
             }
         }

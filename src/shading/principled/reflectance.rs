@@ -3,10 +3,11 @@
 
 use super::albedo::{self, Albedo};
 use super::bsdf::Bsdf;
+use super::film::{Film, Interference};
 use crate::math::Color;
 use crate::math::elementary::pow;
 use crate::shading::fresnel;
-use crate::simd::Float;
+use crate::simd::{Float, Part};
 
 /// Gauss's nodes and weights for the mean over the hemisphere, ∫ f(μ) 2μ dμ: by μ².
 const NODES: [(f32, f32); 4] =
@@ -56,14 +57,11 @@ impl<F: Float> Bsdf<F> {
         let p = &self.p;
         let metal =
             if self.has.metallic { schlick(p.metal, Color::grey(F::one()), cos) } else { Color::black() };
+        let bare = Reflectance { dielectric: plain, metal };
         if !self.has.film {
-            return Reflectance { dielectric: plain, metal };
+            return bare;
         }
-        let film = p.film.seen(self.cos_outside(cos));
-        Reflectance {
-            dielectric: plain.mix(film.over(plain), p.film.weight),
-            metal: if self.has.metallic { metal.mix(film.over(metal), p.film.weight) } else { metal },
-        }
+        F::apart(Covered { film: p.film, cos: self.cos_outside(cos), bare, metallic: self.has.metallic })
     }
 
     /// Films lie on the outside of bodies: what leaves one meets its film at the angle that it has
@@ -182,6 +180,28 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn rest(&self, once: Color<F>, own: &Albedo<F>) -> Color<F> {
         (once + self.dielectric * (F::one() - own.whole())).complement()
+    }
+}
+
+/// Reflectances with a film, which are needed in many places.
+struct Covered<F: Float> {
+    film: Film<F>,
+    cos: F,
+    bare: Reflectance<F>,
+    metallic: bool,
+}
+
+impl<F: Float> Part for Covered<F> {
+    type Output = Reflectance<F>;
+    #[inline(always)]
+    fn run(self) -> Reflectance<F> {
+        let Self { film, cos, bare: Reflectance { dielectric, metal }, metallic } = self;
+        let seen = Interference::new(&film, cos);
+        let covered = dielectric.mix(seen.over(dielectric), film.weight);
+        if !metallic {
+            return Reflectance { dielectric: covered, metal };
+        }
+        Reflectance { dielectric: covered, metal: metal.mix(seen.over(metal), film.weight) }
     }
 }
 

@@ -69,12 +69,11 @@ fn covered((mut has, mut p): (Has, Parameters<f32>), thickness: f32, ior: f32) -
 
 /// The mean of the weights of sampled directions: the part of light that comes back.
 fn albedo(has: Has, p: Parameters<f32>, cos: f32) -> f32 {
-    colored_albedo(has, p, cos)[0]
+    colored_albedo(has, p, cos, 1 << 15)[0]
 }
 
-fn colored_albedo(has: Has, p: Parameters<f32>, cos: f32) -> [f32; 3] {
+fn colored_albedo(has: Has, p: Parameters<f32>, cos: f32, count: u32) -> [f32; 3] {
     let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
-    let count = 1 << 15;
     let mut sum = [0.0f64; 3];
     for i in 0..count {
         let i = Wrapping(i);
@@ -166,12 +165,12 @@ fn films_neither_lose_nor_add_light() {
         for (thickness, ior) in [(0.0, 1.3), (150.0, 1.33), (300.0, 1.8), (500.0, 1.3), (2000.0, 2.0)] {
             for cos in [0.1, 0.3, 0.6, 0.8, 1.0] {
                 let (has, p) = covered(surface, thickness, ior);
-                for found in colored_albedo(has, p, cos) {
+                for found in colored_albedo(has, p, cos, 1 << 12) {
                     // The mean over rough microfacets is that of the mean one.
                     let allowed = match roughness {
-                        r if r > 0.6 => 0.065,
+                        r if r > 0.6 => 0.07,
                         r if r > 0.2 => 0.035,
-                        _ => 0.01,
+                        _ => 0.015,
                     };
                     assert!(
                         (found - 1.0).abs() < allowed,
