@@ -16,7 +16,7 @@ pub mod transforms;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::CompiledScene;
-use crate::world::{Material, Principled, Transport, World};
+use crate::world::{Transport, World};
 
 pub use camera::camera_names;
 pub use lights::light_names;
@@ -63,18 +63,6 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
 /// What a person should know before waiting for the image.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
-    let ignored = |what: fn(&Principled) -> bool| {
-        world.assets.materials.iter().any(|m| matches!(&m.material, Material::Principled(m) if what(m)))
-    };
-    for (name, there) in [
-        ("iridescence", ignored(|m| m.iridescence.factor.factor > 0.0)),
-        ("dispersion", ignored(|m| m.dispersion > 0.0)),
-    ] {
-        if there {
-            warnings
-                .push(format!("{name} of materials is not rendered yet: they look as they would without"));
-        }
-    }
     let emits = |m: &crate::scene::materials::ColorColumn| {
         m.is_textured() || m.constant.iter().any(|c| *c != [0.0; 3])
     };

@@ -1,9 +1,11 @@
 //! Materials to records of the path transport.
 
 use crate::math::{NONE, Rgb};
-use crate::scene::principled::{ColorParam, Coverage, NormalParam, Principled, ScalarParam};
+use crate::scene::principled::{ColorParam, Coverage, FilmParam, NormalParam, Principled, ScalarParam};
 use crate::world::assets::Assets;
-use crate::world::{self, AlphaMode, BlinnPhong, Channel, ColorInput, Material, NormalMap, ScalarInput};
+use crate::world::{
+    self, AlphaMode, BlinnPhong, Channel, ColorInput, Iridescence, Material, NormalMap, ScalarInput,
+};
 
 pub(super) fn compile(assets: &Assets) -> Vec<Principled> {
     assets.materials.iter().map(|named| record(&named.material)).collect()
@@ -91,6 +93,7 @@ fn from_principled(m: &world::Principled) -> Principled {
         constant_fresnel: false,
         transmission: scalar(m.transmission),
         thin: !solid,
+        dispersion: if solid { m.dispersion } else { 0.0 },
         absorption,
         diffuse_transmission: scalar(m.diffuse_transmission),
         diffuse_transmission_color: color(m.diffuse_transmission_color),
@@ -107,6 +110,19 @@ fn from_principled(m: &world::Principled) -> Principled {
             [libm::cos(angle) as f32, libm::sin(angle) as f32]
         },
         anisotropy_texture: m.anisotropy.texture.map_or(NONE, |t| t.0),
+        film: (m.iridescence.factor.factor > 0.0).then(|| film(&m.iridescence)),
+    }
+}
+
+fn film(m: &Iridescence) -> FilmParam {
+    // Nothing interferes in a film of a tenth of a millimetre, and phases stay within floats.
+    let thickness = |nm: f32| nm.clamp(0.0, 1e5);
+    FilmParam {
+        factor: scalar(m.factor),
+        ior: m.ior.clamp(1.0, 10.0),
+        thickness: scalar(ScalarInput { factor: 1.0, texture: m.thickness }),
+        thinnest: thickness(m.thickness_minimum),
+        thickest: thickness(m.thickness_maximum),
     }
 }
 
@@ -146,6 +162,7 @@ fn from_blinn_phong(m: &BlinnPhong) -> Principled {
         constant_fresnel: !glass,
         transmission: if glass { one } else { none },
         thin: false,
+        dispersion: 0.0,
         absorption: [0.0; 3],
         diffuse_transmission: none,
         diffuse_transmission_color: white,
@@ -159,5 +176,6 @@ fn from_blinn_phong(m: &BlinnPhong) -> Principled {
         anisotropy: 0.0,
         anisotropy_direction: [1.0, 0.0],
         anisotropy_texture: NONE,
+        film: None,
     }
 }

@@ -151,9 +151,15 @@ pub fn hit<F: Float>(
     if record.unlit || !here.any() {
         return out;
     }
-    let (has, parameters) = spot.parameters();
-    let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
     let key = path.key(frame.seed);
+    let (has, mut parameters) = spot.parameters();
+    if has.dispersion {
+        // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
+        let dimension = Dimension::Wavelength.at(F::Int::splat(0));
+        let u = draw_2d(frame.sampler, frame.samples, key, dimension);
+        parameters.split(record.ior, record.dispersion, surface.inside, path.throughput, u);
+    }
+    let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
     out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
     let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, here);
     out.next = Path::select(here, next, out.next);

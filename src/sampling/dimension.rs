@@ -14,6 +14,9 @@ pub enum Dimension {
     Pixel = 0,
     /// The place on the lens: two numbers and the order of the strata.
     Lens = 3,
+    /// The wavelength of light that is split up: which colour, and where in its band. The same at all
+    /// bounces. As the place in the pixel.
+    Wavelength = 6,
     /// Of a bounce: the place on a light. Lights and their samples are told apart by [`super::Key::fork`].
     Light = 16,
     /// Of a bounce: which light. One number and the order of the strata.
@@ -32,7 +35,7 @@ impl Dimension {
     /// How many consecutive numbers the use draws.
     pub const fn count(self) -> u32 {
         match self {
-            Self::Pixel | Self::Lens | Self::Light | Self::Scatter => 3,
+            Self::Pixel | Self::Lens | Self::Wavelength | Self::Light | Self::Scatter => 3,
             Self::LightChoice | Self::Lobe | Self::Roulette | Self::Alpha => 2,
         }
     }
@@ -54,6 +57,7 @@ mod tests {
         let all = [
             Dimension::Pixel,
             Dimension::Lens,
+            Dimension::Wavelength,
             Dimension::Light,
             Dimension::LightChoice,
             Dimension::Scatter,

@@ -72,6 +72,21 @@ pub struct NormalParam {
     pub scale: f32,
 }
 
+/// A thin film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmParam {
+    /// Coverage.
+    pub factor: ScalarParam,
+    /// Index of refraction.
+    pub ior: f32,
+    /// 0 at the thinnest to 1 at the thickest.
+    pub thickness: ScalarParam,
+    /// In nm; may be the larger one of the two.
+    pub thinnest: f32,
+    /// In nm.
+    pub thickest: f32,
+}
+
 /// What happens to light at a surface (see [`crate::world::Principled`] for the meanings).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
@@ -109,6 +124,8 @@ pub struct Principled {
     pub transmission: ScalarParam,
     /// Whether it goes through a thin sheet, unbent.
     pub thin: bool,
+    /// 20 / Abbe number; 0 where all colours are bent alike.
+    pub dispersion: f32,
     /// Absorption inside, m⁻¹.
     pub absorption: [f32; 3],
     /// The part of diffuse light that leaves on the other side, and its colour.
@@ -135,6 +152,8 @@ pub struct Principled {
     pub anisotropy_direction: [f32; 2],
     /// Red, green: direction; blue: strength.
     pub anisotropy_texture: u32,
+    /// On the mirror lobe, if there is one.
+    pub film: Option<FilmParam>,
 }
 
 impl Principled {

@@ -244,6 +244,41 @@ fn shadows_of_sheets_are_transparent() {
     assert_eq!(lit(Some(1.0)), 0.0);
 }
 
+/// Glass that splits light up, and films, cannot be seen in white surroundings either, colour by colour.
+#[test]
+fn colours_add_up_to_white() {
+    use rayfront::world::{Iridescence, Volume};
+    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY };
+    for (dispersion, film, transmission, roughness) in [
+        (1.0, 0.0, 1.0, 0.0),
+        (2.0, 0.0, 1.0, 0.4),
+        (0.0, 1.0, 1.0, 0.0),
+        (0.0, 1.0, 0.0, 0.2),
+        (1.0, 0.5, 0.5, 0.1),
+    ] {
+        let mut world = world(16, 1024);
+        world.settings.background = Background::Constant(Rgb::splat(0.5));
+        world.settings.max_depth = 64;
+        let material = Principled {
+            metallic: ScalarInput::constant(0.0),
+            roughness: ScalarInput::constant(roughness),
+            transmission: ScalarInput::constant(transmission),
+            volume: Some(clear),
+            dispersion,
+            iridescence: Iridescence { factor: ScalarInput::constant(film), ..Iridescence::default() },
+            ..Principled::default()
+        };
+        let material = world.assets.add_material(None, Material::Principled(Box::new(material)));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -2.6))));
+        let picture = Picture::of(&world);
+        let count = picture.pixels.len() as f64;
+        let sum = |channel: fn(&Rgb) -> f32| picture.pixels.iter().map(|p| channel(p) as f64).sum::<f64>();
+        for found in [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / count / 0.5) {
+            assert!((found - 1.0).abs() < 0.01, "{dispersion} {film} {transmission} {roughness}: {found}");
+        }
+    }
+}
+
 /// Beer and Lambert: a slab of a metre leaves the attenuation colour of what enters.
 #[test]
 fn a_body_absorbs_by_its_thickness() {

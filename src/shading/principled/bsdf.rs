@@ -9,9 +9,9 @@ use super::albedo::{self, Albedo};
 use super::ggx::Ggx;
 use super::glass;
 use super::parameters::{Has, Parameters};
+use super::reflectance::{Reflectance, schlick};
 use super::sheen;
 use crate::math::{Color, Vector};
-use crate::shading::fresnel;
 use crate::simd::{Float, Mask, Part};
 
 const PI: f32 = std::f32::consts::PI;
@@ -27,18 +27,20 @@ pub struct Bsdf<F: Float> {
     /// Where the mirror lobe is a perfect mirror's.
     pub(super) smooth: F::Mask,
     /// Λ of the viewer's direction.
-    lambda: F,
-    own: Albedo<F>,
-    mean: Albedo<F>,
+    pub(super) lambda: F,
+    pub(super) own: Albedo<F>,
+    pub(super) mean: Albedo<F>,
+    /// Albedo of single reflections, for the viewer.
+    pub(super) once: Reflectance<F>,
     /// Albedo of light that bounced more than once between microfacets.
-    multiple: Color<F>,
+    pub(super) multiple: Color<F>,
     /// What makes up for light lost between the microfacets of glass.
-    gain: F,
+    gain: Color<F>,
     /// The same as `multiple` for what is no metal.
-    dielectric: Color<F>,
+    pub(super) dielectric: Color<F>,
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
-    left: Color<F>,
-    left_mean: Color<F>,
+    pub(super) left: Color<F>,
+    pub(super) left_mean: Color<F>,
     /// What the layers above leave.
     pub(super) below: F,
     pub(super) coat_wo: Vector<F>,
@@ -64,8 +66,9 @@ impl<F: Float> Bsdf<F> {
             lambda: zero,
             own: nothing,
             mean: nothing,
+            once: Reflectance { dielectric: black, metal: black },
             multiple: black,
-            gain: one,
+            gain: white,
             dielectric: black,
             left: white,
             left_mean: white,
@@ -79,16 +82,11 @@ impl<F: Float> Bsdf<F> {
             bsdf.lambda = p.ggx.lambda(wo);
             bsdf.own = albedo::directional(wo.z, p.roughness, mask);
             bsdf.mean = albedo::average(p.roughness, mask);
-            bsdf.dielectric = bsdf.all_further(p.f0, p.f90);
-            bsdf.multiple = bsdf.dielectric;
-            if has.metallic {
-                bsdf.multiple = bsdf.dielectric.mix(bsdf.all_further(p.metal, white), p.metallic);
-            }
-            bsdf.left = bsdf.dielectric_albedo(&bsdf.own).complement().clamp(0.0, 1.0);
-            bsdf.left_mean = bsdf.dielectric_albedo(&bsdf.mean).complement().clamp(1e-6, 1.0);
+            bsdf.mirror_albedos(mask);
         }
         if has.solid && (mask & !bsdf.smooth).any() {
-            bsdf.gain = glass::gain(wo.z, p.roughness, p.eta, mask);
+            let gain = glass::gain(wo.z, p.roughness, p.eta, bsdf.own.whole(), mask);
+            bsdf.gain = if has.film { bsdf.gain_under_film(gain) } else { Color::grey(gain) };
         }
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
@@ -122,41 +120,6 @@ impl<F: Float> Bsdf<F> {
         (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
     }
 
-    /// Of light that the microfacets do not give back at once, the part that they do later:
-    /// the mean of Schlick's term over the hemisphere, and the series of all further bounces.
-    #[inline(always)]
-    fn all_further(&self, f0: Color<F>, f90: Color<F>) -> Color<F> {
-        let average = if self.has.constant_fresnel { f0 } else { f0.mix(f90, F::splat(1.0 / 21.0)) };
-        let lost = F::one() - self.mean.whole();
-        (average * average * self.mean.whole()).over((average * lost).complement())
-    }
-
-    /// Albedo of the mirror lobe of what is no metal, with all its bounces: what lies below it
-    /// gets the rest.
-    #[inline(always)]
-    fn dielectric_albedo(&self, own: &Albedo<F>) -> Color<F> {
-        let once = if self.has.constant_fresnel {
-            self.p.f0 * own.whole()
-        } else {
-            self.p.f0 * own.straight + self.p.f90 * own.grazing
-        };
-        once + self.dielectric * (F::one() - own.whole())
-    }
-
-    /// Albedo of single reflections of metal and all.
-    #[inline(always)]
-    fn mirror_albedo(&self) -> Color<F> {
-        let (p, own) = (&self.p, &self.own);
-        if self.has.constant_fresnel {
-            return p.f0 * own.whole();
-        }
-        let dielectric = p.f0 * own.straight + p.f90 * own.grazing;
-        if !self.has.metallic {
-            return dielectric;
-        }
-        dielectric.mix(p.metal * own.straight + Color::grey(own.grazing), p.metallic)
-    }
-
     /// Probabilities by what each lobe gives back.
     #[inline(always)]
     fn choose(&mut self) {
@@ -175,7 +138,7 @@ impl<F: Float> Bsdf<F> {
             diffuse = diffuse + p.sheen.color.luminance() * F::splat(0.5);
         }
         if self.has.specular {
-            mirror = self.mirror_albedo().luminance().max(F::splat(1e-3));
+            mirror = self.mixed(self.once).luminance().max(F::splat(1e-3));
             if !self.has.solid {
                 let often = self.multiple.luminance() * (F::one() - self.own.whole());
                 diffuse = diffuse + F::select(self.smooth, zero, often);
@@ -197,24 +160,6 @@ impl<F: Float> Bsdf<F> {
         let sum = below[0] + below[1] + below[2] + below[3] + coat;
         let scale = F::one() / sum.max(F::splat(1e-20));
         self.chance = [below[0] * scale, below[1] * scale, below[2] * scale, below[3] * scale, coat * scale];
-    }
-
-    /// Reflectance of a microfacet.
-    #[inline(always)]
-    pub(super) fn fresnel(&self, cos: F) -> Color<F> {
-        if self.has.constant_fresnel {
-            return self.p.f0;
-        }
-        let p = &self.p;
-        let dielectric = if self.has.solid {
-            Color::grey(fresnel::reflectance(cos, p.eta))
-        } else {
-            schlick(p.f0, p.f90, cos)
-        };
-        if !self.has.metallic {
-            return dielectric;
-        }
-        dielectric.mix(schlick(p.metal, Color::grey(F::one()), cos), p.metallic)
     }
 
     /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
@@ -278,7 +223,7 @@ impl<F: Float> Bsdf<F> {
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
         let other = albedo::directional(wi.z, p.roughness, mask);
-        let incoming = self.dielectric_albedo(&other).complement().clamp(0.0, 1.0);
+        let incoming = if self.has.diffuse { self.left_by(&other) } else { Color::black() };
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
@@ -339,9 +284,15 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let passes = self.fresnel(cos_o.max(zero)).complement();
-        let value = p.through * passes * (density * visible * self.gain);
+        let value = self.through() * passes * self.gain * (density * visible);
         let pdf = density / (F::one() + self.lambda);
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
+    }
+
+    /// Factor on what goes through, for the wavelength that is followed.
+    #[inline(always)]
+    pub(super) fn through(&self) -> Color<F> {
+        if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
     }
 
     /// The clear layer's mirror.
@@ -383,14 +334,6 @@ impl<F: Float> Part for Evaluate<'_, F> {
     fn run(self) -> (Color<F>, F) {
         self.bsdf.value(self.direction, self.mask)
     }
-}
-
-/// Schlick's approximation of Fresnel's equations (1994).
-#[inline(always)]
-pub(super) fn schlick<F: Float>(f0: Color<F>, f90: Color<F>, cos: F) -> Color<F> {
-    let c = F::one() - cos.min(F::one());
-    let c2 = c * c;
-    f0.mix(f90, c2 * c2 * c)
 }
 
 /// D G₂ / (4 cos_o) and the density of visible normals for it.

@@ -1,7 +1,8 @@
 //! Directions drawn from the lobes of a surface.
 
-use super::bsdf::{Bsdf, schlick};
+use super::bsdf::Bsdf;
 use super::ggx::Ggx;
+use super::reflectance::schlick;
 use crate::math::{Color, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::simd::{Float, Mask};
@@ -107,7 +108,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.transmission {
             return Narrow { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
         }
-        let passes = p.through * part.complement() * (self.below / self.chance[3]);
+        let passes = self.through() * part.complement() * (self.below / self.chance[3]);
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();

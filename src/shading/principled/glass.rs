@@ -11,8 +11,9 @@ use crate::sampling::sobol;
 use crate::shading::fresnel;
 use crate::simd::{Float, Int};
 
-/// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side.
-const RATIOS: usize = 19;
+/// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side: nodes at squares to
+/// either side, closer together about 1, from where on there is total reflection.
+const RATIOS: usize = 25;
 /// Of [`RATIOS`] the first and, above zero, the last: ior 2.6 from either side.
 const LAST: f32 = 0.45;
 const ROUGHNESSES: usize = 16;
@@ -24,7 +25,8 @@ const SAMPLES: u32 = 512;
 static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
     let mut table = Vec::with_capacity(RATIOS * ROUGHNESSES * COSINES);
     for e in 0..RATIOS {
-        let odd = LAST * (2.0 * e as f32 / (RATIOS - 1) as f32 - 1.0);
+        let place = 2.0 * e as f32 / (RATIOS - 1) as f32 - 1.0;
+        let odd = LAST * place * place.abs();
         let eta = (1.0 + odd) / (1.0 - odd);
         for r in 0..ROUGHNESSES {
             let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
@@ -37,19 +39,22 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
     table
 });
 
-/// The mean of G₂/G₁ over visible normals and both ways that light can take from each.
+/// The mean of G₂/G₁ over visible normals and both ways that light can take from each, over that of a
+/// rough mirror: the ratio changes less with cosine and roughness than either.
 fn integrate(cosine: f32, alpha: f32, eta: f32) -> f32 {
     let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
     let ggx = Ggx { x: alpha, y: alpha };
     let own = 1.0 + ggx.lambda(w);
-    let mut sum = 0.0f64;
+    let (mut sum, mut mirror) = (0.0f64, 0.0f64);
     for i in 0..SAMPLES {
         let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
         let cos = w.dot(h).max(0.0);
         let reflected = fresnel::reflectance(cos, eta);
         let mirrored = h * (2.0 * cos) - w;
         if mirrored.z > 0.0 {
-            sum += (reflected * own / (own + ggx.lambda(mirrored))) as f64;
+            let kept = own / (own + ggx.lambda(mirrored));
+            sum += (reflected * kept) as f64;
+            mirror += kept as f64;
         }
         let sin2 = eta * eta * (1.0 - cos * cos);
         if sin2 < 1.0 {
@@ -59,17 +64,18 @@ fn integrate(cosine: f32, alpha: f32, eta: f32) -> f32 {
             }
         }
     }
-    (sum / SAMPLES as f64) as f32
+    (sum / mirror.max(1.0)) as f32
 }
 
-/// The factor for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over
-/// the other).
+/// The factor for a cosine to the normal, a roughness √α, a ratio of indices (viewer's side over
+/// the other) and the albedo of a rough mirror of that cosine and roughness.
 #[inline(always)]
-pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mask: F::Mask) -> F {
+pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mirror: F, mask: F::Mask) -> F {
     let table = &TABLE[..];
     let odd = (eta - F::one()) / (eta + F::one());
-    let scale = F::splat((RATIOS - 1) as f32 * 0.5);
-    let (e, we) = between(odd * F::splat((RATIOS - 1) as f32 * 0.5 / LAST) + scale, RATIOS);
+    let away = (odd.abs() * F::splat(1.0 / LAST)).sqrt();
+    let place = F::select(odd.lt(F::zero()), -away, away) + F::one();
+    let (e, we) = between(place * F::splat((RATIOS - 1) as f32 * 0.5), RATIOS);
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let row = F::Int::splat(COSINES as u32);
@@ -77,7 +83,7 @@ pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mask: F::Mask) -> F {
     let first = e * layer + r * row + c;
     let near = plane(table, first, row, wc, wr, mask);
     let far = plane(table, first + layer, row, wc, wr, mask);
-    let albedo = near * (F::one() - we) + far * we;
+    let albedo = (near * (F::one() - we) + far * we) * mirror;
     F::one() / albedo.max(F::splat(0.1))
 }
 

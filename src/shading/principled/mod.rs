@@ -2,11 +2,14 @@
 
 pub mod albedo;
 pub mod bsdf;
+pub mod dispersion;
 pub mod draw;
+pub mod film;
 pub mod frame;
 pub mod ggx;
 pub mod glass;
 pub mod parameters;
+pub mod reflectance;
 pub mod sheen;
 #[cfg(test)]
 mod tests;
@@ -18,6 +21,8 @@ use crate::math::{Color, NONE, Vector};
 use crate::scene::principled::{Coverage, NormalParam, Principled};
 use crate::scene::{Geometry, Textures};
 use crate::simd::Float;
+use dispersion::Spectrum;
+use film::Film;
 use frame::Frame;
 use ggx::Ggx;
 use parameters::{Coat, Has, Parameters, Sheen};
@@ -110,6 +115,7 @@ impl<F: Float> Spot<'_, F> {
             roughness: one,
             through: Color::black(),
             eta: one,
+            spectrum: Spectrum::none(),
             coat: Coat {
                 weight: zero,
                 roughness: zero,
@@ -118,6 +124,7 @@ impl<F: Float> Spot<'_, F> {
                 f90: Color::splat(m.coat_f90.into()),
             },
             sheen: Sheen { color: Color::black(), roughness: zero },
+            film: Film { weight: zero, thickness: zero, ior: one },
         };
         if has.specular || has.transmission {
             self.mirror(&mut p, base);
@@ -143,6 +150,14 @@ impl<F: Float> Spot<'_, F> {
             p.sheen.color = color(&m.sheen_color, textures, &self.at, self.mask);
             p.sheen.roughness = scalar(&m.sheen_roughness, textures, &self.at, self.mask);
         }
+        if let Some(film) = &m.film {
+            let thickness = scalar(&film.thickness, textures, &self.at, self.mask);
+            p.film = Film {
+                weight: scalar(&film.factor, textures, &self.at, self.mask).clamp(0.0, 1.0),
+                thickness: F::splat(film.thinnest) + thickness * F::splat(film.thickest - film.thinnest),
+                ior: F::splat(film.ior),
+            };
+        }
         (has, p)
     }
 
@@ -152,14 +167,16 @@ impl<F: Float> Spot<'_, F> {
         let transmission = !m.transmission.is_zero();
         Has {
             diffuse: !m.transmission.is_one() && !(m.metallic.is_one()),
-            specular: m.is_specular() || transmission,
+            specular: m.is_specular() || transmission || m.film.is_some(),
             metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,
             solid: transmission && !m.thin,
+            dispersion: m.dispersion > 0.0,
             back: !m.diffuse_transmission.is_zero(),
             coat: !m.coat.is_zero(),
             sheen: !m.sheen_color.is_black(),
+            film: m.film.is_some(),
         }
     }
 

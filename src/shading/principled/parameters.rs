@@ -1,5 +1,7 @@
 //! What the lobes of a surface are made from.
 
+use super::dispersion::Spectrum;
+use super::film::Film;
 use super::frame::Frame;
 use super::ggx::Ggx;
 use crate::math::{Color, Vector};
@@ -20,12 +22,16 @@ pub struct Has {
     pub transmission: bool,
     /// And is bent.
     pub solid: bool,
+    /// Each colour in its own way.
+    pub dispersion: bool,
     /// Diffuse light leaves on the other side, too.
     pub back: bool,
     /// A clear layer.
     pub coat: bool,
     /// Fibres.
     pub sheen: bool,
+    /// A thin film on the mirror.
+    pub film: bool,
 }
 
 /// What is known of a clear layer.
@@ -79,8 +85,12 @@ pub struct Parameters<F: Float> {
     pub through: Color<F>,
     /// Index of refraction on the viewer's side over that on the other.
     pub eta: F,
+    /// The same by colours, if they differ.
+    pub spectrum: Spectrum<F>,
     /// Above it.
     pub coat: Coat<F>,
     /// Above it.
     pub sheen: Sheen<F>,
+    /// On its mirror lobe.
+    pub film: Film<F>,
 }

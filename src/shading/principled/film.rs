@@ -1,0 +1,274 @@
+//! A thin film on a surface: what it reflects and what the surface below reflects interfere
+//! (KHR_materials_iridescence; Belcour and Barla, "A practical extension to microfacet theory for
+//! the modeling of varying iridescence", 2017). Amplitudes are real and light is unpolarised, as
+//! the extension has it.
+//!
+//! Between reflectances R₁₂ of the film and R₂₃ of what is below, with ρ = r₁₂ r₂₃, a wave whose
+//! phase falls behind by φ on its way through the film and back sees Airy's reflectance
+//! 1 − A (1 + 2 Σ (−ρ)ᵐ cos mφ), A = (1 − R₁₂)(1 − R₂₃)/(1 − ρ²). The mean of cos mφ over the
+//! wavelengths of a colour has a closed form where the eye's sensitivities are bells over the
+//! wave number.
+//!
+//! Two things differ from the extension's (non-normative) code. What is below the film is not
+//! inferred from its F₀ but from its reflectance in air at the same angle: r₂₃ is what under a film
+//! of no thickness gives that back. So without thickness nothing changes, whatever model the surface
+//! follows. And colours are those under white light, not under equal energy at all wavelengths,
+//! which made thin films reddish.
+
+use crate::math::Color;
+use crate::math::elementary::{exp2, sin_cos_turns};
+use crate::shading::fresnel;
+use crate::simd::Float;
+
+/// Orders of interference; those above are as if they had the last one's waves.
+const ORDERS: usize = 6;
+/// Bells that the sensitivities x̄ (two of them), ȳ and z̄ are made of: wave numbers of their centres, nm⁻¹.
+const CENTRE: [f32; 4] = [1.6810e-3, 2.2399e-3, 1.7953e-3, 2.2084e-3];
+/// Of a wave's mean over a bell a path difference of d nm leaves 2^(this · d²).
+const FADING: [f32; 4] = [fading(4.3278e-9), fading(4.5282e-9), fading(9.3046e-9), fading(6.6121e-9)];
+/// The share of x̄'s first bell, 5.4856 √4.3278 to 0.9747 √4.5282.
+const FIRST: f32 = 0.846_198;
+/// From XYZ to linear Rec. 709, each row divided by its sum: white stays white.
+const RGB: [[f32; 3]; 3] = [
+    [3.2404542 / 1.2047843, -1.5371385 / 1.2047843, -0.4985314 / 1.2047843],
+    [-0.969266 / 0.9483008, 1.8760108 / 0.9483008, 0.041556 / 0.9483008],
+    [0.0556434 / 0.9088427, -0.2040259 / 0.9088427, 1.0572252 / 0.9088427],
+];
+
+/// For a bell of variance 2v nm⁻²: −(2π)² v log₂ e.
+const fn fading(v: f32) -> f32 {
+    -4.0 * std::f32::consts::PI * std::f32::consts::PI * v * std::f32::consts::LOG2_E
+}
+
+/// What is known of a film.
+#[derive(Clone, Copy)]
+pub struct Film<F: Float> {
+    /// Coverage.
+    pub weight: F,
+    /// In nm.
+    pub thickness: F,
+    /// Index of refraction.
+    pub ior: F,
+}
+
+/// A film seen under one angle.
+#[derive(Clone, Copy)]
+pub struct Interference<F: Float> {
+    /// r₁₂ of the film in air.
+    outer: F,
+    /// For each order m the mean of cos mφ in each colour.
+    waves: [Color<F>; ORDERS],
+}
+
+impl<F: Float> Interference<F> {
+    /// The cosine is that in the air.
+    #[inline(always)]
+    pub fn new(film: &Film<F>, cos: F) -> Self {
+        let (zero, one, two) = (F::zero(), F::one(), F::splat(2.0));
+        let outer = -fresnel::reflectance(cos, one / film.ior).sqrt();
+        let sin2 = (one - cos * cos) / (film.ior * film.ior);
+        let path = two * film.ior * film.thickness * (one - sin2).max(zero).sqrt();
+        // cos mφ by Chebyshev's recurrence, and q^(m²) by its factors q^(2m + 1).
+        let (mut double, mut last, mut now) = ([zero; 4], [one; 4], [zero; 4]);
+        let (mut size, mut step, mut square) = ([zero; 4], [zero; 4], [zero; 4]);
+        for k in 0..4 {
+            now[k] = sin_cos_turns(path * F::splat(CENTRE[k])).1;
+            double[k] = two * now[k];
+            size[k] = exp2(path * path * F::splat(FADING[k]));
+            square[k] = size[k] * size[k];
+            step[k] = square[k] * size[k];
+        }
+        let mut waves = [Color::black(); ORDERS];
+        for wave in &mut waves {
+            let x = now[0] * size[0] * F::splat(FIRST) + now[1] * size[1] * F::splat(1.0 - FIRST);
+            *wave = rgb([x, now[2] * size[2], now[3] * size[3]]);
+            for k in 0..4 {
+                (last[k], now[k]) = (now[k], double[k] * now[k] - last[k]);
+                size[k] = size[k] * step[k];
+                step[k] = step[k] * square[k];
+            }
+        }
+        Self { outer, waves }
+    }
+
+    /// The reflectance with the film of what without it reflects `plain`.
+    #[inline(always)]
+    pub fn over(&self, plain: Color<F>) -> Color<F> {
+        let (r, g, b) = (self.channel(plain.r), self.channel(plain.g), self.channel(plain.b));
+        let one = F::one();
+        let (mut sum_r, mut sum_g, mut sum_b) = (one, one, one);
+        let (mut power_r, mut power_g, mut power_b) = (F::splat(2.0), F::splat(2.0), F::splat(2.0));
+        for (m, wave) in self.waves.iter().enumerate() {
+            (power_r, power_g, power_b) = (power_r * -r.product, power_g * -g.product, power_b * -b.product);
+            if m + 1 == ORDERS {
+                // The rest of the geometric series: exact for a film of no thickness.
+                (power_r, power_g, power_b) = (power_r * r.rest(), power_g * g.rest(), power_b * b.rest());
+            }
+            sum_r = sum_r + power_r * wave.r;
+            sum_g = sum_g + power_g * wave.g;
+            sum_b = sum_b + power_b * wave.b;
+        }
+        // Colours beyond Rec. 709 are cut off.
+        Color::new(one - r.passed * sum_r, one - g.passed * sum_g, one - b.passed * sum_b).clamp(0.0, 1.0)
+    }
+
+    /// r₂₃ from r₁₃ = (r₁₂ + r₂₃)/(1 + r₁₂ r₂₃); what is denser turns the wave over.
+    #[inline(always)]
+    fn channel(&self, plain: F) -> Channel<F> {
+        let (one, least) = (F::one(), F::splat(1e-6));
+        let whole = -plain.max(F::zero()).min(one).sqrt();
+        let inner = (whole - self.outer) / (one - self.outer * whole).max(least);
+        let product = self.outer * inner;
+        let passes = (one - self.outer * self.outer) * (one - inner * inner).max(F::zero());
+        Channel { product, passed: passes / (one - product * product).max(least) }
+    }
+}
+
+/// Between film and surface, for one colour.
+struct Channel<F: Float> {
+    /// ρ.
+    product: F,
+    /// A.
+    passed: F,
+}
+
+impl<F: Float> Channel<F> {
+    /// 1 − ρ + ρ² − …
+    #[inline(always)]
+    fn rest(&self) -> F {
+        F::one() / (F::one() + self.product).max(F::splat(1e-3))
+    }
+}
+
+#[inline(always)]
+fn rgb<F: Float>([x, y, z]: [F; 3]) -> Color<F> {
+    let [r, g, b] = RGB;
+    Color::new(
+        x * F::splat(r[0]) + y * F::splat(r[1]) + z * F::splat(r[2]),
+        x * F::splat(g[0]) + y * F::splat(g[1]) + z * F::splat(g[2]),
+        x * F::splat(b[0]) + y * F::splat(b[1]) + z * F::splat(b[2]),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+
+    fn film(thickness: f32, ior: f32) -> Film<f32> {
+        Film { weight: 1.0, thickness, ior }
+    }
+
+    fn grey(value: f32) -> Color<f32> {
+        Color::splat(Rgb::splat(value))
+    }
+
+    /// Fresnel's amplitudes across and along the plane of incidence.
+    fn amplitudes(n1: f64, n2: f64, cos1: f64, cos2: f64) -> [f64; 2] {
+        [(n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2), (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1)]
+    }
+
+    /// Airy's sum for a film of index `n` on glass, unpolarised.
+    fn airy(n: f64, base: f64, cos: f64, phase: f64) -> f64 {
+        let below = |n: f64| (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
+        let (first, second) = (amplitudes(1.0, n, cos, below(n)), amplitudes(n, base, below(n), below(base)));
+        let mut sum = 0.0;
+        for (a, b) in first.into_iter().zip(second) {
+            let wave = 2.0 * a * b * libm::cos(phase);
+            sum += 0.5 * (a * a + b * b + wave) / (1.0 + a * a * b * b + wave);
+        }
+        sum
+    }
+
+    /// The film's reflectance at a single wavelength.
+    fn at_phase(n: f32, base: f32, cos: f32, phase: f64) -> f32 {
+        let mut seen = Interference::new(&film(0.0, n), cos);
+        for (m, wave) in seen.waves.iter_mut().enumerate() {
+            *wave = grey(libm::cos(phase * (m + 1) as f64) as f32);
+        }
+        seen.over(grey(fresnel::reflectance(cos, 1.0 / base))).r
+    }
+
+    #[test]
+    fn one_wavelength_is_reflected_as_airy_says() {
+        for (n, base) in [(1.33, 1.5), (1.8, 1.5), (1.3, 2.4), (2.4, 1.5)] {
+            for k in 0..16 {
+                let phase = k as f64 / 16.0 * std::f64::consts::TAU;
+                for (cos, allowed) in [(1.0, 2e-4), (0.8, 0.01), (0.5, 0.05), (0.25, 0.1)] {
+                    let found = at_phase(n as f32, base as f32, cos as f32, phase) as f64;
+                    let expected = airy(n, base, cos, phase);
+                    // Off the normal the two polarisations are treated as one.
+                    assert!(
+                        (found - expected).abs() < allowed,
+                        "{n} on {base}, cos {cos}, phase {phase}: {found}, not {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// The same over all wavelengths, by quadrature over wave numbers.
+    fn spectrum(thickness: f64, ior: f64, base: f64) -> [f64; 3] {
+        let bells = [(1.6810, 4.3278), (2.2399, 4.5282), (1.7953, 9.3046), (2.2084, 6.6121)];
+        let steps = 4000;
+        let mut means = [0.0; 4];
+        for (mean, (centre, variance)) in means.iter_mut().zip(bells) {
+            let width = (2.0f64 * variance * 1e-9).sqrt();
+            let mut weights = 0.0;
+            for i in 0..steps {
+                let x = (i as f64 + 0.5) / steps as f64 * 12.0 - 6.0;
+                let number = centre * 1e-3 + x * width;
+                let weight = libm::exp(-0.5 * x * x);
+                let phase = std::f64::consts::TAU * number * 2.0 * ior * thickness;
+                *mean += weight * airy(ior, base, 1.0, phase);
+                weights += weight;
+            }
+            *mean /= weights;
+        }
+        let first = 5.4856 * 4.3278f64.sqrt();
+        let second = 0.9747 * 4.5282f64.sqrt();
+        let x = (means[0] * first + means[1] * second) / (first + second);
+        RGB.map(|row| row[0] as f64 * x + row[1] as f64 * means[2] + row[2] as f64 * means[3])
+    }
+
+    #[test]
+    fn colours_are_the_mean_over_wavelengths() {
+        for (ior, base) in [(1.33, 1.5), (1.8, 1.5), (1.3, 2.4)] {
+            for thickness in [0.0, 100.0, 250.0, 400.0, 700.0, 1200.0, 5000.0] {
+                let plain = fresnel::reflectance(1.0, 1.0 / base as f32);
+                let found = Interference::new(&film(thickness as f32, ior as f32), 1.0).over(grey(plain));
+                let expected = spectrum(thickness, ior, base);
+                for (found, expected) in [found.r, found.g, found.b].into_iter().zip(expected) {
+                    assert!(
+                        (found as f64 - expected.clamp(0.0, 1.0)).abs() < 5e-4,
+                        "{thickness} nm of {ior} on {base}: {found}, not {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_thickness_nothing_changes() {
+        for ior in [1.0, 1.3, 1.8, 2.5] {
+            for plain in [0.0, 0.04, 0.3, 0.9, 1.0] {
+                for cos in [0.0, 0.01, 0.1, 0.5, 1.0] {
+                    let found = Interference::new(&film(0.0, ior), cos).over(grey(plain)).g;
+                    // Where the film alone reflects all, nothing below is seen.
+                    let expected = if cos == 0.0 { 1.0 } else { plain };
+                    assert!((found - expected).abs() < 2e-3, "{ior} {plain} {cos}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_reflects_all_does_so_under_any_film() {
+        for thickness in [0.0, 120.0, 400.0, 3000.0, 1e5] {
+            for cos in [0.0, 0.2, 1.0] {
+                let found = Interference::new(&film(thickness, 1.3), cos).over(grey(1.0));
+                assert!(found.r == 1.0 && found.g == 1.0 && found.b == 1.0, "{thickness} {cos}");
+            }
+        }
+    }
+}

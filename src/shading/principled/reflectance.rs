@@ -1,0 +1,221 @@
+//! What the mirror lobe reflects: of one microfacet by Fresnel's equations, and of all of them, for
+//! one direction and on average, with what that leaves to lobes below.
+
+use super::albedo::{self, Albedo};
+use super::bsdf::Bsdf;
+use super::film::{Film, Interference};
+use crate::math::Color;
+use crate::math::elementary::pow;
+use crate::shading::fresnel;
+use crate::simd::{Float, Part};
+
+/// Gauss's nodes and weights for the mean over the hemisphere, ∫ f(μ) 2μ dμ: by μ².
+const NODES: [(f32, f32); 4] =
+    [(0.263_499, 0.173_927_4), (0.574_465, 0.326_072_6), (0.818_529, 0.326_072_6), (0.964_660, 0.173_927_4)];
+
+/// Apart for what is no metal and what is.
+#[derive(Clone, Copy)]
+pub(super) struct Reflectance<F: Float> {
+    /// Of the one.
+    pub dielectric: Color<F>,
+    /// Of the other; of no meaning where there is none.
+    pub metal: Color<F>,
+}
+
+impl<F: Float> Reflectance<F> {
+    #[inline(always)]
+    fn times(self, factor: F) -> Self {
+        Self { dielectric: self.dielectric * factor, metal: self.metal * factor }
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        Self { dielectric: self.dielectric + other.dielectric, metal: self.metal + other.metal }
+    }
+}
+
+impl<F: Float> Bsdf<F> {
+    /// Reflectance of a microfacet.
+    #[inline(always)]
+    pub(super) fn fresnel(&self, cos: F) -> Color<F> {
+        if self.has.constant_fresnel {
+            return self.p.f0;
+        }
+        let plain = if self.has.dispersion {
+            self.p.spectrum.reflectance(cos)
+        } else if self.has.solid {
+            Color::grey(fresnel::reflectance(cos, self.p.eta))
+        } else {
+            schlick(self.p.f0, self.p.f90, cos)
+        };
+        self.mixed(self.microfacet(plain, cos))
+    }
+
+    /// The same for both parts, given the dielectric's without a film.
+    #[inline(always)]
+    fn microfacet(&self, plain: Color<F>, cos: F) -> Reflectance<F> {
+        let p = &self.p;
+        let metal =
+            if self.has.metallic { schlick(p.metal, Color::grey(F::one()), cos) } else { Color::black() };
+        let bare = Reflectance { dielectric: plain, metal };
+        if !self.has.film {
+            return bare;
+        }
+        F::apart(Covered { film: p.film, cos: self.cos_outside(cos), bare, metallic: self.has.metallic })
+    }
+
+    /// Films lie on the outside of bodies: what leaves one meets its film at the angle that it has
+    /// in the air, and is reflected as what comes from there.
+    #[inline(always)]
+    fn cos_outside(&self, cos: F) -> F {
+        if !self.has.solid {
+            return cos;
+        }
+        let eta = self.p.eta;
+        let outside = (F::one() - eta * eta * (F::one() - cos * cos)).max(F::zero()).sqrt();
+        F::select(eta.gt(F::one()), outside, cos)
+    }
+
+    #[inline(always)]
+    pub(super) fn mixed(&self, parts: Reflectance<F>) -> Color<F> {
+        if !self.has.metallic {
+            return parts.dielectric;
+        }
+        parts.dielectric.mix(parts.metal, self.p.metallic)
+    }
+
+    /// All albedos of the mirror lobe for the viewer.
+    #[inline(always)]
+    pub(super) fn mirror_albedos(&mut self, mask: F::Mask) {
+        let average = self.average(mask);
+        self.once = self.singly(&self.own);
+        let further =
+            Reflectance { dielectric: self.further(average.dielectric), metal: self.further(average.metal) };
+        self.dielectric = further.dielectric;
+        self.multiple = self.mixed(further);
+        self.left = self.left_by(&self.own);
+        let once = if self.has.film {
+            average.dielectric * self.mean.whole()
+        } else {
+            self.singly(&self.mean).dielectric
+        };
+        self.left_mean = self.rest(once, &self.mean).clamp(1e-6, 1.0);
+    }
+
+    /// Albedo of single reflections by microfacets.
+    #[inline(always)]
+    fn singly(&self, own: &Albedo<F>) -> Reflectance<F> {
+        let p = &self.p;
+        if self.has.constant_fresnel {
+            return Reflectance { dielectric: p.f0 * own.whole(), metal: Color::black() };
+        }
+        if self.has.film {
+            return self.under_film(own).times(own.whole());
+        }
+        let metal = if self.has.metallic {
+            p.metal * own.straight + Color::grey(own.grazing)
+        } else {
+            Color::black()
+        };
+        Reflectance { dielectric: p.f0 * own.straight + p.f90 * own.grazing, metal }
+    }
+
+    /// The mean over microfacets of a reflectance that the tables know nothing about: that under the
+    /// angle at which Schlick's has its mean.
+    #[inline(always)]
+    fn under_film(&self, own: &Albedo<F>) -> Reflectance<F> {
+        let (part, cos) = mean_angle(own);
+        self.microfacet(self.p.f0.mix(self.p.f90, part), cos)
+    }
+
+    /// The factor that makes up for light lost between microfacets of glass, given that without a
+    /// film: the film reflects another part, of which another part is lost.
+    #[inline(always)]
+    pub(super) fn gain_under_film(&self, gain: F) -> Color<F> {
+        let (one, kept) = (F::one(), self.own.whole());
+        let cos = mean_angle(&self.own).1;
+        let plain = fresnel::reflectance(cos, self.p.eta);
+        let reflected = self.microfacet(Color::grey(plain), cos).dielectric;
+        let passed = (one / gain - plain * kept) / (one - plain).max(F::splat(1e-3));
+        let albedo = reflected * kept + reflected.complement() * passed.max(kept * F::splat(0.5)).min(one);
+        // From within reflectance rises too steeply with the angle to have a mean one.
+        Color::select(self.p.eta.gt(one), Color::grey(gain), Color::grey(one).over(albedo))
+    }
+
+    /// Mean reflectance over the hemisphere.
+    #[inline(always)]
+    fn average(&self, mask: F::Mask) -> Reflectance<F> {
+        let p = &self.p;
+        if !self.has.film {
+            let part = F::splat(if self.has.constant_fresnel { 0.0 } else { 1.0 / 21.0 });
+            let white = Color::grey(F::one());
+            return Reflectance { dielectric: p.f0.mix(p.f90, part), metal: p.metal.mix(white, part) };
+        }
+        let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
+        let mut weights = F::zero();
+        for (cos, weight) in NODES {
+            let own = albedo::directional(F::splat(cos), p.roughness, mask);
+            let weight = own.whole() * F::splat(weight);
+            sum = sum.plus(self.under_film(&own).times(weight));
+            weights = weights + weight;
+        }
+        sum.times(F::one() / weights.max(F::splat(1e-6)))
+    }
+
+    /// Of light that the microfacets do not give back at once, the part that they do later: the
+    /// series of all further bounces, for a mean reflectance over the hemisphere.
+    #[inline(always)]
+    fn further(&self, average: Color<F>) -> Color<F> {
+        let lost = F::one() - self.mean.whole();
+        (average * average * self.mean.whole()).over((average * lost).complement())
+    }
+
+    /// What the mirror lobe of what is no metal, with all its bounces, leaves to what lies below it,
+    /// for a direction of that albedo.
+    #[inline(always)]
+    pub(super) fn left_by(&self, own: &Albedo<F>) -> Color<F> {
+        self.rest(self.singly(own).dielectric, own).clamp(0.0, 1.0)
+    }
+
+    #[inline(always)]
+    fn rest(&self, once: Color<F>, own: &Albedo<F>) -> Color<F> {
+        (once + self.dielectric * (F::one() - own.whole())).complement()
+    }
+}
+
+/// Reflectances with a film, which are needed in many places.
+struct Covered<F: Float> {
+    film: Film<F>,
+    cos: F,
+    bare: Reflectance<F>,
+    metallic: bool,
+}
+
+impl<F: Float> Part for Covered<F> {
+    type Output = Reflectance<F>;
+    #[inline(always)]
+    fn run(self) -> Reflectance<F> {
+        let Self { film, cos, bare: Reflectance { dielectric, metal }, metallic } = self;
+        let seen = Interference::new(&film, cos);
+        let covered = dielectric.mix(seen.over(dielectric), film.weight);
+        if !metallic {
+            return Reflectance { dielectric: covered, metal };
+        }
+        Reflectance { dielectric: covered, metal: metal.mix(seen.over(metal), film.weight) }
+    }
+}
+
+/// The mean of Schlick's term over the microfacets, and the cosine at which it has that.
+#[inline(always)]
+fn mean_angle<F: Float>(own: &Albedo<F>) -> (F, F) {
+    let part = own.grazing / own.whole().max(F::splat(1e-6));
+    (part, F::one() - pow(part.clamp(0.0, 1.0), F::splat(0.2)))
+}
+
+/// Schlick's approximation of Fresnel's equations (1994).
+#[inline(always)]
+pub(super) fn schlick<F: Float>(f0: Color<F>, f90: Color<F>, cos: F) -> Color<F> {
+    let c = F::one() - cos.min(F::one());
+    let c2 = c * c;
+    f0.mix(f90, c2 * c2 * c)
+}
