@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::aov::AovName;
 use crate::bvh::Coherence;
 use crate::film::Region;
 use crate::formats::LoadOptions;
@@ -158,6 +159,9 @@ pub struct Render {
     /// Stops of exposure of PNG files, such as -1.5
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_exposure)]
     pub exposure: Option<f32>,
+    /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
+    pub aov: Vec<AovName>,
     /// Bits a channel of PNG files
     #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
     pub bits: u8,
@@ -203,6 +207,9 @@ impl Render {
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
         settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
+        if !self.aov.is_empty() {
+            settings.aov = super::aov::list(&self.aov);
+        }
     }
 }
 

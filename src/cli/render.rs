@@ -1,5 +1,6 @@
 //! `rayfront SCENE`: load, compile, render, save.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -7,15 +8,16 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::aov;
 use super::args::Render;
 use super::report::{Phases, Report};
 use super::{Failure, usage};
 use crate::film::tonemap::DisplayTransform;
-use crate::film::{PixelSum, Region};
+use crate::film::{Features, PixelSum, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::math::Rgb;
 use crate::render::{Options, Session};
-use crate::world::Settings;
+use crate::world::{Aov, Settings};
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
@@ -50,6 +52,9 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
         scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     let settings = world.settings.clone();
+    let outputs = &aov::with_file(outputs, &settings.aov)[..];
+    outputs.iter().try_for_each(|path| supported(path))?;
+    let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     // Compiled: large meshes need not stay twice.
     drop(world);
 
@@ -62,7 +67,7 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
 
     let start = Instant::now();
-    write(&session, &settings, arguments, outputs)?;
+    write(&session, &settings, arguments, outputs, &names)?;
     phases.save = start.elapsed();
     let report =
         Report { scene: path, outputs, session: &session, settings: &settings, options: &options, phases };
@@ -83,7 +88,11 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
     }
     let region = arguments.crop.unwrap_or(Region::whole(settings.size));
     // Sums, and the picture that is made of them.
-    let needed = region.area() as u64 * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
+    let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>();
+    if !settings.aov.is_empty() {
+        pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+    }
+    let needed = region.area() as u64 * pixel as u64;
     if let Some(available) = usage::available_memory()
         && needed > available
     {
@@ -98,6 +107,7 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
         wave: arguments.wave as usize,
         level: arguments.simd.unwrap_or(defaults.level),
         region: arguments.crop,
+        variance: settings.aov.contains(&Aov::Variance),
         ..defaults
     })
 }
@@ -135,10 +145,14 @@ fn write(
     settings: &Settings,
     arguments: &Render,
     outputs: &[PathBuf],
+    names: &HashMap<u32, String>,
 ) -> Result<(), Failure> {
     let radiance = session.film().radiance();
     let region = session.film().region();
+    let channels = session.channels(&settings.aov);
     let metadata = metadata(session, settings);
+    let manifest = aov::manifest(&channels, names, session.scene()).map(|ids| ("manifest".to_string(), ids));
+    let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
     let output = Output {
         width: region.width(),
         height: region.height(),
@@ -146,8 +160,10 @@ fn write(
         display: DisplayTransform::new(settings.tonemap, settings.exposure_ev, &radiance),
         bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
         metadata: &metadata,
+        channels: &[],
     };
-    outputs.iter().try_for_each(|path| save(path, &output))?;
+    let whole = Output { metadata: &with_manifest, channels: &channels, ..output };
+    outputs.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
     Ok(())
 }
 

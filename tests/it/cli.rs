@@ -152,6 +152,42 @@ fn parts_sizes_and_tone_curves() {
 }
 
 #[test]
+fn output_variables_go_into_an_exr() {
+    let folder = folder();
+    let here = folder.path();
+    let files = |name: &str| here.join(name).exists();
+    let out = stdout(here, &["scene.ron", "--aov", "depth,entity,material,variance"]);
+    assert!(files("scene.png") && files("scene.aov.exr"), "{out}");
+    assert!(out.contains("aov       depth, entity, material, variance as layers of scene.aov.exr"), "{out}");
+    let report = json(here, &["scene.ron", "--aov", "all", "-o", "a.exr", "-o", "b.png", "--json"]);
+    assert_eq!(report["outputs"], serde_json::json!(["a.exr", "b.png"]));
+    assert_eq!(report["aov"][8], "variance");
+    assert!(!files("a.aov.exr") && !files("b.aov.exr"));
+    let plain = json(here, &["scene.ron", "-o", "c.exr", "--json"]);
+    assert_eq!((&plain["film_hash"], &plain["aov"]), (&report["film_hash"], &serde_json::json!([])));
+    let load = |name: &str| picture::load_linear(&here.join(name)).expect(name).2;
+    assert_eq!(load("a.exr"), load("c.exr"));
+
+    let header =
+        exr::meta::MetaData::read_from_file(here.join("a.exr"), true).expect("a header").headers.remove(0);
+    let manifest = match header.own_attributes.other.get(&exr::prelude::Text::from("manifest")) {
+        Some(exr::meta::attribute::AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{other:?}"),
+    };
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    assert_eq!(manifest["entity.id"], serde_json::json!({"3": "ball", "4": "floor"}));
+    assert_eq!(manifest["material.id"], serde_json::json!({"1": "default", "2": "material 1"}));
+
+    let scene = SCENE.replace("samples: 4)", "samples: 4, aov: All)");
+    std::fs::write(here.join("scene.ron"), scene).expect("a file");
+    assert_eq!(json(here, &["scene.ron", "--json"])["aov"].as_array().map(Vec::len), Some(9));
+    let none = json(here, &["scene.ron", "--json", "--aov", "none"]);
+    assert_eq!((&none["aov"], &none["outputs"]), (&serde_json::json!([]), &serde_json::json!(["scene.png"])));
+    let error = text(&run(here, &["scene.ron", "--aov", "deep"]).stderr).to_owned();
+    assert!(error.contains("depth"), "{error}");
+}
+
+#[test]
 fn mistakes_in_scenes_are_one_line_with_the_place() {
     let folder = folder();
     let here = folder.path();

@@ -2,7 +2,7 @@
 
 use super::Written;
 use super::number::{Keys, color, number, same};
-use crate::world::{Background, PixelFilter, Settings};
+use crate::world::{Aov, Background, PixelFilter, Settings};
 
 pub(super) fn settings(settings: &Settings) -> Written {
     let Settings {
@@ -22,6 +22,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         tonemap,
         exposure_ev,
         build_quality,
+        aov,
     } = settings;
     let default = Settings::default();
     let mut keys = Keys::default();
@@ -56,6 +57,9 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(is_default, "exposure_ev", || number(*exposure_ev))?;
     let is_default = *build_quality == default.build_quality;
     keys.push_unless(is_default, "build_quality", || Ok(format!("{build_quality:?}")))?;
+    keys.push_unless(aov.is_empty(), "aov", || {
+        Ok(if aov[..] == Aov::ALL { "All".to_owned() } else { format!("{aov:?}") })
+    })?;
     Ok(keys.finish(""))
 }
 
