@@ -12,6 +12,7 @@ use super::aov;
 use super::args::Render;
 use super::report::{Phases, Report};
 use super::{Failure, usage};
+use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Features, PixelSum, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
@@ -67,10 +68,10 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
 
     let start = Instant::now();
-    write(&session, &settings, arguments, outputs, &names)?;
+    let exposure_ev = write(&session, &settings, arguments, outputs, &names)?;
     phases.save = start.elapsed();
-    let report =
-        Report { scene: path, outputs, session: &session, settings: &settings, options: &options, phases };
+    let (session, settings, options) = (&session, &settings, &options);
+    let report = Report { scene: path, outputs, session, settings, options, exposure_ev, phases };
     if arguments.json {
         println!("{}", report.json());
     } else if !arguments.quiet {
@@ -140,35 +141,38 @@ fn progress_bar(session: &Session) -> ProgressBar {
     bar
 }
 
+/// Saves the images; returns the stops by which they are exposed.
 fn write(
     session: &Session,
     settings: &Settings,
     arguments: &Render,
     outputs: &[PathBuf],
     names: &HashMap<u32, String>,
-) -> Result<(), Failure> {
+) -> Result<f32, Failure> {
     let radiance = session.film().radiance();
+    let own_ev = if settings.auto_exposure { automatic_ev(&radiance) } else { 0.0 };
+    let exposure_ev = own_ev + settings.exposure_ev;
     let region = session.film().region();
     let channels = session.channels(&settings.aov);
-    let metadata = metadata(session, settings);
+    let metadata = metadata(session, settings, exposure_ev);
     let manifest = aov::manifest(&channels, names, session.scene()).map(|ids| ("manifest".to_string(), ids));
     let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
     let output = Output {
         width: region.width(),
         height: region.height(),
         radiance: &radiance,
-        display: DisplayTransform::new(settings.tonemap, settings.exposure_ev, &radiance),
+        display: DisplayTransform::new(settings.tonemap, exposure_ev, &radiance),
         bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
         metadata: &metadata,
         channels: &[],
     };
     let whole = Output { metadata: &with_manifest, channels: &channels, ..output };
     outputs.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
-    Ok(())
+    Ok(exposure_ev)
 }
 
 /// What an image says about itself: enough to render it again.
-fn metadata(session: &Session, settings: &Settings) -> Vec<(String, String)> {
+fn metadata(session: &Session, settings: &Settings, exposure_ev: f32) -> Vec<(String, String)> {
     let entry = |key: &str, value: String| (key.to_string(), value);
     let (done, asked) = session.samples_done();
     let [width, height] = settings.size;
@@ -183,7 +187,7 @@ fn metadata(session: &Session, settings: &Settings) -> Vec<(String, String)> {
         entry("filter", format!("{:?}", settings.filter)),
         entry("pixel_pattern", format!("{:?}", settings.pixel_pattern)),
         entry("tonemap", format!("{:?}", settings.tonemap)),
-        entry("exposure_ev", settings.exposure_ev.to_string()),
+        entry("exposure_ev", exposure_ev.to_string()),
         entry("film_hash", format!("{:032x}", session.film().hash())),
     ]
 }

@@ -43,6 +43,8 @@ pub struct Report<'a> {
     pub settings: &'a Settings,
     /// How it was rendered.
     pub options: &'a Options,
+    /// Stops by which PNG files are exposed, whoever chose them.
+    pub exposure_ev: f32,
     /// How long it took.
     pub phases: Phases,
 }
@@ -81,6 +83,11 @@ impl Report<'_> {
         };
         for output in self.outputs {
             line(&mut out, "image", output.display().to_string());
+        }
+        if self.settings.auto_exposure {
+            // Of a hundredth of a stop, unless the scene adds something of its own.
+            let ev = self.exposure_ev;
+            line(&mut out, "exposure", format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}"));
         }
         if !self.settings.aov.is_empty() {
             let files = self.outputs.iter().filter(|path| aov::holds(path));
@@ -153,6 +160,7 @@ impl Report<'_> {
             "scene": self.scene,
             "outputs": self.outputs,
             "aov": self.aov_names(),
+            "exposure_ev": self.exposure_ev,
             "size": self.settings.size,
             "region": [region.x0, region.y0, region.x1, region.y1],
             "samples": done,

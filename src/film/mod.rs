@@ -1,6 +1,7 @@
 //! Samples to pixels with exact sums, and pixels to what a screen shows.
 
 pub mod channel;
+pub mod exposure;
 pub mod features;
 pub mod metrics;
 pub mod moments;

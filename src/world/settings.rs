@@ -42,6 +42,8 @@ pub struct Settings {
     pub tonemap: Tonemap,
     /// Stops: radiance is multiplied by 2^exposure before the tone curve.
     pub exposure_ev: f32,
+    /// Whether the image chooses its exposure, to which `exposure_ev` is added.
+    pub auto_exposure: bool,
     /// How much work goes into the acceleration structure.
     pub build_quality: BuildQuality,
     /// What else the image holds than light, each once.
@@ -66,6 +68,7 @@ impl Default for Settings {
             ambient: Rgb::BLACK,
             tonemap: Tonemap::default(),
             exposure_ev: 0.0,
+            auto_exposure: false,
             build_quality: BuildQuality::Default,
             aov: Vec::new(),
         }

@@ -188,6 +188,34 @@ fn output_variables_go_into_an_exr() {
 }
 
 #[test]
+fn an_exposure_that_the_image_chooses_can_be_kept() {
+    let folder = folder();
+    let here = folder.path();
+    let flat = "(settings: (size: (4, 4), samples: 1, background: 720), entities: [(camera: Pinhole())])";
+    std::fs::write(here.join("flat.ron"), flat).expect("a file");
+    let report = json(here, &["flat.ron", "--exposure", "auto", "--json", "-q"]);
+    assert_eq!(report["exposure_ev"].as_f64(), Some(f64::from(-11.97f32)), "log2(0.18 / 720)");
+    let grey = picture::load_linear(&here.join("flat.png")).expect("a picture").2[5].g;
+    assert!((grey - 0.18).abs() < 0.003, "{grey}");
+
+    let pixels = |more: &[&str]| {
+        let out = stdout(here, &[&["scene.ron", "-o", "a.png"][..], more].concat());
+        (out, picture::load_linear(&here.join("a.png")).expect("a picture").2)
+    };
+    let (out, auto) = pixels(&["--exposure", "auto"]);
+    let line = out.lines().find(|line| line.starts_with("exposure")).expect("a line about it");
+    let chosen = line.rsplit(' ').next().expect("a number");
+    assert!(chosen.parse::<f32>().is_ok_and(|ev| ev != 0.0), "{line}");
+    assert_eq!(pixels(&["--exposure", chosen]).1, auto, "{line}");
+    assert!(!pixels(&["--exposure", "0"]).0.contains("exposure"));
+    let brighter = SCENE.replace("samples: 4)", "samples: 4, exposure: Auto, exposure_ev: 1)");
+    std::fs::write(here.join("scene.ron"), brighter).expect("a file");
+    let by_scene = json(here, &["scene.ron", "--json"])["exposure_ev"].as_f64().expect("a number");
+    assert!((by_scene - chosen.parse::<f64>().expect("a number") - 1.0).abs() < 1e-5);
+    assert_eq!(pixels(&["--exposure", "auto"]).1, auto, "the command line says it all");
+}
+
+#[test]
 fn mistakes_in_scenes_are_one_line_with_the_place() {
     let folder = folder();
     let here = folder.path();

@@ -33,6 +33,9 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
 const BUILD_QUALITIES: &[(&str, BuildQuality)] =
     &[("Fast", BuildQuality::Fast), ("Default", BuildQuality::Default), ("High", BuildQuality::High)];
 
+/// Whether the image chooses.
+const EXPOSURES: &[(&str, bool)] = &[("Fixed", false), ("Auto", true)];
+
 const AOVS: &[(&str, Aov)] = &[
     ("Depth", Aov::Depth),
     ("Normal", Aov::Normal),
@@ -97,6 +100,9 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     }
     if let Some(raw) = read.exposure_ev {
         settings.exposure_ev = source.number(raw)?;
+    }
+    if let Some(raw) = read.exposure {
+        settings.auto_exposure = source.choice(raw, "kind of exposure", EXPOSURES)?;
     }
     if let Some(raw) = read.build_quality {
         settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;

@@ -30,6 +30,7 @@ fn settings_are_read_and_default() {
             sampler: Sampler::Independent,
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
+            auto_exposure: true,
             build_quality: BuildQuality::High,
             aov: vec![Aov::Normal, Aov::Depth],
         }

@@ -21,6 +21,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         ambient,
         tonemap,
         exposure_ev,
+        auto_exposure,
         build_quality,
         aov,
     } = settings;
@@ -55,6 +56,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(*tonemap == default.tonemap, "tonemap", || Ok(format!("{tonemap:?}")))?;
     let is_default = same(&[*exposure_ev], &[default.exposure_ev]);
     keys.push_unless(is_default, "exposure_ev", || number(*exposure_ev))?;
+    keys.push_unless(!auto_exposure, "exposure", || Ok("Auto".to_owned()))?;
     let is_default = *build_quality == default.build_quality;
     keys.push_unless(is_default, "build_quality", || Ok(format!("{build_quality:?}")))?;
     keys.push_unless(aov.is_empty(), "aov", || {
