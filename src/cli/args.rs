@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::aov::AovName;
 use crate::bvh::Coherence;
 use crate::film::Region;
 use crate::formats::LoadOptions;
@@ -155,9 +156,12 @@ pub struct Render {
     /// Tone curve of PNG files
     #[arg(long, value_enum)]
     pub tonemap: Option<TonemapName>,
-    /// Stops of exposure of PNG files, such as -1.5
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_exposure)]
-    pub exposure: Option<f32>,
+    /// Stops of exposure of PNG files, such as -1.5, or auto: chosen by the image, and printed
+    #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = parse_exposure_or_auto)]
+    pub exposure: Option<Exposure>,
+    /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
+    pub aov: Vec<AovName>,
     /// Bits a channel of PNG files
     #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
     pub bits: u8,
@@ -198,12 +202,29 @@ impl Render {
         set(&mut settings.max_depth, self.depth);
         settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
-        settings.exposure_ev = self.exposure.unwrap_or(settings.exposure_ev);
+        if let Some(exposure) = self.exposure {
+            (settings.auto_exposure, settings.exposure_ev) = match exposure {
+                Exposure::Auto => (true, 0.0),
+                Exposure::Stops(stops) => (false, stops),
+            };
+        }
         settings.transport = self.transport.map_or(settings.transport, Into::into);
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
         settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
+        if !self.aov.is_empty() {
+            settings.aov = super::aov::list(&self.aov);
+        }
     }
+}
+
+/// What `--exposure` can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Chosen by the image.
+    Auto,
+    /// Radiance is multiplied by two to the power of them.
+    Stops(f32),
 }
 
 /// Names of [`Transport`].
@@ -356,6 +377,13 @@ pub(super) fn parse_exposure(text: &str) -> Result<f32, String> {
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
 }
 
+fn parse_exposure_or_auto(text: &str) -> Result<Exposure, String> {
+    if text.eq_ignore_ascii_case("auto") {
+        return Ok(Exposure::Auto);
+    }
+    parse_exposure(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto"))
+}
+
 fn parse_time(text: &str) -> Result<f32, String> {
     let seconds = text.parse().ok().filter(|s: &f32| s.is_finite());
     seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
@@ -388,6 +416,9 @@ mod tests {
         assert!(parse_size("0x5").is_err() && parse_size("70000x5").is_err() && parse_size("12").is_err());
         assert!(parse_crop("1,2,3,4").is_ok());
         assert!(parse_crop("3,2,3,4").is_err() && parse_crop("1,2,3").is_err());
+        assert_eq!(parse_exposure_or_auto("auto"), Ok(Exposure::Auto));
+        assert_eq!(parse_exposure_or_auto("-2"), Ok(Exposure::Stops(-2.0)));
+        assert!(parse_exposure_or_auto("automatic").is_err_and(|reason| reason.ends_with(", or auto")));
         assert!(parse_exposure("nan").is_err() && parse_exposure("-1.5") == Ok(-1.5));
     }
 }

@@ -120,7 +120,7 @@ fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &Comparison)
     let colors: Vec<Rgb> = comparison.flip.iter().map(|error| colormap::color(*error)).collect();
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &colors);
     let bits = PngBits::Eight;
-    Ok(save(path, &Output { width, height, radiance: &colors, display, bits, metadata: &[] })?)
+    Ok(save(path, &Output { width, height, radiance: &colors, display, bits, metadata: &[], channels: &[] })?)
 }
 
 /// Something that was asked of the images.

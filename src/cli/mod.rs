@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 a file or scene is at fault (one line on stderr), 2 the command
 //! line is, 130 interrupted (what there was has been saved).
 
+mod aov;
 mod args;
 mod compare;
 mod explain;

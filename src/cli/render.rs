@@ -1,5 +1,6 @@
 //! `rayfront SCENE`: load, compile, render, save.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -7,15 +8,17 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::aov;
 use super::args::Render;
 use super::report::{Phases, Report};
 use super::{Failure, usage};
+use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
-use crate::film::{PixelSum, Region};
+use crate::film::{Features, PixelSum, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::math::Rgb;
 use crate::render::{Options, Session};
-use crate::world::Settings;
+use crate::world::{Aov, Settings};
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
@@ -50,6 +53,9 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
         scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     let settings = world.settings.clone();
+    let outputs = &aov::with_file(outputs, &settings.aov)[..];
+    outputs.iter().try_for_each(|path| supported(path))?;
+    let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     // Compiled: large meshes need not stay twice.
     drop(world);
 
@@ -62,10 +68,10 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
 
     let start = Instant::now();
-    write(&session, &settings, arguments, outputs)?;
+    let exposure_ev = write(&session, &settings, arguments, outputs, &names)?;
     phases.save = start.elapsed();
-    let report =
-        Report { scene: path, outputs, session: &session, settings: &settings, options: &options, phases };
+    let (session, settings, options) = (&session, &settings, &options);
+    let report = Report { scene: path, outputs, session, settings, options, exposure_ev, phases };
     if arguments.json {
         println!("{}", report.json());
     } else if !arguments.quiet {
@@ -83,7 +89,11 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
     }
     let region = arguments.crop.unwrap_or(Region::whole(settings.size));
     // Sums, and the picture that is made of them.
-    let needed = region.area() as u64 * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
+    let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>();
+    if !settings.aov.is_empty() {
+        pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+    }
+    let needed = region.area() as u64 * pixel as u64;
     if let Some(available) = usage::available_memory()
         && needed > available
     {
@@ -98,6 +108,7 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
         wave: arguments.wave as usize,
         level: arguments.simd.unwrap_or(defaults.level),
         region: arguments.crop,
+        variance: settings.aov.contains(&Aov::Variance),
         ..defaults
     })
 }
@@ -130,29 +141,38 @@ fn progress_bar(session: &Session) -> ProgressBar {
     bar
 }
 
+/// Saves the images; returns the stops by which they are exposed.
 fn write(
     session: &Session,
     settings: &Settings,
     arguments: &Render,
     outputs: &[PathBuf],
-) -> Result<(), Failure> {
+    names: &HashMap<u32, String>,
+) -> Result<f32, Failure> {
     let radiance = session.film().radiance();
+    let own_ev = if settings.auto_exposure { automatic_ev(&radiance) } else { 0.0 };
+    let exposure_ev = own_ev + settings.exposure_ev;
     let region = session.film().region();
-    let metadata = metadata(session, settings);
+    let channels = session.channels(&settings.aov);
+    let metadata = metadata(session, settings, exposure_ev);
+    let manifest = aov::manifest(&channels, names, session.scene()).map(|ids| ("manifest".to_string(), ids));
+    let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
     let output = Output {
         width: region.width(),
         height: region.height(),
         radiance: &radiance,
-        display: DisplayTransform::new(settings.tonemap, settings.exposure_ev, &radiance),
+        display: DisplayTransform::new(settings.tonemap, exposure_ev, &radiance),
         bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
         metadata: &metadata,
+        channels: &[],
     };
-    outputs.iter().try_for_each(|path| save(path, &output))?;
-    Ok(())
+    let whole = Output { metadata: &with_manifest, channels: &channels, ..output };
+    outputs.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
+    Ok(exposure_ev)
 }
 
 /// What an image says about itself: enough to render it again.
-fn metadata(session: &Session, settings: &Settings) -> Vec<(String, String)> {
+fn metadata(session: &Session, settings: &Settings, exposure_ev: f32) -> Vec<(String, String)> {
     let entry = |key: &str, value: String| (key.to_string(), value);
     let (done, asked) = session.samples_done();
     let [width, height] = settings.size;
@@ -167,7 +187,7 @@ fn metadata(session: &Session, settings: &Settings) -> Vec<(String, String)> {
         entry("filter", format!("{:?}", settings.filter)),
         entry("pixel_pattern", format!("{:?}", settings.pixel_pattern)),
         entry("tonemap", format!("{:?}", settings.tonemap)),
-        entry("exposure_ev", settings.exposure_ev.to_string()),
+        entry("exposure_ev", exposure_ev.to_string()),
         entry("film_hash", format!("{:032x}", session.film().hash())),
     ]
 }

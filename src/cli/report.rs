@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use super::usage;
+use super::{aov, usage};
 use crate::integrator::{Schedule, Stage};
 use crate::render::{Options, Session};
 use crate::world::Settings;
@@ -43,6 +43,8 @@ pub struct Report<'a> {
     pub settings: &'a Settings,
     /// How it was rendered.
     pub options: &'a Options,
+    /// Stops by which PNG files are exposed, whoever chose them.
+    pub exposure_ev: f32,
     /// How long it took.
     pub phases: Phases,
 }
@@ -66,6 +68,10 @@ impl Report<'_> {
         [sum(0), sum(1), sum(2)].map(|sum| sum / pixels.len().max(1) as f64)
     }
 
+    fn aov_names(&self) -> Vec<String> {
+        self.settings.aov.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect()
+    }
+
     /// A few lines for people.
     pub fn text(&self) -> String {
         let rays = &self.session.statistics().rays;
@@ -77,6 +83,17 @@ impl Report<'_> {
         };
         for output in self.outputs {
             line(&mut out, "image", output.display().to_string());
+        }
+        if self.settings.auto_exposure {
+            // Of a hundredth of a stop, unless the scene adds something of its own.
+            let ev = self.exposure_ev;
+            line(&mut out, "exposure", format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}"));
+        }
+        if !self.settings.aov.is_empty() {
+            let files = self.outputs.iter().filter(|path| aov::holds(path));
+            let files: Vec<_> = files.map(|path| path.display().to_string()).collect();
+            let names = self.aov_names().join(", ");
+            line(&mut out, "aov", format!("{names} as layers of {}", files.join(", ")));
         }
         let seconds = |d: Duration| format!("{:.2} s", d.as_secs_f64());
         line(
@@ -142,6 +159,8 @@ impl Report<'_> {
             "version": env!("CARGO_PKG_VERSION"),
             "scene": self.scene,
             "outputs": self.outputs,
+            "aov": self.aov_names(),
+            "exposure_ev": self.exposure_ev,
             "size": self.settings.size,
             "region": [region.x0, region.y0, region.x1, region.y1],
             "samples": done,

@@ -73,7 +73,8 @@ fn describe(way: &Way) -> String {
 /// A table of the films' hashes and, where they differ, what happened.
 fn text(arguments: &Verify, found: &Verification) -> String {
     let [width, height] = arguments.size;
-    let expected = found.outcomes[0].hash;
+    let first = &found.outcomes[0];
+    let expected = first.hash;
     let mut lines = vec![
         format!("scene      {}, {width}x{height}, {} spp", arguments.scene.display(), arguments.spp),
         format!("film       {expected:032x}"),
@@ -86,18 +87,21 @@ fn text(arguments: &Verify, found: &Verification) -> String {
             let columns: String = row.iter().map(|cell| format!("{:>12}", schedule(&cell.way))).collect();
             lines.push(format!("{:22}{columns}", ""));
         }
-        let cell = |hash: u128| {
-            let mark = if hash == expected { ' ' } else { '≠' };
-            format!("  {mark}{:09x}", hash >> 92)
+        let cell = |outcome: &verify::Outcome| {
+            let mark = if outcome.equals(first) { ' ' } else { '≠' };
+            format!("  {mark}{:09x}", outcome.hash >> 92)
         };
-        let cells: String = row.iter().map(|outcome| cell(outcome.hash)).collect();
+        let cells: String = row.iter().map(cell).collect();
         lines.push(format!("{:10}{:12}{cells}", row[0].way.level.name(), threads(&row[0].way)));
     }
     lines.push(String::new());
     lines.push(match found.mismatches() {
-        0 => format!("{} films, all equal", found.outcomes.len()),
+        0 => format!("{} films, all equal, and their depths, normals and ids", found.outcomes.len()),
         some => format!("{some} of {} films differ from the first", found.outcomes.len()),
     });
+    for outcome in found.outcomes.iter().filter(|o| o.hash == expected && !o.equals(first)) {
+        lines.push(format!("depths, normals or ids differ: {}", describe(&outcome.way)));
+    }
     if let Some(difference) = &found.difference {
         lines.extend(tell(difference));
     }
@@ -170,6 +174,7 @@ fn json(arguments: &Verify, found: &Verification) -> Value {
         .map(|outcome| {
             let mut way = way_json(&outcome.way);
             way["film_hash"] = format!("{:032x}", outcome.hash).into();
+            way["features_hash"] = format!("{:032x}", outcome.features).into();
             way
         })
         .collect();

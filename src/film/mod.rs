@@ -1,9 +1,16 @@
 //! Samples to pixels with exact sums, and pixels to what a screen shows.
 
+pub mod channel;
+pub mod exposure;
+pub mod features;
 pub mod metrics;
+pub mod moments;
 pub mod tonemap;
 
 use crate::math::Rgb;
+pub use channel::{Channel, Values};
+pub use features::{Features, FirstHit, Gathering};
+pub use moments::Moments;
 
 /// Sums are whole multiples of this radiance: integers add up to the same in any order.
 pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;

@@ -169,7 +169,7 @@ pub fn hit<F: Float>(
 
 /// Lanes in which the surface is not there.
 #[inline(always)]
-fn passing<F: Float>(
+pub(super) fn passing<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     hit: &HitLanes<F>,

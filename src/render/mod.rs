@@ -27,6 +27,8 @@
 //! # Ok::<(), rayfront::error::CompileError>(())
 //! ```
 
+mod aov;
+
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -34,7 +36,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::film::{Film, Region};
+use crate::film::{Film, Moments, Region};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
 use crate::integrator::wavefront::Wave;
 use crate::integrator::{Frame, Schedule, Sorting, Stage, Statistics, Worker};
@@ -60,6 +62,8 @@ pub struct Options {
     pub region: Option<Region>,
     /// Width and height of a tile in pixels.
     pub tile: u32,
+    /// Whether the variance of pixels is wanted, for which samples are rendered one by one.
+    pub variance: bool,
 }
 
 impl Default for Options {
@@ -71,6 +75,7 @@ impl Default for Options {
             level: Level::detect(),
             region: None,
             tile: 64,
+            variance: false,
         }
     }
 }
@@ -80,6 +85,8 @@ pub struct Session {
     frame: Arc<Frame>,
     options: Options,
     film: Film,
+    /// Where variance is wanted.
+    moments: Option<Moments>,
     statistics: Statistics,
     workers: Mutex<Vec<Worker>>,
     /// Samples to render, and how many of them are done.
@@ -118,6 +125,7 @@ impl Session {
             frame,
             options,
             film: Film::new(region),
+            moments: options.variance.then(|| Moments::new(region)),
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
             samples: 0..samples,
@@ -148,6 +156,7 @@ impl Session {
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
         let tiles = self.tiles();
         let (film, statistics) = (Mutex::new(&mut self.film), Mutex::new(&mut self.statistics));
+        let moments = self.moments.as_mut().map(Mutex::new);
         tiles.into_par_iter().for_each(|tile| {
             if stop.load(Ordering::Relaxed) {
                 return;
@@ -156,7 +165,16 @@ impl Session {
             let mut worker = lock(workers)
                 .pop()
                 .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
-            let rendered = worker.render(frame, options.level, tile, samples.clone(), &mut own);
+            let rendered = match &moments {
+                None => worker.render(frame, options.level, tile, samples.clone(), &mut own),
+                Some(moments) => {
+                    let mut squares = Moments::new(tile);
+                    let range = samples.clone();
+                    let film = one_by_one(&mut worker, frame, options, tile, range, &mut own, &mut squares);
+                    lock(moments).merge(&squares);
+                    film
+                }
+            };
             lock(workers).push(worker);
             lock(&film).merge(&rendered);
             lock(&statistics).add(&own);
@@ -165,6 +183,11 @@ impl Session {
         if !stop.load(Ordering::Relaxed) {
             self.next = end;
         }
+    }
+
+    /// Squares of samples, where [`Options::variance`] asks for them.
+    pub fn moments(&self) -> Option<&Moments> {
+        self.moments.as_ref()
     }
 
     /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
@@ -251,6 +274,25 @@ impl Session {
     pub fn samples_done(&self) -> (u32, u32) {
         (self.next - self.samples.start, self.samples.len() as u32)
     }
+}
+
+/// A film for each sample is what tells samples apart that arrive in several parts.
+fn one_by_one(
+    worker: &mut Worker,
+    frame: &Frame,
+    options: &Options,
+    tile: Region,
+    samples: Range<u32>,
+    statistics: &mut Statistics,
+    squares: &mut Moments,
+) -> Film {
+    let mut film = Film::new(tile);
+    for sample in samples {
+        let one = worker.render(frame, options.level, tile, sample..sample + 1, statistics);
+        squares.add_sample(&one);
+        film.merge(&one);
+    }
+    film
 }
 
 /// Does something on as many threads, 0 for one for each core; sessions in it use all of them.

@@ -42,8 +42,12 @@ pub struct Settings {
     pub tonemap: Tonemap,
     /// Stops: radiance is multiplied by 2^exposure before the tone curve.
     pub exposure_ev: f32,
+    /// Whether the image chooses its exposure, to which `exposure_ev` is added.
+    pub auto_exposure: bool,
     /// How much work goes into the acceleration structure.
     pub build_quality: BuildQuality,
+    /// What else the image holds than light, each once.
+    pub aov: Vec<Aov>,
 }
 
 impl Default for Settings {
@@ -64,9 +68,50 @@ impl Default for Settings {
             ambient: Rgb::BLACK,
             tonemap: Tonemap::default(),
             exposure_ev: 0.0,
+            auto_exposure: false,
             build_quality: BuildQuality::Default,
+            aov: Vec::new(),
         }
     }
+}
+
+/// What a pixel can tell besides its light: an arbitrary output variable. Means are over what the
+/// pixel's samples hit first, behind what is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aov {
+    /// Distance from the camera along its axis, in metres.
+    Depth,
+    /// Shading normal on the viewer's side, in world space.
+    Normal,
+    /// Base colour; of the classic model its diffuse colour.
+    Albedo,
+    /// In world space, in metres.
+    Position,
+    /// Which entity most samples hit.
+    Entity,
+    /// Which material most samples hit.
+    Material,
+    /// The part of the samples that hit anything.
+    Coverage,
+    /// How many samples there are.
+    Samples,
+    /// Variance of the pixel's value, estimated.
+    Variance,
+}
+
+impl Aov {
+    /// All that there are.
+    pub const ALL: [Aov; 9] = [
+        Aov::Depth,
+        Aov::Normal,
+        Aov::Albedo,
+        Aov::Position,
+        Aov::Entity,
+        Aov::Material,
+        Aov::Coverage,
+        Aov::Samples,
+        Aov::Variance,
+    ];
 }
 
 /// How light travels.

@@ -12,7 +12,7 @@ use crate::support;
 
 /// Every kind of shape, flat and smooth, once and several times, mirrored and stretched,
 /// under lights without a surface.
-const SHAPES: &str = r#"(
+pub const SHAPES: &str = r#"(
     settings: (size: (24, 18), samples: 4, background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9)), ambient: 0.02),
     materials: {
         "paper": (diffuse: Image("noise.png"), specular: 0.2, shininess: 40),
@@ -42,7 +42,7 @@ const SHAPES: &str = r#"(
 )"#;
 
 /// Glass within glass within glass, beneath a water surface that reflects totally, deep.
-const GLASS: &str = r#"(
+pub const GLASS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 256, min_throughput: 0.004, filter: Gaussian(radius: 1.2),
                background: Gradient(bottom: (0.9, 0.4, 0.1), top: (0.1, 0.3, 0.9))),
     materials: {
@@ -65,7 +65,7 @@ const GLASS: &str = r#"(
 )"#;
 
 /// Facing mirrors with textured weights, through a lens, under two area lights of several samples.
-const MIRRORS: &str = r#"(
+pub const MIRRORS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 20, filter: Tent(radius: 1.25)),
     materials: {
         "mirror": (diffuse: 0.05, kr: Texture(image: "floats.hdr", filter: Nearest, factor: (0.6, 0.6, 0.45))),

@@ -152,6 +152,70 @@ fn parts_sizes_and_tone_curves() {
 }
 
 #[test]
+fn output_variables_go_into_an_exr() {
+    let folder = folder();
+    let here = folder.path();
+    let files = |name: &str| here.join(name).exists();
+    let out = stdout(here, &["scene.ron", "--aov", "depth,entity,material,variance"]);
+    assert!(files("scene.png") && files("scene.aov.exr"), "{out}");
+    assert!(out.contains("aov       depth, entity, material, variance as layers of scene.aov.exr"), "{out}");
+    let report = json(here, &["scene.ron", "--aov", "all", "-o", "a.exr", "-o", "b.png", "--json"]);
+    assert_eq!(report["outputs"], serde_json::json!(["a.exr", "b.png"]));
+    assert_eq!(report["aov"][8], "variance");
+    assert!(!files("a.aov.exr") && !files("b.aov.exr"));
+    let plain = json(here, &["scene.ron", "-o", "c.exr", "--json"]);
+    assert_eq!((&plain["film_hash"], &plain["aov"]), (&report["film_hash"], &serde_json::json!([])));
+    let load = |name: &str| picture::load_linear(&here.join(name)).expect(name).2;
+    assert_eq!(load("a.exr"), load("c.exr"));
+
+    let header =
+        exr::meta::MetaData::read_from_file(here.join("a.exr"), true).expect("a header").headers.remove(0);
+    let manifest = match header.own_attributes.other.get(&exr::prelude::Text::from("manifest")) {
+        Some(exr::meta::attribute::AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{other:?}"),
+    };
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    assert_eq!(manifest["entity.id"], serde_json::json!({"3": "ball", "4": "floor"}));
+    assert_eq!(manifest["material.id"], serde_json::json!({"1": "default", "2": "material 1"}));
+
+    let scene = SCENE.replace("samples: 4)", "samples: 4, aov: All)");
+    std::fs::write(here.join("scene.ron"), scene).expect("a file");
+    assert_eq!(json(here, &["scene.ron", "--json"])["aov"].as_array().map(Vec::len), Some(9));
+    let none = json(here, &["scene.ron", "--json", "--aov", "none"]);
+    assert_eq!((&none["aov"], &none["outputs"]), (&serde_json::json!([]), &serde_json::json!(["scene.png"])));
+    let error = text(&run(here, &["scene.ron", "--aov", "deep"]).stderr).to_owned();
+    assert!(error.contains("depth"), "{error}");
+}
+
+#[test]
+fn an_exposure_that_the_image_chooses_can_be_kept() {
+    let folder = folder();
+    let here = folder.path();
+    let flat = "(settings: (size: (4, 4), samples: 1, background: 720), entities: [(camera: Pinhole())])";
+    std::fs::write(here.join("flat.ron"), flat).expect("a file");
+    let report = json(here, &["flat.ron", "--exposure", "auto", "--json", "-q"]);
+    assert_eq!(report["exposure_ev"].as_f64(), Some(f64::from(-11.97f32)), "log2(0.18 / 720)");
+    let grey = picture::load_linear(&here.join("flat.png")).expect("a picture").2[5].g;
+    assert!((grey - 0.18).abs() < 0.003, "{grey}");
+
+    let pixels = |more: &[&str]| {
+        let out = stdout(here, &[&["scene.ron", "-o", "a.png"][..], more].concat());
+        (out, picture::load_linear(&here.join("a.png")).expect("a picture").2)
+    };
+    let (out, auto) = pixels(&["--exposure", "auto"]);
+    let line = out.lines().find(|line| line.starts_with("exposure")).expect("a line about it");
+    let chosen = line.rsplit(' ').next().expect("a number");
+    assert!(chosen.parse::<f32>().is_ok_and(|ev| ev != 0.0), "{line}");
+    assert_eq!(pixels(&["--exposure", chosen]).1, auto, "{line}");
+    assert!(!pixels(&["--exposure", "0"]).0.contains("exposure"));
+    let brighter = SCENE.replace("samples: 4)", "samples: 4, exposure: Auto, exposure_ev: 1)");
+    std::fs::write(here.join("scene.ron"), brighter).expect("a file");
+    let by_scene = json(here, &["scene.ron", "--json"])["exposure_ev"].as_f64().expect("a number");
+    assert!((by_scene - chosen.parse::<f64>().expect("a number") - 1.0).abs() < 1e-5);
+    assert_eq!(pixels(&["--exposure", "auto"]).1, auto, "the command line says it all");
+}
+
+#[test]
 fn mistakes_in_scenes_are_one_line_with_the_place() {
     let folder = folder();
     let here = folder.path();

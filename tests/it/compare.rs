@@ -12,7 +12,8 @@ fn save(path: &Path, width: u32, pixels: &[Rgb]) {
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, pixels);
     let height = pixels.len() as u32 / width;
     let bits = picture::PngBits::Sixteen;
-    let output = picture::Output { width, height, radiance: pixels, display, bits, metadata: &[] };
+    let output =
+        picture::Output { width, height, radiance: pixels, display, bits, metadata: &[], channels: &[] };
     picture::save(path, &output).expect("a picture");
 }
 

@@ -1,6 +1,7 @@
 //! Tests that go through the crate's public face, in one binary to link once.
 
 mod agreement;
+mod aov;
 mod cli;
 mod compare;
 mod corpus;

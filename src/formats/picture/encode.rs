@@ -8,6 +8,7 @@ use tempfile::NamedTempFile;
 
 use super::{encode_openexr, encode_png, encode_radiance};
 use crate::error::SaveError;
+use crate::film::Channel;
 use crate::film::tonemap::DisplayTransform;
 use crate::math::Rgb;
 
@@ -36,6 +37,8 @@ pub struct Output<'a> {
     pub bits: PngBits,
     /// Names and values that go into the file's header.
     pub metadata: &'a [(String, String)],
+    /// What there is besides light, as many values each as there are pixels. Only OpenEXR.
+    pub channels: &'a [Channel],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +57,10 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     if pixels == 0 || pixels != output.radiance.len() {
         let (width, height, given) = (output.width, output.height, output.radiance.len());
         return Err(SaveError::new(path, format!("{given} pixels are no image of {width} x {height}")));
+    }
+    if let Some(channel) = output.channels.iter().find(|channel| channel.values.len() != pixels) {
+        let (name, given) = (channel.name, channel.values.len());
+        return Err(SaveError::new(path, format!("{given} values of {name} for {pixels} pixels")));
     }
     let temporary = temporary_beside(path)?;
     let writer = BufWriter::new(temporary.as_file());
@@ -143,7 +150,7 @@ mod tests {
 
     fn output<'a>(radiance: &'a [Rgb], metadata: &'a [(String, String)], bits: PngBits) -> Output<'a> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, radiance);
-        Output { width: WIDTH, height: HEIGHT, radiance, display, bits, metadata }
+        Output { width: WIDTH, height: HEIGHT, radiance, display, bits, metadata, channels: &[] }
     }
 
     fn in_folder(name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -200,7 +207,11 @@ mod tests {
             let (_folder, path) = in_folder("a.hdr");
             let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
             let bits = PngBits::Eight;
-            save(&path, &Output { width, height: 1, radiance: &row, display, bits, metadata: &[] }).unwrap();
+            save(
+                &path,
+                &Output { width, height: 1, radiance: &row, display, bits, metadata: &[], channels: &[] },
+            )
+            .unwrap();
             for (read, written) in load_linear(&path).unwrap().2.iter().zip(&row) {
                 let wanted = if written.r > 0.0 { written.r.min(1.69e38) } else { 0.0 };
                 assert!((read.r - wanted).abs() <= wanted * 0.01 + 1e-38, "{} for {}", read.r, written.r);

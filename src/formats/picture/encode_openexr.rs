@@ -3,20 +3,20 @@
 use std::io::{Cursor, Write};
 
 use exr::image::write::WritableImage;
-use exr::image::{Encoding, Image, Layer, SpecificChannels};
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 
 use super::encode::{Output, Writer};
+use crate::film::Values;
 
 /// Bytes before the first attribute: magic number and version.
 const ATTRIBUTES_START: usize = 8;
 
 /// Returns why it failed.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
-    let width = output.width as usize;
-    let size = Vec2(width, output.height as usize);
+    let size = Vec2(output.width as usize, output.height as usize);
     let mut attributes =
         LayerAttributes { software_name: Text::new_or_none("rayfront"), ..Default::default() };
     for (name, value) in output.metadata {
@@ -24,11 +24,8 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
             attributes.other.insert(name, AttributeValue::Text(value));
         }
     }
-    let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
-        let pixel = output.radiance[position.y() * width + position.x()];
-        (pixel.r, pixel.g, pixel.b)
-    });
-    let mut image = Image::from_layer(Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels));
+    let mut image =
+        Image::from_layer(Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels(output)));
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
@@ -40,6 +37,25 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
     let mut file = file.into_inner();
     sort_attributes(&mut file).ok_or("the header could not be put in order")?;
     writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
+}
+
+/// Light as R, G and B. With further channels also A, all of it: a layer that composites like any
+/// other, for its background belongs to the image.
+fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
+    let light = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
+        let values = output.radiance.iter().map(|pixel| pixel.to_array()[channel]);
+        AnyChannel::new(name, FlatSamples::F32(values.collect()))
+    });
+    let opaque = vec![1.0; output.radiance.len()];
+    let opaque = (!output.channels.is_empty()).then(|| AnyChannel::new("A", FlatSamples::F32(opaque)));
+    let others = output.channels.iter().map(|channel| {
+        let values = match &channel.values {
+            Values::Float(values) => FlatSamples::F32(values.clone()),
+            Values::Whole(values) => FlatSamples::U32(values.clone()),
+        };
+        AnyChannel::new(channel.name, values)
+    });
+    AnyChannels::sort(light.chain(opaque).chain(others).collect())
 }
 
 /// A name that the format lets us use: not empty, and not one that it has a meaning for.

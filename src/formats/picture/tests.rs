@@ -212,7 +212,15 @@ fn textures_are_finite_but_comparisons_see_everything() {
     let path = folder.path().join("odd.exr");
     let odd = [Rgb::new(f32::NAN, -1.0, f32::INFINITY), Rgb::new(1e30, 1e-30, 0.5)];
     let display = crate::film::tonemap::DisplayTransform::new(crate::world::Tonemap::Clamp, 0.0, &[]);
-    let output = Output { width: 2, height: 1, radiance: &odd, display, bits: PngBits::Eight, metadata: &[] };
+    let output = Output {
+        width: 2,
+        height: 1,
+        radiance: &odd,
+        display,
+        bits: PngBits::Eight,
+        metadata: &[],
+        channels: &[],
+    };
     save(&path, &output).unwrap();
     let image = load(&path).unwrap();
     assert_eq!(image.texels, Texels::Rgb32(vec![[0.0, 0.0, 1e9], [1e9, 1e-30, 0.5]]));

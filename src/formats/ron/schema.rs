@@ -43,7 +43,9 @@ pub(super) struct Settings<'a> {
     pub ambient: Option<Raw<'a>>,
     pub tonemap: Option<Raw<'a>>,
     pub exposure_ev: Option<Raw<'a>>,
+    pub exposure: Option<Raw<'a>>,
     pub build_quality: Option<Raw<'a>>,
+    pub aov: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

@@ -9,6 +9,7 @@
 //!         └──────────────── advance <────────────────┘
 //! ```
 
+pub mod first_hits;
 mod path_stages;
 pub mod queue;
 mod stages;

@@ -94,6 +94,12 @@ impl<F: Float> Spot<'_, F> {
             * vertex_color(self.surface)
     }
 
+    /// Unit normal for shading, on the viewer's side.
+    #[inline(always)]
+    pub fn normal(&self) -> Vector<F> {
+        self.frames().0.z
+    }
+
     /// Which lobes there are, and their parameters.
     #[inline(always)]
     pub fn parameters(&self) -> (Has, Parameters<F>) {

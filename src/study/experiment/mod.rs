@@ -167,7 +167,8 @@ impl<'a> Run<'a> {
     fn save(&self, path: &Path, image: &Image) -> Result<(), String> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
         let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
-        let output = Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[] };
+        let output =
+            Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[], channels: &[] };
         save(path, &output).map_err(|error| error.to_string())
     }
 

@@ -44,6 +44,15 @@ pub struct Outcome {
     pub way: Way,
     /// Of its film.
     pub hash: u128,
+    /// Of its depths, normals and the like.
+    pub features: u128,
+}
+
+impl Outcome {
+    /// Whether nothing tells it from another.
+    pub fn equals(&self, other: &Outcome) -> bool {
+        (self.hash, self.features) == (other.hash, other.features)
+    }
 }
 
 /// What came out of all of them.
@@ -55,9 +64,9 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// How many films are not like the first.
+    /// How many are not like the first.
     pub fn mismatches(&self) -> usize {
-        self.outcomes.iter().filter(|outcome| outcome.hash != self.outcomes[0].hash).count()
+        self.outcomes.iter().filter(|outcome| !outcome.equals(&self.outcomes[0])).count()
     }
 }
 
@@ -121,7 +130,8 @@ impl Bench {
                 for way in group {
                     let mut session = self.session(way);
                     session.advance(u32::MAX);
-                    outcomes.push(Outcome { way: *way, hash: session.film().hash() });
+                    let features = crate::film::features::hash(&session.features());
+                    outcomes.push(Outcome { way: *way, hash: session.film().hash(), features });
                     match &first {
                         None => first = Some((*way, session.film().clone())),
                         Some((simplest, film)) if difference.is_none() && film != session.film() => {

@@ -3,7 +3,9 @@
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
-use crate::world::{Background, BuildQuality, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport};
+use crate::world::{
+    Aov, Background, BuildQuality, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport,
+};
 
 /// Image width and height in pixels.
 const LARGEST_SIZE: u64 = 65_536;
@@ -30,6 +32,21 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
 
 const BUILD_QUALITIES: &[(&str, BuildQuality)] =
     &[("Fast", BuildQuality::Fast), ("Default", BuildQuality::Default), ("High", BuildQuality::High)];
+
+/// Whether the image chooses.
+const EXPOSURES: &[(&str, bool)] = &[("Fixed", false), ("Auto", true)];
+
+const AOVS: &[(&str, Aov)] = &[
+    ("Depth", Aov::Depth),
+    ("Normal", Aov::Normal),
+    ("Albedo", Aov::Albedo),
+    ("Position", Aov::Position),
+    ("Entity", Aov::Entity),
+    ("Material", Aov::Material),
+    ("Coverage", Aov::Coverage),
+    ("Samples", Aov::Samples),
+    ("Variance", Aov::Variance),
+];
 
 pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings, LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
@@ -84,10 +101,31 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.exposure_ev {
         settings.exposure_ev = source.number(raw)?;
     }
+    if let Some(raw) = read.exposure {
+        settings.auto_exposure = source.choice(raw, "kind of exposure", EXPOSURES)?;
+    }
     if let Some(raw) = read.build_quality {
         settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;
     }
+    if let Some(raw) = read.aov {
+        settings.aov = aovs(source, raw)?;
+    }
     Ok(settings)
+}
+
+/// `All`, or a list.
+fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
+    if source.variant(raw).is_some_and(|variant| variant.name == "All") {
+        return Ok(Aov::ALL.to_vec());
+    }
+    let mut aovs = Vec::new();
+    for item in source.list(raw, "All, or output variables")? {
+        let aov = source.choice(item, "output variable", AOVS)?;
+        if !aovs.contains(&aov) {
+            aovs.push(aov);
+        }
+    }
+    Ok(aovs)
 }
 
 fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {

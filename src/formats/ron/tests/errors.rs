@@ -238,6 +238,13 @@ fn numbers_out_of_bounds() {
     settings_fail("max_depth: ^65536", "max_depth must be a whole number from 0 to 65535, not 65536");
     settings_fail("min_throughput: ^-1", "min_throughput must be at least 0, not -1");
     settings_fail("filter: Tent(radius: ^0)", "a filter's radius in pixels must be above 0, not 0");
+    settings_fail(
+        "aov: [Depth, ^Depht]",
+        "unknown output variable \"Depht\" (did you mean \"Depth\"?); output variables: Depth, Normal, Albedo, \
+         Position, Entity, Material, Coverage, Samples, Variance",
+    );
+    settings_fail("aov: ^1", "expected All, or output variables in square brackets, found 1");
+    settings_fail("exposure: ^2", "expected a kind of exposure: Fixed, Auto, found 2");
     settings_fail("exposure_ev: ^inf", "expected a finite number, found inf");
     settings_fail("ambient: (0, ^-1, 0)", "a radiance must be at least 0, not -1");
     for wrong in ["0", "180", "-10", "179.999999999"] {

@@ -30,7 +30,9 @@ fn settings_are_read_and_default() {
             sampler: Sampler::Independent,
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
+            auto_exposure: true,
             build_quality: BuildQuality::High,
+            aov: vec![Aov::Normal, Aov::Depth],
         }
     );
     assert_eq!(read("(entities: [])").unwrap().settings, Settings::default());
@@ -41,6 +43,8 @@ fn settings_are_read_and_default() {
     assert_eq!(settings("roulette_depth: 7").roulette_depth, Some(7));
     assert_eq!(settings("roulette_depth: Some(7), clamp: None").roulette_depth, Some(7));
     assert_eq!(settings("transport: Path").transport, Transport::Path);
+    assert_eq!(settings("aov: All").aov, Aov::ALL);
+    assert_eq!(settings("aov: [Depth, Depth, Variance]").aov, [Aov::Depth, Aov::Variance]);
     assert_eq!(settings("sampler: Jittered").sampler, Sampler::Jittered);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));

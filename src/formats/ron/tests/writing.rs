@@ -80,7 +80,7 @@ fn the_text_is_one_to_read() {
          clamp: 20, sampler: Independent, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
-         build_quality: High),",
+         exposure: Auto, build_quality: High, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -331,11 +331,22 @@ fn settings() -> impl Strategy<Value = Settings> {
     let quality = prop::sample::select(vec![BuildQuality::Fast, BuildQuality::Default, BuildQuality::High]);
     let samplers = vec![Sampler::Sobol, Sampler::Jittered, Sampler::Independent];
     let transports = vec![Transport::Whitted, Transport::Path];
-    let choices = (tonemap, quality, prop::sample::select(samplers), prop::sample::select(transports));
+    let aov = prop::sample::subsequence(Aov::ALL.to_vec(), 0..=Aov::ALL.len());
+    let choices = (tonemap, quality, prop::sample::select(samplers), prop::sample::select(transports), aov);
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()));
-    (numbers, limits, filter, pattern(), background, color(), choices, float()).prop_map(
-        |(numbers, limits, filter, pixel_pattern, background, ambient, choices, exposure_ev)| {
-            let (tonemap, build_quality, sampler, transport) = choices;
+    let exposure = (float(), any::<bool>());
+    (numbers, limits, filter, pattern(), background, color(), choices, exposure).prop_map(
+        |(
+            numbers,
+            limits,
+            filter,
+            pixel_pattern,
+            background,
+            ambient,
+            choices,
+            (exposure_ev, auto_exposure),
+        )| {
+            let (tonemap, build_quality, sampler, transport, aov) = choices;
             let (size, samples, max_depth, seed) = numbers;
             let (min_throughput, roulette_depth, clamp) = limits;
             Settings {
@@ -351,10 +362,12 @@ fn settings() -> impl Strategy<Value = Settings> {
                 ambient,
                 tonemap,
                 exposure_ev,
+                auto_exposure,
                 build_quality,
                 roulette_depth,
                 clamp,
                 sampler,
+                aov,
             }
         },
     )

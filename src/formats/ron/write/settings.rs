@@ -2,7 +2,7 @@
 
 use super::Written;
 use super::number::{Keys, color, number, same};
-use crate::world::{Background, PixelFilter, Settings};
+use crate::world::{Aov, Background, PixelFilter, Settings};
 
 pub(super) fn settings(settings: &Settings) -> Written {
     let Settings {
@@ -21,7 +21,9 @@ pub(super) fn settings(settings: &Settings) -> Written {
         ambient,
         tonemap,
         exposure_ev,
+        auto_exposure,
         build_quality,
+        aov,
     } = settings;
     let default = Settings::default();
     let mut keys = Keys::default();
@@ -54,8 +56,12 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(*tonemap == default.tonemap, "tonemap", || Ok(format!("{tonemap:?}")))?;
     let is_default = same(&[*exposure_ev], &[default.exposure_ev]);
     keys.push_unless(is_default, "exposure_ev", || number(*exposure_ev))?;
+    keys.push_unless(!auto_exposure, "exposure", || Ok("Auto".to_owned()))?;
     let is_default = *build_quality == default.build_quality;
     keys.push_unless(is_default, "build_quality", || Ok(format!("{build_quality:?}")))?;
+    keys.push_unless(aov.is_empty(), "aov", || {
+        Ok(if aov[..] == Aov::ALL { "All".to_owned() } else { format!("{aov:?}") })
+    })?;
     Ok(keys.finish(""))
 }
 

@@ -1,0 +1,146 @@
+//! `--aov`: output variables beside the image, in an OpenEXR file.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde_json::{Map, Value};
+
+use crate::film::{Channel, Values};
+use crate::scene::CompiledScene;
+use crate::world::Aov;
+
+/// Channels of all of them.
+pub const MOST_CHANNELS: usize = 18;
+
+/// Names of [`Aov`].
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AovName {
+    /// All of them
+    All,
+    /// None, whatever the scene says
+    None,
+    /// Distance along the camera's axis
+    Depth,
+    /// Shading normal
+    Normal,
+    /// Base colour
+    Albedo,
+    /// Place in the world
+    Position,
+    /// Number of the entity
+    Entity,
+    /// Number of the material
+    Material,
+    /// Part of the samples that hit anything
+    Coverage,
+    /// How many samples there are
+    Samples,
+    /// Variance of the pixel, estimated
+    Variance,
+}
+
+/// What was asked for, each once.
+pub fn list(names: &[AovName]) -> Vec<Aov> {
+    let mut aovs = Vec::new();
+    for name in names {
+        let more = match name {
+            AovName::All => &Aov::ALL[..],
+            AovName::None => &[],
+            AovName::Depth => &[Aov::Depth],
+            AovName::Normal => &[Aov::Normal],
+            AovName::Albedo => &[Aov::Albedo],
+            AovName::Position => &[Aov::Position],
+            AovName::Entity => &[Aov::Entity],
+            AovName::Material => &[Aov::Material],
+            AovName::Coverage => &[Aov::Coverage],
+            AovName::Samples => &[Aov::Samples],
+            AovName::Variance => &[Aov::Variance],
+        };
+        for aov in more {
+            if !aovs.contains(aov) {
+                aovs.push(*aov);
+            }
+        }
+    }
+    aovs
+}
+
+/// Whether a file can hold them.
+pub fn holds(path: &std::path::Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+}
+
+/// The outputs, with a file for what none of them can hold.
+pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
+    let mut outputs = outputs.to_vec();
+    if let Some(first) = outputs.first()
+        && !aovs.is_empty()
+        && !outputs.iter().any(|path| holds(path))
+    {
+        let beside = first.with_extension("aov.exr");
+        outputs.push(beside);
+    }
+    outputs
+}
+
+/// Which names the ids in a file stand for, as JSON in ASCII; none where there are no ids.
+pub fn manifest(
+    channels: &[Channel],
+    entities: &HashMap<u32, String>,
+    scene: &CompiledScene,
+) -> Option<String> {
+    let mut tables = Map::new();
+    for Channel { name, values } in channels {
+        let Values::Whole(ids) = values else { continue };
+        let name_of = |number: u32| match *name {
+            "entity.id" => entities.get(&number),
+            "material.id" => scene.materials.names.get(number as usize),
+            _ => None,
+        };
+        let ids: BTreeSet<u32> = ids.iter().copied().filter(|id| *id > 0).collect();
+        let table: Map<String, Value> = ids
+            .into_iter()
+            .filter_map(|id| Some((id.to_string(), name_of(id - 1)?.clone().into())))
+            .collect();
+        if ["entity.id", "material.id"].contains(name) {
+            tables.insert((*name).to_owned(), table.into());
+        }
+    }
+    (!tables.is_empty()).then(|| ascii(&Value::from(tables).to_string()))
+}
+
+/// OpenEXR's texts are bytes without an encoding; JSON can do with ASCII.
+fn ascii(json: &str) -> String {
+    let mut out = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c.is_ascii() {
+            out.push(c);
+        } else {
+            let mut units = [0; 2];
+            c.encode_utf16(&mut units).iter().for_each(|unit| out.push_str(&format!("\\u{unit:04x}")));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_their_own_only_where_needed() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let (png, exr) = (paths(&["out/a.png", "b.hdr"]), paths(&["a.png", "b.EXR"]));
+        assert_eq!(with_file(&png, &[]), png);
+        assert_eq!(with_file(&png, &[Aov::Depth]), paths(&["out/a.png", "b.hdr", "out/a.aov.exr"]));
+        assert_eq!(with_file(&exr, &[Aov::Depth]), exr);
+    }
+
+    #[test]
+    fn names_in_ascii_are_the_same_names() {
+        let json = Value::from("\"Zoë\" 球 🎱").to_string();
+        assert!(ascii(&json).is_ascii());
+        assert_eq!(serde_json::from_str::<Value>(&ascii(&json)).unwrap(), "\"Zoë\" 球 🎱");
+    }
+}

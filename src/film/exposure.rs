@@ -1,0 +1,64 @@
+//! Exposure chosen by the image itself.
+
+use crate::math::Rgb;
+
+/// What the middle of an image should come to: the reflectance of a grey card.
+const MIDDLE_GREY: f64 = 0.18;
+/// One in as many pixels is left out at the dark end and at the bright one.
+const TAIL: usize = 10;
+/// Limits in stops, those of a fixed exposure.
+const MOST_EV: f64 = 64.0;
+
+/// The stops that bring the log-average of luminance to 0.18 (Reinhard and others 2002, equation 1
+/// with their key of a normal scene), a whole number of hundredths so that they can be said again.
+///
+/// Eyes judge light by ratios, hence logarithms. Black pixels tell nothing of the light, the darkest
+/// tenth of the others are corners, the brightest lamps and highlights: none of them count. An image
+/// that is all black stays as it is: 0.
+pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
+    let lit = pixels.iter().map(|pixel| pixel.luminance());
+    let mut lit: Vec<f32> = lit.filter(|luminance| *luminance > 0.0 && luminance.is_finite()).collect();
+    lit.sort_unstable_by(f32::total_cmp);
+    let tail = lit.len() / TAIL;
+    let middle = &lit[tail..lit.len() - tail];
+    if middle.is_empty() {
+        return 0.0;
+    }
+    let sum: f64 = middle.iter().map(|luminance| libm::log2(f64::from(*luminance))).sum();
+    let ev = libm::log2(MIDDLE_GREY) - sum / middle.len() as f64;
+    // A negative zero would be printed with its sign.
+    (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_image_becomes_middle_grey() {
+        for (light, ev) in [(0.18, 0.0), (0.36, -1.0), (0.045, 2.0), (18_000.0, -16.61), (1e-30, 64.0)] {
+            assert_eq!(automatic_ev(&[Rgb::splat(light); 7]), ev, "{light}");
+        }
+        assert_eq!(automatic_ev(&[]), 0.0);
+        assert_eq!(automatic_ev(&[Rgb::BLACK; 5]), 0.0);
+    }
+
+    #[test]
+    fn neither_black_nor_lamps_nor_order_count() {
+        let mut image = vec![Rgb::splat(0.09); 40];
+        image.extend([Rgb::splat(0.36); 40]);
+        assert_eq!(automatic_ev(&image), 0.0, "the geometric mean is 0.18");
+        image.extend([Rgb::splat(1e5); 8]);
+        image.extend([Rgb::splat(1e-5); 8]);
+        image.extend([Rgb::BLACK; 500]);
+        image.push(Rgb::splat(f32::NAN));
+        assert_eq!(automatic_ev(&image), 0.0);
+        image.reverse();
+        assert_eq!(automatic_ev(&image), 0.0);
+    }
+
+    #[test]
+    fn colours_count_by_their_luminance() {
+        assert_eq!(automatic_ev(&[Rgb::new(0.0, 0.18 / 0.7152, 0.0)]), 0.0);
+    }
+}

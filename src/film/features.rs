@@ -1,0 +1,161 @@
+//! What a pixel's samples hit first, in the mean: depth, normals and the like.
+
+use crate::math::Rgb;
+
+/// What one sample hit first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstHit {
+    /// Distance from the camera along its axis, in metres.
+    pub depth_m: f32,
+    /// For shading, of unit length, on the viewer's side.
+    pub normal: [f32; 3],
+    /// Base colour.
+    pub albedo: Rgb,
+    /// In world space, in metres.
+    pub position: [f32; 3],
+    /// The entity's number in the world.
+    pub entity: u32,
+    /// Material id.
+    pub material: u32,
+}
+
+/// What all of a pixel's samples hit first. Means are over those that hit anything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Features {
+    /// The part of the samples that hit anything.
+    pub coverage: f32,
+    /// In the mean; infinite where there is nothing.
+    pub depth_m: f32,
+    /// Mean of unit normals, hence shorter where they differ.
+    pub normal: [f32; 3],
+    /// In the mean.
+    pub albedo: Rgb,
+    /// In the mean.
+    pub position: [f32; 3],
+    /// What most of all samples hit, of several the one with the smallest number: 0 for nothing,
+    /// else one more than the entity's number.
+    pub entity: u32,
+    /// The same for materials.
+    pub material: u32,
+}
+
+impl Features {
+    /// Of a pixel whose samples hit nothing.
+    pub const NOTHING: Features = Features {
+        coverage: 0.0,
+        depth_m: f32::INFINITY,
+        normal: [0.0; 3],
+        albedo: Rgb::BLACK,
+        position: [0.0; 3],
+        entity: 0,
+        material: 0,
+    };
+}
+
+/// A 128-bit hash (XXH3): equal bits, equal hashes.
+pub fn hash(features: &[Features]) -> u128 {
+    let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+    for Features { coverage, depth_m, normal, albedo, position, entity, material } in features {
+        let numbers = [&[*coverage, *depth_m], &normal[..], &albedo.to_array(), position];
+        for number in numbers.into_iter().flatten() {
+            hasher.update(&number.to_le_bytes());
+        }
+        hasher.update(&entity.to_le_bytes());
+        hasher.update(&material.to_le_bytes());
+    }
+    hasher.digest128()
+}
+
+/// A pixel's samples, to be added in their order.
+#[derive(Debug, Default)]
+pub struct Gathering {
+    hits: u32,
+    /// Depth, normal, albedo, position.
+    sums: [f64; 10],
+    entities: Vec<u32>,
+    materials: Vec<u32>,
+}
+
+impl Gathering {
+    /// Adds the next sample.
+    pub fn add(&mut self, hit: Option<&FirstHit>) {
+        self.entities.push(hit.map_or(0, |hit| hit.entity + 1));
+        self.materials.push(hit.map_or(0, |hit| hit.material + 1));
+        let Some(hit) = hit else { return };
+        self.hits += 1;
+        let ([nx, ny, nz], [x, y, z], Rgb { r, g, b }) = (hit.normal, hit.position, hit.albedo);
+        for (sum, value) in self.sums.iter_mut().zip([hit.depth_m, nx, ny, nz, r, g, b, x, y, z]) {
+            *sum += f64::from(value);
+        }
+    }
+
+    /// What they have in common; all is forgotten for the next pixel.
+    pub fn take(&mut self) -> Features {
+        let (hits, samples) = (f64::from(self.hits), self.entities.len());
+        let [depth_m, nx, ny, nz, r, g, b, x, y, z] = self.sums.map(|sum| (sum / hits) as f32);
+        let (entity, material) = (most_frequent(&mut self.entities), most_frequent(&mut self.materials));
+        self.entities.clear();
+        self.materials.clear();
+        (self.hits, self.sums) = (0, [0.0; 10]);
+        if hits == 0.0 {
+            return Features::NOTHING;
+        }
+        Features {
+            coverage: (hits / samples as f64) as f32,
+            depth_m,
+            normal: [nx, ny, nz],
+            albedo: Rgb::new(r, g, b),
+            position: [x, y, z],
+            entity,
+            material,
+        }
+    }
+}
+
+/// Of several, the smallest; 0 where there is none.
+fn most_frequent(numbers: &mut [u32]) -> u32 {
+    numbers.sort_unstable();
+    let mut best: &[u32] = &[0; 0];
+    for run in numbers.chunk_by(|a, b| a == b) {
+        if run.len() > best.len() {
+            best = run;
+        }
+    }
+    best.first().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hit(depth_m: f32, entity: u32) -> FirstHit {
+        let (normal, position) = ([0.0, depth_m - 2.0, 1.0], [depth_m, 0.0, -1.0]);
+        FirstHit { depth_m, normal, albedo: Rgb::splat(0.5 * depth_m), position, entity, material: 7 }
+    }
+
+    #[test]
+    fn means_are_over_hits_and_ids_of_the_most() {
+        let mut pixel = Gathering::default();
+        for sample in [Some(hit(1.0, 4)), None, Some(hit(3.0, 2)), Some(hit(2.0, 4))] {
+            pixel.add(sample.as_ref());
+        }
+        let found = pixel.take();
+        assert_eq!((found.coverage, found.depth_m, found.normal), (0.75, 2.0, [0.0, 0.0, 1.0]));
+        assert_eq!((found.albedo, found.position), (Rgb::WHITE, [2.0, 0.0, -1.0]));
+        assert_eq!((found.entity, found.material), (5, 8));
+        assert_eq!(pixel.take(), Features::NOTHING);
+    }
+
+    #[test]
+    fn a_draw_goes_to_the_smaller_number() {
+        for order in [[3, 1, 1, 3], [1, 3, 3, 1]] {
+            let mut pixel = Gathering::default();
+            order.into_iter().for_each(|entity| pixel.add(Some(&hit(1.0, entity))));
+            assert_eq!(pixel.take().entity, 2);
+        }
+        let mut pixel = Gathering::default();
+        pixel.add(Some(&hit(1.0, 0)));
+        pixel.add(None);
+        assert_eq!(pixel.take().entity, 0, "as much nothing as something");
+    }
+}

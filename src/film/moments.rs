@@ -1,0 +1,109 @@
+//! Squares of whole samples, of which the variance of a pixel is estimated.
+
+use super::{Film, PixelSum, QUANTUM, Region};
+use crate::math::Rgb;
+
+/// Components of a sample above this count as this here, so that 2²² squares times as many
+/// samples fit 128 bits.
+const LARGEST: u128 = 1 << 42;
+
+/// Sums of the squares of samples, in squared quanta: integers, as those of [`Film`], so that
+/// order does not matter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moments {
+    region: Region,
+    squares: Vec<[u128; 3]>,
+}
+
+impl Moments {
+    /// Of no samples.
+    pub fn new(region: Region) -> Moments {
+        Moments { region, squares: vec![[0; 3]; region.area()] }
+    }
+
+    /// Adds the squares of a film that holds one sample of each pixel, all parts of it.
+    pub fn add_sample(&mut self, film: &Film) {
+        for (squares, pixel) in self.squares.iter_mut().zip(film.pixels()) {
+            for (square, sum) in squares.iter_mut().zip(total(pixel)) {
+                let value = sum.min(LARGEST - 1);
+                *square += value * value;
+            }
+        }
+    }
+
+    /// Adds those of a region that lies within this one's.
+    pub fn merge(&mut self, other: &Moments) {
+        let (from, width) = (other.region, other.region.width() as usize);
+        for (y, row) in (from.y0..from.y1).zip(other.squares.chunks(width.max(1))) {
+            let start = self.region.index(from.x0, y);
+            for (to, more) in self.squares[start..start + width].iter_mut().zip(row) {
+                (0..3).for_each(|channel| to[channel] += more[channel]);
+            }
+        }
+    }
+
+    /// The variance of each pixel's mean, (radiance)², estimated from its samples without bias if
+    /// they are independent of each other: (Σx² − (Σx)² / n) / (n (n − 1)). Samples that are spread
+    /// evenly differ more than their means do, so then it is too large. Infinite for one sample.
+    pub fn variance_of_mean(&self, film: &Film) -> Vec<Rgb> {
+        self.squares.iter().zip(film.pixels()).map(|(squares, pixel)| variance(squares, pixel)).collect()
+    }
+}
+
+fn variance(squares: &[u128; 3], pixel: &PixelSum) -> Rgb {
+    let count = u128::from(pixel.count[0]) + u128::from(pixel.count[1]);
+    if count < 2 {
+        return Rgb::splat(f32::INFINITY);
+    }
+    let n = count as f64;
+    let sums = total(pixel).map(|sum| sum.min(count * (LARGEST - 1)));
+    let channel = |c: usize| {
+        // Exact up to here, so nothing cancels that is not equal.
+        let spread = (count * squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
+        (spread as f64 * QUANTUM * QUANTUM / (n * n * (n - 1.0))) as f32
+    };
+    Rgb::new(channel(0), channel(1), channel(2))
+}
+
+/// Sums of even and odd samples together.
+fn total(pixel: &PixelSum) -> [u128; 3] {
+    let [even, odd] = pixel.sum;
+    [0, 1, 2].map(|channel| (even[channel] + odd[channel]).max(0) as u128)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One pixel's samples, each in two parts.
+    fn gather(samples: &[f32]) -> (Film, Moments) {
+        let region = Region::whole([1, 1]);
+        let (mut film, mut moments) = (Film::new(region), Moments::new(region));
+        for (sample, value) in (0..).zip(samples) {
+            let mut one = Film::new(region);
+            one.count(0, 0, sample);
+            one.add(0, 0, sample, Rgb::new(0.75 * value, 0.0, 1.0));
+            one.add(0, 0, sample, Rgb::new(0.25 * value, 0.0, 1.0));
+            moments.add_sample(&one);
+            film.merge(&one);
+        }
+        (film, moments)
+    }
+
+    #[test]
+    fn of_four_samples() {
+        let (film, moments) = gather(&[1.0, 3.0, 4.0, 8.0]);
+        // Mean 4, squared deviations 9 + 1 + 0 + 16, over 3 for a sample's variance, over 4 for the mean's.
+        assert_eq!(moments.variance_of_mean(&film), [Rgb::new(26.0 / 12.0, 0.0, 0.0)]);
+        assert_eq!(gather(&[1.0]).1.variance_of_mean(&gather(&[1.0]).0), [Rgb::splat(f32::INFINITY)]);
+    }
+
+    #[test]
+    fn brightness_does_not_cancel_and_does_not_overflow() {
+        let (film, moments) = gather(&[262_000.0, 262_000.0 + 1.0 / 16.0]);
+        let found = moments.variance_of_mean(&film)[0].r;
+        assert_eq!(found, 1.0 / 1024.0, "half of (1/16)² / 2");
+        let (film, moments) = gather(&[f32::INFINITY; 3]);
+        assert_eq!(moments.variance_of_mean(&film)[0].r, 0.0);
+    }
+}

@@ -1,0 +1,89 @@
+//! Arbitrary output variables of a rendering as the columns of an image file.
+
+use rayon::prelude::*;
+
+use super::Session;
+use crate::film::{Channel, Features, Values};
+use crate::integrator::wavefront::first_hits::FirstHits;
+use crate::world::Aov;
+
+impl Session {
+    /// What the samples that all pixels have hit first, pixel by pixel, row by row: camera rays are
+    /// traced once more. Before the first sample is done it is that of the first.
+    pub fn features(&self) -> Vec<Features> {
+        let (frame, options) = (&self.frame, &self.options);
+        let samples = self.samples.start..self.next.max(self.samples.start + 1);
+        let look =
+            |worker: &mut FirstHits, tile| (tile, worker.look(frame, options.level, tile, samples.clone()));
+        let tiles = self.tiles().into_par_iter();
+        let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(frame, options.wave), look).collect();
+        let region = self.film.region();
+        let mut features = vec![Features::NOTHING; region.area()];
+        for (tile, found) in tiles {
+            let width = tile.width() as usize;
+            for (y, row) in (tile.y0..tile.y1).zip(found.chunks(width.max(1))) {
+                let start = region.index(tile.x0, y);
+                features[start..start + width].copy_from_slice(row);
+            }
+        }
+        features
+    }
+
+    /// The columns of some variables. [`Aov::Variance`] needs [`super::Options::variance`], and is
+    /// infinite without.
+    pub fn channels(&self, aovs: &[Aov]) -> Vec<Channel> {
+        let of_film = [Aov::Samples, Aov::Variance];
+        let geometric = aovs.iter().any(|aov| !of_film.contains(aov));
+        let features = if geometric { self.features() } else { Vec::new() };
+        aovs.iter().flat_map(|aov| self.channels_of(*aov, &features)).collect()
+    }
+
+    fn channels_of(&self, aov: Aov, features: &[Features]) -> Vec<Channel> {
+        let floats = |name, of: &dyn Fn(&Features) -> f32| Channel {
+            name,
+            values: Values::Float(features.iter().map(of).collect()),
+        };
+        let ids = |name, of: &dyn Fn(&Features) -> u32| Channel {
+            name,
+            values: Values::Whole(features.iter().map(of).collect()),
+        };
+        match aov {
+            Aov::Depth => vec![floats("depth.Z", &|f| f.depth_m)],
+            Aov::Normal => vec![
+                floats("normal.X", &|f| f.normal[0]),
+                floats("normal.Y", &|f| f.normal[1]),
+                floats("normal.Z", &|f| f.normal[2]),
+            ],
+            Aov::Albedo => vec![
+                floats("albedo.R", &|f| f.albedo.r),
+                floats("albedo.G", &|f| f.albedo.g),
+                floats("albedo.B", &|f| f.albedo.b),
+            ],
+            Aov::Position => vec![
+                floats("position.X", &|f| f.position[0]),
+                floats("position.Y", &|f| f.position[1]),
+                floats("position.Z", &|f| f.position[2]),
+            ],
+            Aov::Entity => vec![ids("entity.id", &|f| f.entity)],
+            Aov::Material => vec![ids("material.id", &|f| f.material)],
+            Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
+            Aov::Samples => {
+                let counts = self.film.pixels().iter().map(|p| p.count[0] + p.count[1]);
+                vec![Channel { name: "samples", values: Values::Whole(counts.collect()) }]
+            }
+            Aov::Variance => self.variance(),
+        }
+    }
+
+    fn variance(&self) -> Vec<Channel> {
+        let variance = match &self.moments {
+            Some(moments) => moments.variance_of_mean(&self.film),
+            None => vec![crate::math::Rgb::splat(f32::INFINITY); self.film.pixels().len()],
+        };
+        let channel = |(name, c): (&'static str, usize)| {
+            let values = variance.iter().map(|v| v.to_array()[c]);
+            Channel { name, values: Values::Float(values.collect()) }
+        };
+        [("variance.R", 0), ("variance.G", 1), ("variance.B", 2)].map(channel).into()
+    }
+}
