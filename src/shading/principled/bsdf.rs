@@ -214,7 +214,8 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular || self.has.constant_fresnel {
             return self.left;
         }
-        (self.left * incoming).over(self.left_mean)
+        let shared = (self.left * incoming).over(self.left_mean);
+        if self.has.solid { Color::select(self.p.eta.gt(F::one()), self.left, shared) } else { shared }
     }
 
     /// The mirror lobe with all its bounces, the density of its single ones, and what it leaves

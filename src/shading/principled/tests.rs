@@ -148,6 +148,20 @@ fn glass_divides_light_without_loss() {
     }
 }
 
+/// A body of which half the surface lets light through: from within the other half is not lit by what is
+/// reflected already.
+#[test]
+fn bodies_that_let_some_light_through_gain_none() {
+    for (roughness, allowed) in [(0.0, 0.02), (0.2, 0.06)] {
+        for (inside, cos) in [(false, 0.3), (false, 1.0), (true, 0.2), (true, 0.5), (true, 1.0)] {
+            let (mut has, mut p) = glass(roughness, inside);
+            (has.diffuse, p.diffuse, p.through) = (true, grey(0.5), grey(0.5));
+            let found = albedo(has, p, cos);
+            assert!((found - 1.0).abs() < allowed, "roughness {roughness} {inside} cos {cos}: {found}");
+        }
+    }
+}
+
 /// Films on white things of all kinds, in white surroundings.
 #[test]
 fn films_neither_lose_nor_add_light() {
