@@ -10,8 +10,8 @@ use crate::film::{Channel, Values};
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
-/// Channels of all of them.
-pub const MOST_CHANNELS: usize = 18;
+/// Channels of a file with all of them, light and A.
+pub const MOST_CHANNELS: usize = 21;
 
 /// Names of [`Aov`].
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
