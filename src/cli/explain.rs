@@ -34,6 +34,9 @@ pub struct Explain {
     /// Bounces after the camera ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
+    /// Bounces of each kind.
+    #[command(flatten)]
+    pub depths: args::DepthOptions,
     /// Which random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -57,6 +60,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     settings.samples = arguments.spp.unwrap_or(settings.samples);
     settings.size = arguments.size.unwrap_or(settings.size);
     settings.max_depth = arguments.depth.unwrap_or(settings.max_depth);
+    arguments.depths.apply(&mut settings.depth_limits);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {

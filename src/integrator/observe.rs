@@ -66,7 +66,7 @@ pub struct Place {
     pub pixel: (u32, u32),
     /// Which of its samples.
     pub sample: u32,
-    /// 0 for the camera's path, a hash for those that were forked off.
+    /// See [`Path::branch`].
     pub branch: u32,
     /// Bounces so far.
     pub depth: u32,

@@ -7,6 +7,7 @@
 //! gives off, then what its light sends.
 
 use super::Frame;
+use super::bounces;
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::elementary::exp2;
@@ -147,13 +148,16 @@ pub fn hit<F: Float>(
     }
     out.radiance = Color::select(here, given_off(frame, path, hit, &spot, here), path.radiance);
     // The last ray looks for what shines, which the light sampled before it counts on; no more.
-    let here = here & !F::Int::splat(frame.max_depth).lt(path.depth);
+    let mut here = here & !F::Int::splat(frame.max_depth).lt(path.depth);
+    if frame.limits.is_some() {
+        here = here & !bounces::spent::<F>(path.branch);
+    }
     if record.unlit || !here.any() {
         return out;
     }
     let (has, parameters) = spot.parameters();
     let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
-    let key = path.key(frame.seed);
+    let key = path.only_key(frame.seed);
     out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
     let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, here);
     out.next = Path::select(here, next, out.next);
@@ -177,7 +181,7 @@ fn passing<F: Float>(
     let mut least = F::zero();
     if spot.material.coverage == Coverage::Blend {
         // Surfaces behind each other need numbers of their own.
-        let key = path.key(frame.seed);
+        let key = path.only_key(frame.seed);
         let layer = combine(key.shared(Dimension::Alpha.at(path.depth)), hit.primitive);
         least = to_unit(combine(layer, path.sample));
     }
@@ -320,6 +324,10 @@ fn scattered<F: Float>(
         let other = F::Int::select(surface.inside, F::Int::splat(NONE), inside);
         medium = F::Int::select(through, other, medium);
     }
+    let mut branch = bounces::counted::<F>(path.branch, wide, through);
+    if let Some(limits) = &frame.limits {
+        branch = bounces::limited::<F>(limits, branch);
+    }
     // A wide lobe blurs what is seen in it over about this angle.
     let spread = path.spread + F::select(wide, F::splat(0.2), zero);
     let next = Path {
@@ -327,6 +335,7 @@ fn scattered<F: Float>(
         direction,
         throughput,
         radiance: Color::black(),
+        branch,
         depth: path.depth + F::Int::splat(1),
         pdf,
         t_min: zero,

@@ -8,7 +8,7 @@ use crate::integrator::observe::{Event, Place, Triple, Way, What};
 use crate::integrator::{Frame, Schedule};
 use crate::math::{Hit, NONE};
 use crate::render::{Options, Session};
-use crate::world::World;
+use crate::world::{Transport, World};
 
 /// A sample from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
@@ -241,7 +241,9 @@ impl Story<'_> {
         }
         let from = self.begun.get(&place).map(|(_, from)| (*from, place.depth.saturating_sub(1)));
         let Some(life) = self.lives.last_mut() else { return };
-        if life.paths.last().is_none_or(|path| path.branch != place.branch) {
+        // The path transport forks nothing.
+        let forked = self.frame.transport == Transport::Whitted;
+        if life.paths.last().is_none_or(|path| forked && path.branch != place.branch) {
             let (branch, steps) = (place.branch, Vec::new());
             life.paths.push(Followed { branch, from, steps, radiance: [0.0; 3], why: Why::Escaped });
         }
