@@ -31,9 +31,11 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let mut principled = principled::compile(&world.assets);
     let lights::Compiled { lights, rectangles, visible, angles } =
         lights::compile(world, &order, &transforms, &mut materials, &mut principled)?;
-    let (geometry, bvh) = geometry::compile(world, &order, &transforms, &rectangles)?;
+    let geometry::Compiled { geometry, bvh, placed } =
+        geometry::compile(world, &order, &transforms, &rectangles)?;
     let environment = environment::compile(world, &order, &transforms);
-    let emitters = emitters::compile(&geometry, &principled, &lights, &angles, &visible, &environment);
+    let surfaces = emitters::Surfaces { geometry: &geometry, materials: &principled, placed: &placed };
+    let (emitters, left_out) = emitters::compile(&surfaces, &lights, &angles, &visible, &environment);
     let has_cutouts = geometry
         .parts
         .material
@@ -59,6 +61,13 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     scene.warnings = warnings(&scene, world);
     Ok(scene)
 }
+    if left_out > 0 && world.settings.transport == Transport::Path {
+        scene.warnings.push(format!(
+            "meshes that shine are placed so often that {left_out} of their places are found by chance alone, \
+             which is noisier: more than {} triangles would be lights",
+            emitters::MOST_PLACED
+        ));
+    }
 
 /// What a person should know before waiting for the image.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
