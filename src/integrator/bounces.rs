@@ -29,6 +29,15 @@ impl Kind {
     /// In the order of the counters.
     pub const ALL: [Kind; 3] = [Kind::Diffuse, Kind::Glossy, Kind::Transmission];
 
+    /// By what is known of a drawn direction.
+    pub fn of(wide: bool, through: bool) -> Self {
+        match (wide, through) {
+            (true, _) => Kind::Diffuse,
+            (false, true) => Kind::Transmission,
+            (false, false) => Kind::Glossy,
+        }
+    }
+
     /// In lower case.
     pub fn name(self) -> &'static str {
         ["diffuse", "glossy", "transmission"][self as usize]
@@ -50,6 +59,12 @@ impl Limits {
         let counts = |limit: Option<u32>| limit.filter(|most| *most < max_depth).unwrap_or(MOST);
         let limits = [diffuse, glossy, transmission].map(counts);
         (limits != [MOST; 3]).then_some(Self(limits.map(|limit| limit.min(MOST))))
+    }
+
+    /// The kind whose limit has ended a path.
+    pub fn reached(&self, bounces: u32) -> Option<Kind> {
+        let counts = counts(bounces);
+        Kind::ALL.into_iter().find(|kind| counts[*kind as usize] > self.0[*kind as usize])
     }
 }
 
@@ -93,7 +108,9 @@ mod tests {
 
     fn after(kinds: &[Kind]) -> Wrapping<u32> {
         kinds.iter().fold(Wrapping(0), |bounces, kind| {
-            counted::<f32>(bounces, *kind == Kind::Diffuse, *kind == Kind::Transmission)
+            let (wide, through) = (*kind == Kind::Diffuse, *kind == Kind::Transmission);
+            assert_eq!(Kind::of(wide, through), *kind);
+            counted::<f32>(bounces, wide, through)
         })
     }
 
@@ -119,6 +136,8 @@ mod tests {
         assert!(!is_spent(&two, &[Kind::Glossy; 2]) && is_spent(&two, &[Kind::Glossy; 3]));
         assert!(!is_spent(&two, &[Kind::Diffuse; 7]) && !is_spent(&two, &[Kind::Transmission; 2000]));
         let none = limits(Some(0), None, Some(0), 8).unwrap();
+        assert_eq!(none.reached(after(&[Kind::Glossy, Kind::Transmission]).0), Some(Kind::Transmission));
+        assert_eq!(none.reached(after(&[Kind::Glossy]).0), None);
         assert!(is_spent(&none, &[Kind::Diffuse]) && is_spent(&none, &[Kind::Transmission]));
         assert!(!is_spent(&none, &[]));
     }

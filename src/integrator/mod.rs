@@ -4,6 +4,7 @@
 
 pub mod begin;
 pub mod bounces;
+pub mod look;
 pub mod observe;
 pub mod path;
 pub mod path_tracing;

@@ -80,6 +80,36 @@ fn a_pixel_is_told_by_names() {
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
 }
 
+/// The path transport tells its normals, lobes, lights and ends.
+#[test]
+fn a_path_is_told_by_names() {
+    let folder = folder();
+    let arguments = ["explain", "scene.ron", "8,10", "--transport", "path", "--diffuse-depth", "0"];
+    let told = json(folder.path(), &arguments);
+    let paths: Vec<_> =
+        told["samples"].as_array().expect("samples").iter().map(|sample| &sample["paths"][0]).collect();
+    assert_eq!(paths.len(), 4);
+    for path in &paths {
+        let vertex = &path["steps"][0]["vertex"];
+        assert_eq!(
+            (&vertex["entity"], &vertex["normal"]),
+            (&"floor".into(), &serde_json::json!([0.0, 1.0, 0.0]))
+        );
+        assert_eq!(vertex["lobe"]["kind"], "diffuse");
+        assert!(
+            vertex["lights"].as_array().is_some_and(|lights| lights.iter().all(|l| l["light"] == "lamp"))
+        );
+        assert!(["escaped", "diffuse limit"].iter().any(|end| path["end"] == *end), "{path}");
+    }
+    let text = stdout(folder.path(), &arguments);
+    assert!(
+        text.contains("draws       from a diffuse lobe") && text.contains("normal      (0.00000, 1.0"),
+        "{text}"
+    );
+    assert!(text.contains("light       \"lamp\" at ") && text.contains("queue scatter"), "{text}");
+    assert!(text.lines().last().is_some_and(|line| line.starts_with("mean of all (4)")), "{text}");
+}
+
 #[test]
 fn there_is_no_such_pixel_or_sample() {
     let folder = folder();

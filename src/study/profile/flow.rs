@@ -157,10 +157,10 @@ impl Counter<'_> {
                 bounce.shadow += 1;
                 bounce.shadow_visits.add(visits);
             }
-            What::Shadow { blocked } => self.flows.bounces[depth].blocked += u64::from(*blocked),
+            What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
             What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
             What::End { .. } => self.flows.bounces[depth].ends += 1,
-            What::Vertex { .. } => {}
+            What::Vertex { .. } | What::Choice { .. } => {}
         }
     }
 
