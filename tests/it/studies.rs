@@ -128,6 +128,55 @@ fn there_is_no_such_pixel_or_sample() {
     }
 }
 
+/// What leaves a stage comes to the next one.
+fn adds_up(profile: &serde_json::Value) {
+    let bounces = profile["bounces"].as_array().expect("bounces");
+    let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
+    let stage = |name: &str, way: &str| profile["stages"][name][way].as_u64().expect("a number");
+    let rays = sum("camera") + sum("reflect") + sum("refract") + sum("scatter");
+    assert_eq!(profile["wavefront"]["rays"]["total"], rays + sum("shadow"));
+    assert_eq!(stage("generate", "out"), sum("camera"));
+    assert_eq!(stage("generate", "out") + stage("advance", "out"), stage("intersect", "in"));
+    assert_eq!(stage("intersect", "out"), stage("retire", "in"));
+    assert_eq!((stage("intersect", "in"), stage("retire", "out")), (rays, sum("hits")));
+    assert_eq!(stage("shade", "in"), sum("hits"));
+    assert_eq!(stage("advance", "in"), sum("hits"));
+    assert_eq!(stage("shadow", "in"), sum("shadow"));
+    assert_eq!(stage("shadow", "out"), sum("shadow") - sum("blocked"));
+}
+
+/// Under the path transport too, also where surfaces let a part of the light through.
+#[test]
+fn a_profile_of_the_path_transport_adds_up() {
+    let folder = folder();
+    for alpha in ["", ", alpha: 0.5, alpha_mode: Blend"] {
+        let scene = format!(
+            "(
+                settings: (max_depth: 3, transport: Path),
+                entities: [
+                    (camera: Pinhole(vertical_fov_degrees: 50), transform: (translate: (0, 0.5, 4))),
+                    (shape: Sphere(radius_m: 1), material: Principled(metallic: 0.2{alpha})),
+                    (shape: Plane(corners: ((-4, -1, -4), (-4, -1, 4), (4, -1, 4), (4, -1, -4)))),
+                    (light: Point(power_w: 100), transform: (translate: (2, 4, 1))),
+                ],
+            )"
+        );
+        std::fs::write(folder.path().join("path.ron"), scene).expect("a scene");
+        let arguments = ["profile", "path.ron", "--size", "24x18", "--spp", "4", "--runs", "1"];
+        let profile = json(folder.path(), &arguments);
+        adds_up(&profile);
+        let rays = &profile["recursive"]["rays"];
+        assert_eq!(rays, &profile["wavefront"]["rays"]);
+        assert!(rays["scatter"].as_u64() > Some(100) && rays["shadow"].as_u64() > Some(100), "{rays}");
+        let blocked: u64 = profile["bounces"][0]["blocked"].as_u64().expect("a number");
+        assert!(blocked > 0);
+        let table = stdout(folder.path(), &arguments);
+        assert!(table.contains("scattered rays") && !table.contains("reflect"), "{table}");
+        let mut lines = table.lines().filter(|line| !line.starts_with("counters"));
+        assert!(lines.all(|line| line.chars().count() <= 100), "{table}");
+    }
+}
+
 #[test]
 fn a_profile_counts_what_rendering_counts() {
     let folder = folder();
@@ -147,6 +196,7 @@ fn a_profile_counts_what_rendering_counts() {
         assert!(wall["least"].as_f64() <= wall["median"].as_f64() && wall["median"].as_f64() > Some(0.0));
     }
     assert_eq!(bounces.len(), 4, "max_depth is 3");
+    adds_up(&profile);
     assert!(bounces[0]["visits"]["nodes"].as_u64() > Some(0));
     let shade = &profile["stages"]["shade"];
     assert_eq!(shade["in"], sum("hits"));

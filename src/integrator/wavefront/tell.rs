@@ -44,9 +44,9 @@ impl Wave {
             }
         }
         let capacity = self.paths.0.capacity();
-        let flow = |stage| flow(stage, level, count, capacity, met.iter().copied());
-        observer.report(&Event::Wave(flow(Stage::Intersect)));
-        observer.report(&Event::Wave(flow(Stage::Retire)));
+        // Misses leave the wave in the next stage.
+        observer.report(&Event::Wave(flow(Stage::Intersect, level, count, capacity, 0..count)));
+        observer.report(&Event::Wave(flow(Stage::Retire, level, count, capacity, met.into_iter())));
     }
 
     /// Where the paths of the wave are, and what goes on from there.
