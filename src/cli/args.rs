@@ -10,7 +10,7 @@ use crate::film::Region;
 use crate::formats::LoadOptions;
 use crate::integrator::Schedule;
 use crate::simd::Level;
-use crate::world::{BuildQuality, Sampler, Settings, Tonemap, Transport};
+use crate::world::{BuildQuality, DepthLimits, Sampler, Settings, Tonemap, Transport};
 
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type Size = [u32; 2];
@@ -122,6 +122,9 @@ pub struct Render {
     /// Bounces after the camera ray
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
+    /// Bounces of each kind.
+    #[command(flatten)]
+    pub depths: DepthOptions,
     /// How light travels [default: the scene's]
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
@@ -173,6 +176,29 @@ pub struct Render {
     pub json: bool,
 }
 
+/// How many bounces of each kind.
+#[derive(Args, Debug)]
+pub struct DepthOptions {
+    /// Bounces of light that surfaces scatter widely, within --depth, under the path transport [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub diffuse_depth: Option<u32>,
+    /// The same for mirror images, sharp or blurred
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub glossy_depth: Option<u32>,
+    /// The same for ways through glass
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub transmission_depth: Option<u32>,
+}
+
+impl DepthOptions {
+    /// The scene's limits with what was said here instead.
+    pub fn apply(&self, limits: &mut DepthLimits) {
+        limits.diffuse = self.diffuse_depth.or(limits.diffuse);
+        limits.glossy = self.glossy_depth.or(limits.glossy);
+        limits.transmission = self.transmission_depth.or(limits.transmission);
+    }
+}
+
 /// What of a glTF file is shown.
 #[derive(Args, Debug)]
 pub struct ModelOptions {
@@ -200,6 +226,7 @@ impl Render {
         let set = |to: &mut u32, from: Option<u32>| *to = from.unwrap_or(*to);
         set(&mut settings.samples, self.spp);
         set(&mut settings.max_depth, self.depth);
+        self.depths.apply(&mut settings.depth_limits);
         settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(exposure) = self.exposure {

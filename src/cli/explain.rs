@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 use super::{Failure, args};
 use crate::film::Film;
 use crate::integrator::Frame;
+use crate::integrator::bounces::Kind;
+use crate::integrator::look::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
 use crate::study::explain::{Followed, Life, Lit, Names, Step, explain};
@@ -34,6 +36,12 @@ pub struct Explain {
     /// Bounces after the camera ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
+    /// Bounces of each kind.
+    #[command(flatten)]
+    pub depths: args::DepthOptions,
+    /// How light travels [default: the scene's]
+    #[arg(long, value_enum)]
+    pub transport: Option<args::TransportName>,
     /// Which random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -57,6 +65,8 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     settings.samples = arguments.spp.unwrap_or(settings.samples);
     settings.size = arguments.size.unwrap_or(settings.size);
     settings.max_depth = arguments.depth.unwrap_or(settings.max_depth);
+    settings.transport = arguments.transport.map_or(settings.transport, Into::into);
+    arguments.depths.apply(&mut settings.depth_limits);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {
@@ -154,24 +164,41 @@ fn step_lines(step: &Step) -> Vec<String> {
     } else {
         format!("{} (the surface's own {})", triple(vertex.normal), triple(vertex.geometric_normal))
     };
-    // The path transport does not tell its normals.
-    if vertex.normal != [0.0; 3] {
-        lines.push(format!("      normal      {normals}"));
-    }
+    lines.push(format!("      normal      {normals}"));
     if vertex.own != [0.0; 3] {
-        lines.push(format!("      gives off   {}", triple(vertex.own)));
+        lines.push(format!("      gives off   {}{}", triple(vertex.own), share(vertex.own_share)));
     }
-    for lit in &vertex.lights {
-        let fate = if lit.blocked { "blocked, would bring" } else { "brings" };
-        lines.push(format!(
-            "      light       \"{}\" sample {} at {:.5} m: {fate} {}",
-            lit.light,
-            lit.which,
-            lit.distance,
-            triple(lit.contribution)
-        ));
+    lines.extend(vertex.lights.iter().map(|lit| light_line(lit, vertex.fate.is_some())));
+    match vertex.fate {
+        Some(Fate::Passes) => lines.push("      passes      the surface is not there".into()),
+        Some(Fate::Drawn { kind, through, exact }) => lines.push(format!(
+            "      draws       from {} {} lobe{}",
+            if exact { "an exact" } else { "a" },
+            kind.name(),
+            if through && kind == Kind::Diffuse { ", to the other side" } else { "" }
+        )),
+        _ => {}
     }
     lines
+}
+
+/// What one of two ways to find a light counts for.
+fn share(share: f32) -> String {
+    if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
+}
+
+fn light_line(lit: &Lit, only_one: bool) -> String {
+    let Lit { light, which, distance, contribution, arrived, blocked, .. } = lit;
+    let sample = if only_one { String::new() } else { format!(" sample {which}") };
+    let brings = if *blocked {
+        format!("blocked, would bring {}", triple(*contribution))
+    } else if arrived == contribution {
+        format!("brings {}", triple(*arrived))
+    } else {
+        format!("brings {} of {}", triple(*arrived), triple(*contribution))
+    };
+    let far = if distance.is_finite() { format!("at {distance:.5} m") } else { "far away".into() };
+    format!("      light       \"{light}\"{sample} {far}: {brings}{}", share(lit.share))
 }
 
 fn json(arguments: &Explain, lives: &[Life], film: &Film) -> Value {
@@ -194,7 +221,7 @@ fn life_json(life: &Life) -> Value {
                 "forked_off_bounce": path.from.map(|(_, depth)| depth),
                 "steps": path.steps.iter().map(step_json).collect::<Vec<_>>(),
                 "radiance": path.radiance,
-                "end": format!("{:?}", path.why).to_lowercase(),
+                "end": path.why.name(),
             })
         })
         .collect();
@@ -213,7 +240,10 @@ fn step_json(step: &Step) -> Value {
             "geometric_normal": vertex.geometric_normal,
             "normal": vertex.normal,
             "gives_off": vertex.own,
+            "gives_off_weight": vertex.own_share,
             "lights": vertex.lights.iter().map(lit_json).collect::<Vec<_>>(),
+            "lobe": vertex.fate.and_then(lobe_json),
+            "passes": vertex.fate == Some(Fate::Passes),
         })
     });
     json!({
@@ -226,13 +256,21 @@ fn step_json(step: &Step) -> Value {
     })
 }
 
+/// The lobe that a direction was drawn from.
+fn lobe_json(fate: Fate) -> Option<Value> {
+    let Fate::Drawn { kind, through, exact } = fate else { return None };
+    Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
+}
+
 fn lit_json(lit: &Lit) -> Value {
     json!({
         "light": lit.light,
         "sample": lit.which,
         "direction": lit.direction,
-        "distance": lit.distance,
+        "distance": lit.distance.is_finite().then_some(lit.distance),
         "contribution": lit.contribution,
+        "arrived": lit.arrived,
+        "weight": lit.share,
         "blocked": lit.blocked,
     })
 }

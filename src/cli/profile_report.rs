@@ -10,9 +10,13 @@ use crate::integrator::{Frame, RayCounts, Schedule, Stage};
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
 use crate::study::profile::{Plan, Spread, Timed, wave_bytes};
+use crate::world::Transport;
 
 /// Bounces that the table shows; the JSON has all.
 const SHOWN: usize = 12;
+
+/// The title of a column and its number.
+type Column = (&'static str, fn(&Bounce) -> u64);
 
 /// All that was found.
 pub(super) struct Report<'a> {
@@ -63,9 +67,16 @@ impl Report<'_> {
                 self.plan.samples
             ),
             format!(
-                "measured   {} runs of each, in turn, after one that does not count; threads: {}, {}, waves of {}",
-                self.plan.runs,
-                self.plan.threads,
+                "measured   {} runs of each schedule, in turn, after one that does not count",
+                self.plan.runs
+            ),
+            format!(
+                "with       {}, {}, waves of {}",
+                match self.plan.threads {
+                    0 => "a thread for each core".into(),
+                    1 => "1 thread".into(),
+                    several => format!("{several} threads"),
+                },
                 self.plan.level.name(),
                 self.plan.wave
             ),
@@ -91,8 +102,16 @@ impl Report<'_> {
                 timed.mrays_per_cpu_s().map_or("unknown".into(), |speed| format!("{speed:.2} M"))
             }),
             row("camera rays", &rays(|rays| rays.camera)),
-            row("reflected rays", &rays(|rays| rays.reflect)),
-            row("refracted rays", &rays(|rays| rays.refract)),
+        ]
+        .into_iter()
+        .chain(match self.frame.transport {
+            Transport::Whitted => vec![
+                row("reflected rays", &rays(|rays| rays.reflect)),
+                row("refracted rays", &rays(|rays| rays.refract)),
+            ],
+            Transport::Path => vec![row("scattered rays", &rays(|rays| rays.scatter))],
+        })
+        .chain([
             row("shadow rays", &rays(|rays| rays.shadow)),
             row("queues", &|timed| match timed.schedule {
                 Schedule::Wavefront => format!("{} a thread", megabytes(wave_bytes(self.frame, self.plan))),
@@ -107,7 +126,8 @@ impl Report<'_> {
                 megabytes(memory.textures),
                 megabytes(film)
             ),
-        ]
+        ])
+        .collect()
     }
 
     /// What goes through the stages of the wavefront.
@@ -120,7 +140,7 @@ impl Report<'_> {
             ),
         ];
         let total: f64 = self.times[0].stages.iter().sum();
-        for stage in Stage::ALL {
+        for stage in self.stages_that_run() {
             let (seconds, flow) = (self.times[0].stages[stage as usize], &self.flows.stages[stage as usize]);
             let full = if flow.room == 0 { "-".into() } else { percent(flow.fill()) };
             lines.push(format!(
@@ -139,35 +159,42 @@ impl Report<'_> {
         lines
     }
 
+    /// The path transport's shading sends the rays to lights by itself.
+    fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
+        let lights = self.frame.transport == Transport::Whitted;
+        Stage::ALL.into_iter().filter(move |stage| lights || *stage != Stage::Light)
+    }
+
+    /// The kinds of rays that the transport knows.
+    fn kinds(&self) -> Vec<Column> {
+        match self.frame.transport {
+            Transport::Whitted => {
+                vec![("camera", |b| b.camera), ("reflect", |b| b.reflect), ("refract", |b| b.refract)]
+            }
+            Transport::Path => vec![("camera", |b| b.camera), ("scatter", |b| b.scatter)],
+        }
+    }
+
     /// Rays by their bounces and what they cost.
     fn bounces(&self) -> Vec<String> {
+        let kinds = self.kinds();
+        let names: String = kinds.iter().map(|(name, _)| format!("{name:>10}")).collect();
+        let before = 7 + names.len() + 27;
         let mut lines = vec![
             String::new(),
+            format!("{:before$}{:>17}{:>18}", "", "a ray", "a shadow ray"),
             format!(
-                "{:7}{:>10}{:>10}{:>10}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
-                "bounce",
-                "camera",
-                "reflect",
-                "refract",
-                "alive",
-                "shadow",
-                "blocked",
-                "nodes",
-                "tests",
-                "nodes",
-                "tests"
+                "{:7}{names}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
+                "bounce", "alive", "shadow", "blocked", "nodes", "tests", "nodes", "tests"
             ),
-            format!("{:56}{:>8}{:>17}{:>18}", "", "", "a ray", "a shadow ray"),
         ];
         let first = self.flows.bounces.first().map_or(1, |bounce| bounce.rays().max(1)) as f64;
         for (depth, bounce) in self.flows.bounces.iter().enumerate().take(SHOWN) {
             let each = |visits: u64, rays: u64| format!("{:.1}", visits as f64 / rays.max(1) as f64);
+            let rays: String = kinds.iter().map(|(_, of)| format!("{:>10}", count(of(bounce)))).collect();
             lines.push(format!(
-                "{:7}{:>10}{:>10}{:>10}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
+                "{:<7}{rays}{:>9}{:>10}{:>8}{:>8}{:>9}{:>9}{:>9}",
                 depth,
-                count(bounce.camera),
-                count(bounce.reflect),
-                count(bounce.refract),
                 percent(bounce.rays() as f64 / first),
                 count(bounce.shadow),
                 percent(bounce.blocked as f64 / bounce.shadow.max(1) as f64),
@@ -194,7 +221,8 @@ impl Report<'_> {
                 "lanes", "taken", "go on"
             ),
         ];
-        for stage in [Stage::Retire, Stage::Shade, Stage::Light, Stage::Shadow] {
+        let with_lanes = [Stage::Retire, Stage::Shade, Stage::Light, Stage::Shadow];
+        for stage in self.stages_that_run().filter(|stage| with_lanes.contains(stage)) {
             let flow = &self.flows.stages[stage as usize];
             lines.push(format!(
                 "{:10}{:>10}{:>10}   {}",
@@ -219,7 +247,8 @@ impl Report<'_> {
                 "counters", "cycles", "instructions", "a cycle", "cache misses", "branch misses"
             ),
         ];
-        let stages = Stage::ALL.iter().map(|stage| (stage.name(), &counted.stages[*stage as usize]));
+        let of = |stage: Stage| (stage.name(), &counted.stages[stage as usize]);
+        let stages = self.stages_that_run().map(of);
         for (name, counts) in stages.chain([("recursive", &counted.recursive)]) {
             lines.push(format!(
                 "{name:10}{:>14}{:>16}{:>8.2}{:>16}{:>16}",
@@ -288,7 +317,7 @@ fn timed_json(timed: &Timed) -> Value {
         "mrays_per_cpu_s": timed.mrays_per_cpu_s(),
         "rays": {
             "camera": timed.rays.camera, "reflect": timed.rays.reflect, "refract": timed.rays.refract,
-            "shadow": timed.rays.shadow, "total": timed.rays.total(),
+            "scatter": timed.rays.scatter, "shadow": timed.rays.shadow, "total": timed.rays.total(),
         },
         "spilled_forks": timed.spilled,
         "film_hash": format!("{:032x}", timed.hash),
@@ -320,7 +349,7 @@ fn visits_json(visits: &Visits) -> Value {
 fn bounce_json(bounce: &Bounce) -> Value {
     json!({
         "camera": bounce.camera, "reflect": bounce.reflect, "refract": bounce.refract,
-        "hits": bounce.hits, "shadow": bounce.shadow, "blocked": bounce.blocked, "ends": bounce.ends,
+        "scatter": bounce.scatter, "hits": bounce.hits, "shadow": bounce.shadow, "blocked": bounce.blocked, "ends": bounce.ends,
         "visits": visits_json(&bounce.visits), "shadow_visits": visits_json(&bounce.shadow_visits),
     })
 }

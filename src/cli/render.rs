@@ -176,7 +176,8 @@ fn metadata(session: &Session, settings: &Settings, exposure_ev: f32) -> Vec<(St
     let entry = |key: &str, value: String| (key.to_string(), value);
     let (done, asked) = session.samples_done();
     let [width, height] = settings.size;
-    vec![
+    let limits = settings.depth_limits.given().map(|(name, limit)| entry(name, limit.to_string()));
+    let mut entries = vec![
         entry("Software", format!("rayfront {}", env!("CARGO_PKG_VERSION"))),
         entry("samples", if done == asked { done.to_string() } else { format!("{done} of {asked}") }),
         entry("seed", settings.seed.to_string()),
@@ -189,5 +190,7 @@ fn metadata(session: &Session, settings: &Settings, exposure_ev: f32) -> Vec<(St
         entry("tonemap", format!("{:?}", settings.tonemap)),
         entry("exposure_ev", exposure_ev.to_string()),
         entry("film_hash", format!("{:032x}", session.film().hash())),
-    ]
+    ];
+    entries.extend(limits);
+    entries
 }

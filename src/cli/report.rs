@@ -124,11 +124,13 @@ impl Report<'_> {
         let [w, h] = self.settings.size;
         let (done, asked) = self.session.samples_done();
         let samples = if done == asked { format!("{done}") } else { format!("{done} of {asked}") };
+        let limits = self.settings.depth_limits.given().map(|(name, limit)| format!(", {name} {limit}"));
+        let limits: String = limits.collect();
         line(
             &mut out,
             "settings",
             format!(
-                "{w}x{h}, {samples} spp, depth {}, seed {}, {}, {}",
+                "{w}x{h}, {samples} spp, depth {}{limits}, seed {}, {}, {}",
                 self.settings.max_depth,
                 self.settings.seed,
                 self.schedule(),
@@ -166,6 +168,9 @@ impl Report<'_> {
             "samples": done,
             "samples_asked": asked,
             "max_depth": self.settings.max_depth,
+            "diffuse_depth": self.settings.depth_limits.diffuse,
+            "glossy_depth": self.settings.depth_limits.glossy,
+            "transmission_depth": self.settings.depth_limits.transmission,
             "seed": self.settings.seed,
             "schedule": self.schedule(),
             "wave": self.options.wave,

@@ -1,6 +1,7 @@
 //! Everything that lights surfaces to the columns that the path transport samples.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::light_tree::{self, LightBounds};
 use crate::math::{Aabb, NONE, Rgb, Vec3};
@@ -15,25 +16,38 @@ pub(super) struct VisibleArea {
     pub light: u32,
 }
 
+/// Most emitters of instances. With its place in the light tree one takes about 200 bytes.
+pub(super) const MOST_PLACED: usize = 1 << 20;
+
+/// What can be hit and may shine.
+pub(super) struct Surfaces<'a> {
+    pub geometry: &'a Geometry,
+    pub materials: &'a [Principled],
+    /// The triangles of each instance.
+    pub placed: &'a [Range<u32>],
+}
+
+/// The emitters, and how many instances would be too many of them.
 pub(super) fn compile(
-    geometry: &Geometry,
-    materials: &[Principled],
+    surfaces: &Surfaces,
     lights: &[Light],
     angles: &[f32],
     visible: &[VisibleArea],
     environment: &Environment,
-) -> Emitters {
+) -> (Emitters, usize) {
     let mut out = Emitters::default();
     let mut areas = HashMap::new();
     for (index, light) in lights.iter().enumerate() {
         let seen = visible.iter().find(|area| area.light as usize == index);
-        if let Some(emitter) = finite(&mut out, light, seen.is_some())
-            && let Some(area) = seen
-        {
-            areas.insert(area.material, emitter);
+        if let Some(emitter) = finite(&mut out, light, seen.is_some()) {
+            out.primitive[emitter as usize] = index as u32;
+            if let Some(area) = seen {
+                areas.insert(area.material, emitter);
+            }
         }
     }
-    surfaces(&mut out, geometry, materials, &areas);
+    in_the_world(&mut out, surfaces, &areas);
+    let left_out = instances(&mut out, surfaces, MOST_PLACED);
     out.finite = out.len() as u32;
     let bounds: Vec<LightBounds> = (0..out.len()).map(|emitter| bounds(&out, emitter)).collect();
     out.tree = light_tree::build(&bounds);
@@ -41,7 +55,8 @@ pub(super) fn compile(
         if let Light::Directional { to_light, irradiance } = light {
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
             row[3] = (1.0 - libm::cos(angles[index] as f64 / 2.0)) as f32;
-            push(&mut out, kind::DIRECTIONAL, 0, row);
+            let emitter = push(&mut out, kind::DIRECTIONAL, 0, row);
+            out.primitive[emitter as usize] = index as u32;
         }
     }
     // What is nearly even all around is found by drawn directions as well as by any other way.
@@ -49,7 +64,7 @@ pub(super) fn compile(
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
     }
-    out
+    (out, left_out)
 }
 
 fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
@@ -164,36 +179,29 @@ fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3
     None
 }
 
-/// Triangles and spheres whose material gives off light. Those of instances are found by rays
-/// alone.
-fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], areas: &HashMap<u32, u32>) {
-    let shines = |part: u32| {
-        let material = geometry.parts.material[part as usize];
-        materials[material as usize].emits().then_some(material)
-    };
-    if !(0..geometry.parts.material.len() as u32).any(|part| shines(part).is_some()) {
-        return;
-    }
-    let triangles = geometry.world_triangles as usize;
-    let spheres = geometry.world_spheres as usize;
-    out.of_primitive = vec![NONE; triangles + spheres];
-    for index in 0..triangles {
-        let part = geometry.triangle_parts[index];
-        let Some(material) = shines(part) else { continue };
-        if out.of_primitive[index] != NONE {
-            continue;
-        }
-        if let Some(area) = areas.get(&material) {
-            out.of_primitive[index] = *area;
-            continue;
-        }
+/// An emitter that is a triangle, or two.
+#[derive(Clone, Copy)]
+struct Lamp {
+    kind: u32,
+    flags: u32,
+    row: [f32; 13],
+    material: u32,
+    primitive: u32,
+}
+
+impl Lamp {
+    /// What a triangle gives off that has a material, together with the next one before `end` if
+    /// both make a parallelogram.
+    fn new(surfaces: &Surfaces, index: usize, end: usize, material: u32) -> Option<Lamp> {
+        let Surfaces { geometry, materials, .. } = surfaces;
         let record = &materials[material as usize];
+        let part = geometry.triangle_parts[index];
         let [a, b, c] = geometry.triangles[index].map(|v| Vec3::from_array(geometry.positions[v as usize]));
-        let textured = record.emission.texture != NONE;
         let (e1, e2) = (b - a, c - a);
         if e1.cross(e2).length_squared() == 0.0 {
-            continue;
+            return None;
         }
+        let textured = record.emission.texture != NONE;
         let mut flags = flag::VISIBLE;
         if !record.one_sided_emission {
             flags |= flag::TWO_SIDED;
@@ -205,31 +213,146 @@ fn surfaces(out: &mut Emitters, geometry: &Geometry, materials: &[Principled], a
             flags |= flag::TEXTURED;
         }
         let light = record.emission.factor.into();
-        if !textured
-            && index + 1 < triangles
+        let (kind, row) = if !textured
+            && index + 1 < end
             && geometry.triangle_parts[index + 1] == part
             && let Some([corner, e1, e2]) = parallelogram(geometry, index, e1.cross(e2))
         {
-            let emitter = push(out, kind::QUAD, flags, row_of(corner, e1, e2, light));
-            out.of_primitive[index] = emitter;
-            out.of_primitive[index + 1] = emitter;
+            (kind::QUAD, row_of(corner, e1, e2, light))
+        } else {
+            (kind::TRIANGLE, row_of(a, e1, e2, light))
+        };
+        Some(Lamp { kind, flags, row, material, primitive: index as u32 })
+    }
+
+    fn triangles(&self) -> usize {
+        if self.kind == kind::QUAD { 2 } else { 1 }
+    }
+
+    /// As an instance places it.
+    fn placed(&self, instance: &[f32; 24]) -> Lamp {
+        let rows: [Vec3; 3] = std::array::from_fn(|i| Vec3::from_slice(&instance[4 * i..]));
+        let offset = Vec3::new(instance[3], instance[7], instance[11]);
+        let turn = |v: Vec3| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
+        let at = |at: usize| Vec3::from_slice(&self.row[at..]);
+        let (corner, e1, e2) = (turn(at(0)) + offset, turn(at(3)), turn(at(6)));
+        let mut row = row_of(corner, e1, e2, Rgb::BLACK);
+        row[10..].copy_from_slice(&self.row[10..]);
+        let mirrored = rows[0].dot(rows[1].cross(rows[2])) < 0.0;
+        Lamp { row, flags: self.flags | if mirrored { flag::REVERSED } else { 0 }, ..*self }
+    }
+
+    fn push(&self, out: &mut Emitters) -> u32 {
+        let emitter = push(out, self.kind, self.flags, self.row);
+        out.material[emitter as usize] = self.material;
+        out.primitive[emitter as usize] = self.primitive;
+        emitter
+    }
+}
+
+/// Triangles and spheres in world space whose material gives off light.
+fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u32>) {
+    let Surfaces { geometry, materials, .. } = surfaces;
+    let shines = |part: u32| {
+        let material = geometry.parts.material[part as usize];
+        materials.get(material as usize)?.emits().then_some(material)
+    };
+    if !(0..geometry.parts.material.len() as u32).any(|part| shines(part).is_some()) {
+        return;
+    }
+    let triangles = geometry.world_triangles as usize;
+    let spheres = geometry.world_spheres as usize;
+    out.of_primitive = vec![NONE; triangles + spheres];
+    for index in 0..triangles {
+        let Some(material) = shines(geometry.triangle_parts[index]) else { continue };
+        if out.of_primitive[index] != NONE {
             continue;
         }
-        let row = row_of(a, e1, e2, light);
-        let emitter = push(out, kind::TRIANGLE, flags, row);
-        out.material[emitter as usize] = material;
-        out.primitive[emitter as usize] = index as u32;
-        out.of_primitive[index] = emitter;
+        if let Some(area) = areas.get(&material) {
+            out.of_primitive[index] = *area;
+        } else if let Some(lamp) = Lamp::new(surfaces, index, triangles, material) {
+            let emitter = lamp.push(out);
+            out.of_primitive[index..index + lamp.triangles()].fill(emitter);
+        }
     }
     for index in 0..spheres {
         let Some(material) = shines(geometry.sphere_parts[index]) else { continue };
         let record = &materials[material as usize];
-        if record.emission.texture != NONE {
-            continue;
-        }
         let [x, y, z, radius] = geometry.spheres[index];
         let mut row = row_of(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ZERO, record.emission.factor.into());
         row[9] = radius;
-        out.of_primitive[triangles + index] = push(out, kind::SPHERE, flag::VISIBLE, row);
+        let flags = flag::VISIBLE | if record.emission.texture == NONE { 0 } else { flag::TEXTURED };
+        let primitive = index as u32 | crate::bvh::SPHERE;
+        let emitter = Lamp { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
+        out.of_primitive[triangles + index] = emitter;
     }
+}
+
+/// The emitters of a mesh that is placed several times, in its own space.
+#[derive(Default)]
+struct Shared {
+    lamps: Vec<Lamp>,
+    /// Which of them each triangle is.
+    of_triangle: Vec<u32>,
+    /// Where these begin in [`Emitters::of_primitive`], once they are there.
+    begin: Option<usize>,
+}
+
+impl Shared {
+    /// `given` is the material that takes the place of the triangles' own, or [`NONE`].
+    fn new(surfaces: &Surfaces, range: Range<u32>, given: u32) -> Shared {
+        let Surfaces { geometry, materials, .. } = surfaces;
+        let (first, end) = (range.start as usize, range.end as usize);
+        let mut shared = Shared { of_triangle: vec![NONE; end - first], ..Shared::default() };
+        for index in first..end {
+            let own = geometry.parts.material[geometry.triangle_parts[index] as usize];
+            let material = if given == NONE { own } else { given };
+            if shared.of_triangle[index - first] != NONE || !materials[material as usize].emits() {
+                continue;
+            }
+            if let Some(lamp) = Lamp::new(surfaces, index, end, material) {
+                let place = index - first;
+                shared.of_triangle[place..place + lamp.triangles()].fill(shared.lamps.len() as u32);
+                shared.lamps.push(lamp);
+            }
+        }
+        shared
+    }
+}
+
+/// The triangles of instances, at most `most` emitters; returns how many instances are left out.
+/// Ellipsoids are found by rays alone.
+fn instances(out: &mut Emitters, surfaces: &Surfaces, most: usize) -> usize {
+    let (mut meshes, mut room, mut left_out) = (HashMap::new(), most, 0);
+    let count = surfaces.placed.len();
+    for (instance, range) in surfaces.placed.iter().enumerate() {
+        let given = surfaces.geometry.instance_materials[instance];
+        let shared = meshes
+            .entry((range.start, range.end, given))
+            .or_insert_with(|| Shared::new(surfaces, range.clone(), given));
+        if shared.lamps.is_empty() {
+            continue;
+        }
+        if shared.lamps.len() > room {
+            left_out += 1;
+            continue;
+        }
+        room -= shared.lamps.len();
+        let begin = *shared.begin.get_or_insert_with(|| {
+            if out.of_primitive.is_empty() {
+                let world = surfaces.geometry.world_triangles + surfaces.geometry.world_spheres;
+                out.of_primitive.resize(world as usize, NONE);
+            }
+            out.of_primitive.extend_from_slice(&shared.of_triangle);
+            out.of_primitive.len() - shared.of_triangle.len()
+        });
+        out.instance_places.resize(count, 0);
+        out.instance_first.resize(count, NONE);
+        out.instance_places[instance] = (begin as u32).wrapping_sub(range.start);
+        out.instance_first[instance] = out.len() as u32;
+        for lamp in &shared.lamps {
+            lamp.placed(&surfaces.geometry.instances[instance]).push(out);
+        }
+    }
+    left_out
 }

@@ -4,22 +4,32 @@
 //! that is placed several times gets a subtree of its own, shared by its instances. So do
 //! spheres that a transform turns into ellipsoids: all are instances of one unit sphere.
 
+use std::ops::Range;
+
 use hecs::Entity;
 
 use super::lights::Emitter;
 use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
-use crate::bvh::{Bvh, Instance};
+use crate::bvh::{Bvh, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
 use crate::scene::{Geometry, Part};
 use crate::world::{MaterialId, Mesh, MeshId, Shape, World, check_plane};
+
+/// What shapes come to.
+pub(super) struct Compiled {
+    pub geometry: Geometry,
+    pub bvh: Bvh,
+    /// The triangles of each instance.
+    pub placed: Vec<Range<u32>>,
+}
 
 pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
     emitters: &[Emitter],
-) -> Result<(Geometry, Bvh), CompileError> {
+) -> Result<Compiled, CompileError> {
     check_size(world)?;
     let mut builder = Builder::default();
     let mut placed = Vec::new();
@@ -219,16 +229,17 @@ impl Builder {
         mut self,
         world: &World,
         placed: Vec<(Subtree, DAffine3, MaterialId, u32)>,
-    ) -> Result<(Geometry, Bvh), CompileError> {
+    ) -> Result<Compiled, CompileError> {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
         let quality = world.settings.build_quality;
         let mut bvh = Bvh { quality, ..Bvh::default() };
         let mut subtrees = std::collections::HashMap::new();
-        let mut boxes = Vec::new();
+        let (mut boxes, mut ranges) = (Vec::new(), Vec::new());
         for (subtree, matrix, material, entity) in placed {
-            let root = *subtrees.entry(subtree).or_insert_with(|| self.subtree(world, subtree, &mut bvh));
-            let Some(root) = root else { continue };
+            let built = subtrees.entry(subtree).or_insert_with(|| self.subtree(world, subtree, &mut bvh));
+            let (Some(root), range) = built.clone() else { continue };
+            ranges.push(range);
             let instance = Instance::new(&matrix, root.child);
             let mut rows = [0.0; 24];
             rows[..12].copy_from_slice(instance.to_world.as_flattened());
@@ -240,17 +251,18 @@ impl Builder {
             boxes.push(root.bounds);
         }
         bvh.add_root(&self.geometry.shapes(), 0..triangles, 0..spheres, &boxes);
-        Ok((self.geometry, bvh))
+        Ok(Compiled { geometry: self.geometry, bvh, placed: ranges })
     }
 
-    fn subtree(&mut self, world: &World, subtree: Subtree, bvh: &mut Bvh) -> Option<crate::bvh::Root> {
+    /// A tree and its triangles.
+    fn subtree(&mut self, world: &World, subtree: Subtree, bvh: &mut Bvh) -> (Option<Root>, Range<u32>) {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
             Subtree::UnitSphere => self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT)),
             Subtree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
         }
         let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
-        bvh.add_tree(&self.geometry.shapes(), triangles..t, spheres..s)
+        (bvh.add_tree(&self.geometry.shapes(), triangles..t, spheres..s), triangles..t)
     }
 }
 

@@ -3,6 +3,8 @@
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
 pub mod begin;
+pub mod bounces;
+pub mod look;
 pub mod observe;
 pub mod path;
 pub mod path_tracing;
@@ -39,6 +41,8 @@ pub struct Frame {
     pub seed: u64,
     /// Bounces after the camera ray.
     pub max_depth: u32,
+    /// Bounces of each kind, if there are limits within these (path transport).
+    pub limits: Option<bounces::Limits>,
     /// A branch ends when no component of its throughput is above this.
     pub min_throughput: f32,
     /// What happens to light at a vertex.
@@ -62,6 +66,7 @@ impl Frame {
             filter: FilterTable::new(settings.filter),
             seed: settings.seed,
             max_depth: settings.max_depth,
+            limits: bounces::Limits::new(settings.depth_limits, settings.max_depth),
             min_throughput: settings.min_throughput,
             transport: settings.transport,
             sampler: settings.sampler,

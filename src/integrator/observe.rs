@@ -3,6 +3,7 @@
 //! of this is compiled into the schedules.
 
 use super::Stage;
+use super::look::{Fate, Look};
 use super::path::{Path, unpack_pixel};
 use crate::math::{Color, Hit, Ray, Vector};
 
@@ -66,7 +67,7 @@ pub struct Place {
     pub pixel: (u32, u32),
     /// Which of its samples.
     pub sample: u32,
-    /// 0 for the camera's path, a hash for those that were forked off.
+    /// See [`Path::branch`].
     pub branch: u32,
     /// Bounces so far.
     pub depth: u32,
@@ -112,10 +113,19 @@ pub enum What {
         /// What the path has gathered, with what the surface gives off by itself.
         radiance: Triple,
     },
+    /// What the path transport does there.
+    Choice {
+        /// See [`Look::emission_share`].
+        emission_share: f32,
+        /// What becomes of the path.
+        fate: Fate,
+    },
     /// A ray to a light.
     Light {
-        /// Which light.
+        /// Which light; under the path transport which emitter.
         light: u32,
+        /// Under the path transport what this way to find the light counts for; 1 otherwise.
+        share: f32,
         /// Which of its samples.
         which: u32,
         /// Where from.
@@ -131,6 +141,8 @@ pub enum What {
     Shadow {
         /// Whether something is between.
         blocked: bool,
+        /// What the path has gathered then, under the path transport.
+        radiance: Option<Triple>,
     },
     /// The path has gone on from its last vertex, or been forked off there.
     Onward {
@@ -205,23 +217,40 @@ pub fn vertex(
     Event::Sample(Place::of(path), what)
 }
 
-/// A path of the path transport at a vertex, whose normals it does not tell.
-#[inline(always)]
-pub fn path_vertex(path: &Path<f32>, t: f32) -> Event {
-    vertex(path, path.origin + path.direction * t, Vector::zero(), Vector::zero())
+/// A path of the path transport at a vertex: where that is, and what happens there.
+pub fn path_vertex(path: &Path<f32>, look: &Look) -> [Event; 2] {
+    let Look { position, geometric_normal, normal, emission_share, fate, .. } = *look;
+    let choice = Event::Sample(Place::of(path), What::Choice { emission_share, fate });
+    [vertex(path, position, geometric_normal, normal), choice]
 }
 
-/// A path of the path transport with a ray to a light, of which it does not tell which.
-#[inline(always)]
-pub fn path_light(path: &Path<f32>, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
-    light(path, crate::math::NONE as usize, 0, ray, contribution)
+/// A path of the path transport with a ray to a light.
+pub fn path_light(path: &Path<f32>, look: &Look, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
+    let (emitter, share) = look.light.unwrap_or((crate::math::NONE, 1.0));
+    to_light(path, (emitter, 0, share), ray, contribution)
+}
+
+/// A path of the path transport whose ray to a light has been traced, with what it has gathered.
+pub fn path_shadow(path: &Path<f32>, blocked: bool, radiance: Color<f32>) -> Event {
+    Event::Sample(Place::of(path), What::Shadow { blocked, radiance: Some(color(radiance)) })
 }
 
 /// A path with a ray to a light.
 #[inline(always)]
 pub fn light(path: &Path<f32>, light: usize, which: u32, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
+    to_light(path, (light as u32, which, 1.0), ray, contribution)
+}
+
+#[inline(always)]
+fn to_light(
+    path: &Path<f32>,
+    (light, which, share): (u32, u32, f32),
+    ray: &Ray<f32>,
+    contribution: Color<f32>,
+) -> Event {
     let what = What::Light {
-        light: light as u32,
+        light,
+        share,
         which,
         origin: triple(ray.origin),
         direction: triple(ray.direction),
@@ -234,7 +263,7 @@ pub fn light(path: &Path<f32>, light: usize, which: u32, ray: &Ray<f32>, contrib
 /// A path whose ray to a light has been traced.
 #[inline(always)]
 pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
-    Event::Sample(Place::of(path), What::Shadow { blocked })
+    Event::Sample(Place::of(path), What::Shadow { blocked, radiance: None })
 }
 
 /// A path that has gone on from a vertex.

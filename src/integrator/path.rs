@@ -19,7 +19,8 @@ pub struct Path<F: Float> {
     pub pixel: F::Int,
     /// Which of the pixel's samples.
     pub sample: F::Int,
-    /// 0 for the path that the camera began, a hash for those that were forked off.
+    /// 0 for the path that the camera began, a hash for those that were forked off. The path
+    /// transport forks none and counts its bounces by kind here ([`super::bounces`]).
     pub branch: F::Int,
     /// Bounces so far.
     pub depth: F::Int,
@@ -68,10 +69,16 @@ impl<F: Float> Path<F> {
         }
     }
 
-    /// Says which random numbers it draws.
+    /// Says which random numbers it draws under Whitted's transport.
     #[inline(always)]
     pub fn key(&self, seed: u64) -> Key<F::Int> {
         Key::new(seed, self.pixel, self.sample, self.branch)
+    }
+
+    /// The same under the path transport.
+    #[inline(always)]
+    pub fn only_key(&self, seed: u64) -> Key<F::Int> {
+        Key::new(seed, self.pixel, self.sample, F::Int::splat(0))
     }
 }
 

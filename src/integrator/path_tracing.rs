@@ -7,6 +7,7 @@
 //! gives off, then what its light sends.
 
 use super::Frame;
+use super::bounces;
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::elementary::exp2;
@@ -14,8 +15,9 @@ use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::hash::{combine, to_unit};
 use crate::sampling::{Dimension, Key};
-use crate::scene::principled::Coverage;
+use crate::scene::principled::{Coverage, Principled};
 use crate::shading::details::coordinates;
+use crate::shading::emitter::EmitterSample;
 use crate::shading::light::SHADOW_END;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::Sampled;
@@ -147,24 +149,44 @@ pub fn hit<F: Float>(
     }
     out.radiance = Color::select(here, given_off(frame, path, hit, &spot, here), path.radiance);
     // The last ray looks for what shines, which the light sampled before it counts on; no more.
-    let here = here & !F::Int::splat(frame.max_depth).lt(path.depth);
+    let here = here & !is_last(frame, path);
     if record.unlit || !here.any() {
         return out;
     }
-    let key = path.key(frame.seed);
-    let (has, mut parameters) = spot.parameters();
-    if has.dispersion {
-        // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
-        let dimension = Dimension::Wavelength.at(F::Int::splat(0));
-        let u = draw_2d(frame.sampler, frame.samples, key, dimension);
-        parameters.split(record.ior, record.dispersion, surface.inside, path.throughput, u);
-    }
-    let bsdf = Bsdf::new(has, parameters, spot.to_viewer, here);
+    let key = path.only_key(frame.seed);
+    let bsdf = bsdf(frame, path, &spot, key, here);
     out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
     let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, here);
     out.next = Path::select(here, next, out.next);
     out.goes_on = passes | goes_on;
     out
+}
+
+/// Where the path has had its last bounce, of all or of a kind.
+#[inline(always)]
+pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
+    let last = F::Int::splat(frame.max_depth).lt(path.depth);
+    if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
+}
+
+/// What the surface does to light, of the wavelength that the path follows if it follows one.
+#[inline(always)]
+pub(super) fn bsdf<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    spot: &Spot<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> Bsdf<F> {
+    let (has, mut parameters) = spot.parameters();
+    if has.dispersion {
+        // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
+        let dimension = Dimension::Wavelength.at(F::Int::splat(0));
+        let u = draw_2d(frame.sampler, frame.samples, key, dimension);
+        let Principled { ior, dispersion, .. } = *spot.material;
+        parameters.split(ior, dispersion, spot.surface.inside, path.throughput, u);
+    }
+    Bsdf::new(has, parameters, spot.to_viewer, mask)
 }
 
 /// Lanes in which the surface is not there.
@@ -183,7 +205,7 @@ pub(super) fn passing<F: Float>(
     let mut least = F::zero();
     if spot.material.coverage == Coverage::Blend {
         // Surfaces behind each other need numbers of their own.
-        let key = path.key(frame.seed);
+        let key = path.only_key(frame.seed);
         let layer = combine(key.shared(Dimension::Alpha.at(path.depth)), hit.primitive);
         least = to_unit(combine(layer, path.sample));
     }
@@ -192,7 +214,7 @@ pub(super) fn passing<F: Float>(
 
 /// Throughput after the way through the body that the path is in (Beer and Lambert).
 #[inline(always)]
-fn absorbed<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Color<F> {
+pub(super) fn absorbed<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Color<F> {
     let mut throughput = path.throughput;
     let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
     while todo.any() {
@@ -221,30 +243,71 @@ fn given_off<F: Float>(
     spot: &Spot<F>,
     mask: F::Mask,
 ) -> Color<F> {
-    let scene = &frame.scene;
     if spot.material.unlit {
         return path.radiance + path.throughput * spot.base_color();
     }
     if !spot.material.emits() {
         return path.radiance;
     }
-    let mut light = spot.emission();
-    let drawn = mask & path.pdf.gt(F::zero()) & hit.instance.eq(F::Int::splat(NONE));
-    if drawn.any() && !scene.emitters.of_primitive.is_empty() {
-        // Spheres come behind the triangles.
-        let sphere = F::Int::splat(crate::bvh::SPHERE);
-        let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0));
-        let behind = (hit.primitive ^ sphere) + F::Int::splat(scene.geometry.world_triangles);
-        let place = F::Int::select(is_sphere, behind, hit.primitive);
-        let index = F::Int::gather(&scene.emitters.of_primitive, place, drawn);
-        let found = drawn & !index.eq(F::Int::splat(NONE));
-        if found.any() {
-            let density = emitter::pdf(scene, index, path.origin, path.direction, hit.t, found)
-                * chance_of(frame, path.origin, index, found);
-            light = light * F::select(found, heuristic(path.pdf, density), F::one());
-        }
-    }
+    let light = spot.emission() * emission_share(frame, path, hit, mask);
     path.radiance + limited(frame, path, path.throughput * light)
+}
+
+/// What a drawn direction counts for that has found what a surface gives off.
+#[inline(always)]
+pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitLanes<F>, mask: F::Mask) -> F {
+    let (scene, drawn) = (&frame.scene, mask & path.pdf.gt(F::zero()));
+    if !drawn.any() {
+        return F::one();
+    }
+    let index = emitter::of_hit(scene, hit, drawn);
+    let found = drawn & !index.eq(F::Int::splat(NONE));
+    if !found.any() {
+        return F::one();
+    }
+    let density = emitter::pdf(scene, index, path.origin, path.direction, hit.t, found)
+        * chance_of(frame, path.origin, index, found);
+    F::select(found, heuristic(path.pdf, density), F::one())
+}
+
+/// A point of a light.
+pub(super) struct Lit<F: Float> {
+    /// The light.
+    pub emitter: F::Int,
+    /// Chance times density.
+    density: F,
+    /// What finding it this way counts for.
+    pub share: F,
+    /// Value · |cos| towards it.
+    value: Color<F>,
+    sample: EmitterSample<F>,
+}
+
+/// Chooses a light and a point of it.
+#[inline(always)]
+pub(super) fn sampled_light<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> Lit<F> {
+    let scene = &frame.scene;
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(path.depth));
+    let which = if scene.emitters.len() > 1 {
+        draw_1d(frame.sampler, frame.samples, key, Dimension::LightChoice.at(path.depth))
+    } else {
+        F::zero()
+    };
+    // Seen from where drawn directions begin, too: on a light itself the difference matters.
+    let position = surface.position + surface.geometric_normal * surface.offset;
+    let (emitter, chance) = choose(frame, position, which, mask);
+    let sample = emitter::sample(scene, emitter, position, u, mask);
+    let (value, own) = bsdf.evaluate(sample.direction, mask);
+    let density = sample.pdf * chance;
+    let share = F::select(sample.shared, heuristic(density, own), F::one());
+    Lit { emitter, density, share, value, sample }
 }
 
 /// The shadow ray to a point of a light.
@@ -263,20 +326,8 @@ fn to_light<F: Float>(
         return ShadowRay::none();
     }
     let zero = F::zero();
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(path.depth));
-    let which = if scene.emitters.len() > 1 {
-        draw_1d(frame.sampler, frame.samples, key, Dimension::LightChoice.at(path.depth))
-    } else {
-        zero
-    };
-    // Seen from where drawn directions begin, too: on a light itself the difference matters.
-    let position = surface.position + surface.geometric_normal * surface.offset;
-    let (index, chance) = choose(frame, position, which, mask);
-    let sample = emitter::sample(scene, index, position, u, mask);
-    let (value, own) = bsdf.evaluate(sample.direction, mask);
-    let density = sample.pdf * chance;
-    let weight = F::select(sample.shared, heuristic(density, own), F::one());
-    let light = value * sample.radiance * (weight / density.max(F::splat(1e-30)));
+    let Lit { density, share, value, sample, .. } = sampled_light(frame, path, surface, bsdf, key, mask);
+    let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let contribution = limited(frame, path, path.throughput * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     ShadowRay {
@@ -287,8 +338,22 @@ fn to_light<F: Float>(
             t_max: sample.distance * F::splat(SHADOW_END),
         },
         contribution,
-        mask: mask & chance.gt(zero) & density.gt(zero) & contribution.max_component().gt(zero),
+        mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     }
+}
+
+/// A direction from a lobe.
+#[inline(always)]
+pub(super) fn drawn<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> Sampled<F> {
+    let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+    bsdf.sample(choice, u, mask)
 }
 
 /// Where the path goes on, if it does.
@@ -305,9 +370,7 @@ fn scattered<F: Float>(
     mask: F::Mask,
 ) -> (Path<F>, F::Mask) {
     let (zero, one) = (F::zero(), F::one());
-    let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
-    let Sampled { direction, weight, pdf, valid, through, wide } = bsdf.sample(choice, u, mask);
+    let Sampled { direction, weight, pdf, valid, through, wide } = drawn(frame, path, bsdf, key, mask);
     let mut throughput = path.throughput * weight;
     let mut goes_on = valid & throughput.max_component().gt(zero);
     if let Some(first) = frame.roulette_depth {
@@ -326,6 +389,10 @@ fn scattered<F: Float>(
         let other = F::Int::select(surface.inside, F::Int::splat(NONE), inside);
         medium = F::Int::select(through, other, medium);
     }
+    let mut branch = bounces::counted::<F>(path.branch, wide, through);
+    if let Some(limits) = &frame.limits {
+        branch = bounces::limited::<F>(limits, branch);
+    }
     // A wide lobe blurs what is seen in it over about this angle.
     let spread = path.spread + F::select(wide, F::splat(0.2), zero);
     let next = Path {
@@ -333,6 +400,7 @@ fn scattered<F: Float>(
         direction,
         throughput,
         radiance: Color::black(),
+        branch,
         depth: path.depth + F::Int::splat(1),
         pdf,
         t_min: zero,

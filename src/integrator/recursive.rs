@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
+use super::look::look;
 use super::observe::{self, Observer, Way};
 use super::path::{Path, pack_pixel};
 use super::shadow::{ShadowRay, connect};
@@ -147,19 +148,21 @@ impl<O: Observer> Tile<'_, O> {
             let outcome = path_tracing::hit(frame, &path, &lane, material, true);
             path.radiance = outcome.radiance;
             if O::LOOKS {
-                self.observer.report(&observe::path_vertex(&path, hit.t));
+                let look = look(frame, &path, &lane, material);
+                observe::path_vertex(&path, &look).iter().for_each(|event| self.observer.report(event));
+                if outcome.shadow.mask {
+                    let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
+                    self.observer.report(&observe::path_light(&path, &look, ray, contribution));
+                }
             }
             if outcome.shadow.mask {
                 self.statistics.rays.shadow += 1;
                 let arrives = self.arriving::<L>(outcome.shadow);
+                let lit = arrives.map_or(path.radiance, |light| connect(path.radiance, light));
                 if O::LOOKS {
-                    let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
-                    self.observer.report(&observe::path_light(&path, ray, contribution));
-                    if !scene.has_cutouts {
-                        self.observer.report(&observe::shadow(&path, arrives.is_none()));
-                    }
+                    self.observer.report(&observe::path_shadow(&path, arrives.is_none(), lit));
                 }
-                path.radiance = arrives.map_or(path.radiance, |light| connect(path.radiance, light));
+                path.radiance = lit;
             }
             if !outcome.goes_on {
                 if O::LOOKS {

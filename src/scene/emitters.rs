@@ -1,6 +1,7 @@
 //! Everything that lights a surface, as the path transport samples it.
 
 use super::light_tree::LightTree;
+use crate::math::NONE;
 
 /// Kinds of emitters: the rows of [`Emitters::rows`] mean different things.
 pub mod kind {
@@ -42,20 +43,52 @@ pub struct Emitters {
     pub flags: Vec<u32>,
     /// See [`kind`]; radiance or intensity is at 10.
     pub rows: Vec<[f32; 13]>,
-    /// Material of a textured triangle.
+    /// Material of a surface, [`NONE`] of all else.
     pub material: Vec<u32>,
-    /// The triangle.
+    /// The surface's primitive, the first of two that make one emitter; of a light its index among
+    /// the scene's.
     pub primitive: Vec<u32>,
     /// How many stand in finite places.
     pub finite: u32,
     /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
-    /// [`crate::math::NONE`]; empty if there is none.
+    /// [`NONE`]; behind these, for meshes that are placed several times, which of an instance's
+    /// emitters a triangle is. Empty if there is none.
     pub of_primitive: Vec<u32>,
+    /// For each instance its first emitter, or [`NONE`] if it has none. Empty if none has any, as
+    /// the next.
+    pub instance_first: Vec<u32>,
+    /// For each instance what is added (wrapping) to its triangles' numbers to find them in
+    /// [`Emitters::of_primitive`].
+    pub instance_places: Vec<u32>,
     /// By what each finite emitter may bring to a point.
     pub tree: LightTree,
 }
 
+/// What an emitter is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Index among the scene's lights.
+    Light(u32),
+    /// A primitive, and the instance that it is in or [`NONE`].
+    Surface(u32, u32),
+    /// All around.
+    Environment,
+}
+
 impl Emitters {
+    /// Where an emitter comes from, for people: looks through all instances.
+    pub fn source(&self, emitter: u32) -> Source {
+        let (material, primitive) = (self.material[emitter as usize], self.primitive[emitter as usize]);
+        if material == NONE {
+            return if primitive == NONE { Source::Environment } else { Source::Light(primitive) };
+        }
+        let starts = self.instance_first.iter().enumerate();
+        let before = starts.filter(|(_, first)| **first != NONE && **first <= emitter);
+        // In each instance's range emitters follow each other, behind all that is in the world.
+        let instance = before.max_by_key(|(_, first)| **first).map_or(NONE, |(instance, _)| instance as u32);
+        Source::Surface(primitive, instance)
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.kinds.len()

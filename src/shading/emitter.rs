@@ -3,11 +3,12 @@
 
 use super::details::point_coordinates;
 use super::material::has;
-use super::sampled::color;
-use super::surface::{HitLanes, unit_or};
+use super::sampled::{Coordinates, color};
+use super::surface::{HitLanes, sphere_uv, unit_or};
 use super::{environment, principled::frame::Frame};
+use crate::bvh::SPHERE;
 use crate::math::elementary::sin_cos_turns;
-use crate::math::{Color, Vector};
+use crate::math::{Color, NONE, Vector};
 use crate::scene::CompiledScene;
 use crate::scene::emitters::{flag, kind};
 use crate::simd::{Float, Int, Mask};
@@ -55,7 +56,17 @@ pub fn sample<F: Float>(
         out = out.replaced(planar, sample);
     }
     if is(kind::SPHERE).any() {
-        out = out.replaced(is(kind::SPHERE), sphere_sample(&row, position, u));
+        let mut sample = sphere_sample(&row, position, u);
+        let textured = is(kind::SPHERE) & has(flags, flag::TEXTURED);
+        if textured.any() {
+            let normal = unit_or(position + sample.direction * sample.distance - row.vector(0), up);
+            let id = F::Int::gather(&table.primitive, emitter, textured) ^ F::Int::splat(SPHERE);
+            let uv = sphere_uv(&scene.geometry, id, normal, textured);
+            let at = Coordinates { uv: [uv, uv], footprint: F::zero() };
+            let light = textured_light(scene, emitter, &at, textured);
+            sample.radiance = Color::select(textured, light, sample.radiance);
+        }
+        out = out.replaced(is(kind::SPHERE), sample);
     }
     let point = is(kind::POINT) | is(kind::SPOT);
     if point.any() {
@@ -76,6 +87,33 @@ pub fn sample<F: Float>(
         out = out.replaced(is(kind::ENVIRONMENT), sample);
     }
     out
+}
+
+/// The emitter whose surface has been hit, or [`NONE`].
+#[inline(always)]
+pub fn of_hit<F: Float>(scene: &CompiledScene, hit: &HitLanes<F>, mask: F::Mask) -> F::Int {
+    let (table, none) = (&scene.emitters, F::Int::splat(NONE));
+    if table.of_primitive.is_empty() {
+        return none;
+    }
+    // Spheres come behind the triangles.
+    let sphere = F::Int::splat(SPHERE);
+    let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0));
+    let behind = (hit.primitive ^ sphere) + F::Int::splat(scene.geometry.world_triangles);
+    let mut place = F::Int::select(is_sphere, behind, hit.primitive);
+    let mut first = F::Int::splat(0);
+    let mut known = mask & hit.instance.eq(none);
+    let placed = mask & !known;
+    if placed.any() && !table.instance_first.is_empty() {
+        let begin = F::Int::gather(&table.instance_first, hit.instance, placed);
+        let lit = placed & !begin.eq(none);
+        let offset = F::Int::gather(&table.instance_places, hit.instance, lit);
+        place = F::Int::select(lit, hit.primitive + offset, place);
+        first = F::Int::select(lit, begin, first);
+        known = known | lit;
+    }
+    let entry = F::Int::gather(&table.of_primitive, place, known);
+    F::Int::select(known & !entry.eq(none), entry + first, none)
 }
 
 /// Density with which [`sample`] would have found the point of an emitter that a ray along
@@ -174,7 +212,10 @@ fn planar_sample<F: Float>(
     let mut light = row.light();
     let textured = has(flags, flag::TEXTURED) & row.mask;
     if textured.any() {
-        light = Color::select(textured, textured_light(scene, emitter, (a, b), textured), light);
+        let primitive = F::Int::gather(&scene.emitters.primitive, emitter, textured);
+        let hit = HitLanes { t: F::zero(), u: a, v: b, primitive, instance: F::Int::splat(NONE) };
+        let at = point_coordinates(&scene.geometry, &hit, textured);
+        light = Color::select(textured, textured_light(scene, emitter, &at, textured), light);
     }
     let facing = cross.dot(direction);
     let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
@@ -188,25 +229,22 @@ fn planar_sample<F: Float>(
     }
 }
 
-/// Radiance of triangles whose emission is a texture, material by material.
+/// Radiance of surfaces whose emission is a texture, material by material.
 #[inline(always)]
 fn textured_light<F: Float>(
     scene: &CompiledScene,
     emitter: F::Int,
-    place: (F, F),
+    at: &Coordinates<F>,
     mask: F::Mask,
 ) -> Color<F> {
-    let primitive = F::Int::gather(&scene.emitters.primitive, emitter, mask);
     let material = F::Int::gather(&scene.emitters.material, emitter, mask);
-    let hit = HitLanes { t: F::zero(), u: place.0, v: place.1, primitive, instance: F::Int::splat(u32::MAX) };
-    let at = point_coordinates(&scene.geometry, &hit, mask);
     let mut light = Color::black();
     let mut todo = mask;
     while todo.any() {
         let first = lane(material, todo);
         let same = material.eq(F::Int::splat(first)) & todo;
         let emission = &scene.principled[first as usize].emission;
-        light = Color::select(same, color(emission, &scene.textures, &at, same), light);
+        light = Color::select(same, color(emission, &scene.textures, at, same), light);
         todo = todo & !same;
     }
     light

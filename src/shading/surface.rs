@@ -249,14 +249,25 @@ fn sphere<F: Float>(
     let radii = Vector::new(radius, radius, radius);
     let error = (center.abs() + radii) * F::splat(gamma(6));
 
+    let uv = sphere_uv(geometry, id, normal, mask);
+    let white = Vector::new(F::one(), F::one(), F::one());
+    let part = F::Int::gather(&geometry.sphere_parts, id, mask);
+    Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
+}
+
+/// Texture coordinates of a sphere by its normal.
+#[inline(always)]
+pub(super) fn sphere_uv<F: Float>(
+    geometry: &Geometry,
+    id: F::Int,
+    normal: Vector<F>,
+    mask: F::Mask,
+) -> (F, F) {
     let (axes, first) = (geometry.sphere_axes.as_flattened(), id * F::Int::splat(9));
     let x = Vector::gather_flat(axes, first, mask).dot(normal);
     let y = Vector::gather_flat(axes, first + F::Int::splat(3), mask).dot(normal);
     let z = Vector::gather_flat(axes, first + F::Int::splat(6), mask).dot(normal);
-    let uv = (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0));
-    let white = Vector::new(F::one(), F::one(), F::one());
-    let part = F::Int::gather(&geometry.sphere_parts, id, mask);
-    Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
+    (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0))
 }
 
 /// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.

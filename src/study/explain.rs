@@ -4,11 +4,15 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::film::{Film, Region};
+use crate::integrator::bounces::Kind;
+use crate::integrator::look::Fate;
 use crate::integrator::observe::{Event, Place, Triple, Way, What};
 use crate::integrator::{Frame, Schedule};
 use crate::math::{Hit, NONE};
 use crate::render::{Options, Session};
-use crate::world::World;
+use crate::scene::CompiledScene;
+use crate::scene::emitters::Source;
+use crate::world::{Transport, World};
 
 /// A sample from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
@@ -79,8 +83,13 @@ pub struct Vertex {
     pub normal: Triple,
     /// What the surface gives off by itself, as it reaches the film.
     pub own: Triple,
+    /// What the drawn direction that led here counts for in that, under the path transport: the
+    /// rest is found by rays to lights.
+    pub own_share: f32,
     /// Rays to lights.
     pub lights: Vec<Lit>,
+    /// What becomes of the path there, under the path transport.
+    pub fate: Option<Fate>,
 }
 
 /// A ray to a light.
@@ -96,6 +105,10 @@ pub struct Lit {
     pub distance: f32,
     /// What reaches the film if nothing is between.
     pub contribution: Triple,
+    /// What did reach it.
+    pub arrived: Triple,
+    /// Under the path transport what this way to find the light counts for; 1 otherwise.
+    pub share: f32,
     /// Whether something is.
     pub blocked: bool,
 }
@@ -111,9 +124,27 @@ pub enum Why {
     Bounces,
     /// Too little would have been left of it.
     Weak,
+    /// It had all the bounces of a kind that it may have.
+    Limit(Kind),
+    /// The surface shows its colour and answers no light.
+    Unlit,
+    /// No direction could be drawn.
+    Absorbed,
+    /// Nothing would have been left of it.
+    Black,
+    /// It has lost at Russian roulette.
+    Roulette,
 }
 
 impl Why {
+    /// For programs.
+    pub fn name(self) -> String {
+        match self {
+            Why::Limit(kind) => format!("{} limit", kind.name()),
+            other => format!("{other:?}").to_lowercase(),
+        }
+    }
+
     /// For people.
     pub fn text(self) -> &'static str {
         match self {
@@ -121,6 +152,13 @@ impl Why {
             Why::Surface => "the surface neither mirrors nor lets light through",
             Why::Bounces => "it has had max_depth bounces",
             Why::Weak => "less than min_throughput would be left of it",
+            Why::Limit(Kind::Diffuse) => "it has had diffuse_depth diffuse bounces",
+            Why::Limit(Kind::Glossy) => "it has had glossy_depth glossy bounces",
+            Why::Limit(Kind::Transmission) => "it has been through transmission_depth surfaces",
+            Why::Unlit => "the surface is unlit: it shows its colour and answers no light",
+            Why::Absorbed => "no direction could be drawn: the surface absorbs, or it led to the wrong side",
+            Why::Black => "nothing would be left of what comes from the drawn direction",
+            Why::Roulette => "it has lost at Russian roulette",
         }
     }
 }
@@ -142,10 +180,18 @@ impl Names {
     }
 
     fn light(&self, index: u32) -> String {
-        let name = self.lights.get(index as usize).cloned();
-        name.unwrap_or_else(|| {
-            if index == crate::math::NONE { "a light".into() } else { format!("light {index}") }
-        })
+        self.lights.get(index as usize).cloned().unwrap_or_else(|| format!("light {index}"))
+    }
+
+    /// What shines under the path transport.
+    fn emitter(&self, scene: &CompiledScene, emitter: u32) -> String {
+        match scene.emitters.source(emitter) {
+            Source::Light(light) => self.light(light),
+            Source::Surface(primitive, instance) => {
+                self.entity(scene.geometry.entity_of(primitive, instance))
+            }
+            Source::Environment => "the environment".into(),
+        }
     }
 }
 
@@ -205,22 +251,24 @@ impl Story<'_> {
                     vertex.own = [0, 1, 2].map(|channel| radiance[channel] - before[channel]);
                 }
             }
-            What::Light { light, which, direction, distance, contribution, .. } => {
-                let light = self.names.light(*light);
-                let (which, direction, distance) = (*which, *direction, *distance);
-                let lit =
-                    Lit { light, which, direction, distance, contribution: *contribution, blocked: false };
-                self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
-            }
-            What::Shadow { blocked } => {
-                let lit = self.last_vertex().and_then(|vertex| vertex.lights.last_mut());
-                let Some(lit) = lit else { return };
-                lit.blocked = *blocked;
-                let contribution = lit.contribution;
-                if let Some(path) = self.path().filter(|_| !blocked) {
-                    (0..3).for_each(|channel| path.radiance[channel] += contribution[channel]);
+            What::Choice { emission_share, fate } => {
+                if let Some(vertex) = self.last_vertex() {
+                    (vertex.own_share, vertex.fate) = (*emission_share, Some(*fate));
                 }
             }
+            What::Light { light, share, which, direction, distance, contribution, .. } => {
+                let light = match self.frame.transport {
+                    Transport::Whitted => self.names.light(*light),
+                    Transport::Path => self.names.emitter(&self.frame.scene, *light),
+                };
+                let (which, share, direction, distance) = (*which, *share, *direction, *distance);
+                let (contribution, arrived, blocked) = (*contribution, [0.0; 3], false);
+                let lit = Lit { light, which, direction, distance, contribution, arrived, share, blocked };
+                self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
+            }
+            What::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),
+            // Behind what is not there it is still on the same bounce.
+            What::Onward { .. } if self.last_fate() == Some(Fate::Passes) => {}
             What::Onward { way, .. } => {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
@@ -234,6 +282,23 @@ impl Story<'_> {
         }
     }
 
+    /// What a ray to a light has brought; under the path transport, whose surfaces may let a part of
+    /// it through, this is told by what the path has gathered with it.
+    fn shadow(&mut self, blocked: bool, after: Option<Triple>) {
+        let before = self.path().map_or([0.0; 3], |path| path.radiance);
+        let Some(lit) = self.last_vertex().and_then(|vertex| vertex.lights.last_mut()) else { return };
+        lit.blocked = blocked;
+        lit.arrived = match after {
+            _ if blocked => [0.0; 3],
+            Some(after) if !near(after, add(before, lit.contribution)) => {
+                [0, 1, 2].map(|channel| after[channel] - before[channel])
+            }
+            _ => lit.contribution,
+        };
+        let after = after.unwrap_or(add(before, lit.arrived));
+        self.path().into_iter().for_each(|path| path.radiance = after);
+    }
+
     /// A new sample or path, if this is not of the one that is followed.
     fn begin(&mut self, place: Place) {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
@@ -241,7 +306,9 @@ impl Story<'_> {
         }
         let from = self.begun.get(&place).map(|(_, from)| (*from, place.depth.saturating_sub(1)));
         let Some(life) = self.lives.last_mut() else { return };
-        if life.paths.last().is_none_or(|path| path.branch != place.branch) {
+        // The path transport forks nothing.
+        let forked = self.frame.transport == Transport::Whitted;
+        if life.paths.last().is_none_or(|path| forked && path.branch != place.branch) {
             let (branch, steps) = (place.branch, Vec::new());
             life.paths.push(Followed { branch, from, steps, radiance: [0.0; 3], why: Why::Escaped });
         }
@@ -253,6 +320,10 @@ impl Story<'_> {
 
     fn last_vertex(&mut self) -> Option<&mut Vertex> {
         self.path()?.steps.last_mut()?.vertex.as_mut()
+    }
+
+    fn last_fate(&mut self) -> Option<Fate> {
+        self.last_vertex()?.fate
     }
 
     /// What is known of a hit before it has been looked up.
@@ -268,13 +339,19 @@ impl Story<'_> {
             geometric_normal: [0.0; 3],
             normal: [0.0; 3],
             own: [0.0; 3],
+            own_share: 1.0,
             lights: Vec::new(),
+            fate: None,
         }
     }
 
     /// Why the path ends here.
     fn why(&mut self, place: Place) -> Why {
-        let Some(hit) = self.last_vertex().map(|vertex| vertex.hit) else { return Why::Escaped };
+        let Some(vertex) = self.last_vertex() else { return Why::Escaped };
+        let hit = vertex.hit;
+        if let Some(fate) = vertex.fate {
+            return self.why_of(fate, place);
+        }
         let scene = &self.frame.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
         let (materials, kr) = (&scene.materials, &scene.materials.kr);
@@ -287,6 +364,30 @@ impl Story<'_> {
             Why::Weak
         }
     }
+
+    /// The same under the path transport.
+    fn why_of(&self, fate: Fate, place: Place) -> Why {
+        match fate {
+            Fate::Last if place.depth > self.frame.max_depth => Why::Bounces,
+            Fate::Last => {
+                let reached = self.frame.limits.and_then(|limits| limits.reached(place.branch));
+                reached.map_or(Why::Bounces, Why::Limit)
+            }
+            Fate::Unlit => Why::Unlit,
+            Fate::Absorbed => Why::Absorbed,
+            Fate::Black => Why::Black,
+            Fate::Drawn { .. } | Fate::Passes => Why::Roulette,
+        }
+    }
+}
+
+fn add(a: Triple, b: Triple) -> Triple {
+    [0, 1, 2].map(|channel| a[channel] + b[channel])
+}
+
+/// Equal but for the rounding of a sum.
+fn near(a: Triple, b: Triple) -> bool {
+    (0..3).all(|channel| (a[channel] - b[channel]).abs() <= 1e-6 * a[channel].abs())
 }
 
 #[cfg(test)]
@@ -326,10 +427,13 @@ mod tests {
     }
 
     fn explained(pixel: [u32; 2]) -> (Vec<Life>, Film) {
-        let world = world();
-        let scene = crate::compile::compile(&world, None).unwrap();
+        explained_of(&world(), pixel)
+    }
+
+    fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
+        let scene = crate::compile::compile(world, None).unwrap();
         let frame = Arc::new(Frame::new(scene, &world.settings));
-        explain(frame, &Names::new(&world), pixel, 0..3)
+        explain(frame, &Names::new(world), pixel, 0..3)
     }
 
     #[test]
@@ -362,5 +466,90 @@ mod tests {
         let pixel = film.pixels()[0];
         let film_sum = (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM;
         assert!((sum - film_sum).abs() < 1e-4 * film_sum, "{sum} {film_sum}");
+    }
+
+    fn path_traced(change: impl Fn(&mut World)) -> World {
+        let mut world = world();
+        world.settings.transport = Transport::Path;
+        let emission = ColorInput::Constant(Rgb::splat(5.0));
+        let glow = Material::BlinnPhong(BlinnPhong { emission, ..BlinnPhong::default() });
+        let glow = world.assets.add_material(None, glow);
+        let mesh = crate::world::Mesh {
+            positions: vec![Vec3::new(-1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 0.0), Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            ..Default::default()
+        };
+        let mesh = world.assets.add_mesh(mesh);
+        for (name, x) in [("left", -3.0), ("right", 3.0)] {
+            let translation = Vec3::new(x, 0.0, 0.0);
+            let place = Transform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+            world.entities.spawn((Name(name.into()), Shape::Mesh(mesh), place, glow));
+        }
+        change(&mut world);
+        world
+    }
+
+    fn sums(lives: &[Life], film: &Film) -> (f64, f64) {
+        let sum = lives.iter().map(|life| f64::from(life.radiance()[1])).sum();
+        let pixel = film.pixels()[0];
+        (sum, (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM)
+    }
+
+    /// Every emitter has the name of its entity, and what is weighted has another way to be found.
+    #[test]
+    fn a_path_tells_its_normals_lobes_and_lights() {
+        let mut seen = std::collections::BTreeSet::new();
+        for pixel in (0..9).flat_map(|x| [[x, 0], [x, 8]]) {
+            let (lives, film) = explained_of(&path_traced(|_| ()), pixel);
+            let (sum, film) = sums(&lives, &film);
+            assert!((sum - film).abs() < 1e-4 * film.max(1e-3), "{sum} {film}");
+            for life in &lives {
+                let [path] = &life.paths[..] else { panic!("{life:?}") };
+                assert!(!matches!(path.why, Why::Surface | Why::Weak), "{path:?}");
+                let wall = path.steps[0].vertex.as_ref().expect("the wall");
+                assert_eq!((wall.entity.as_str(), wall.normal), ("wall", [0.0, 0.0, 1.0]));
+                let drawn = Fate::Drawn { kind: Kind::Diffuse, through: false, exact: false };
+                assert_eq!(wall.fate, Some(drawn));
+                for lit in &wall.lights {
+                    seen.insert(lit.light.clone());
+                    assert_eq!(lit.share == 1.0, lit.light == "lamp", "{lit:?}");
+                    assert!(
+                        lit.share > 0.0
+                            && lit.arrived == if lit.blocked { [0.0; 3] } else { lit.contribution }
+                    );
+                }
+            }
+        }
+        assert_eq!(seen.into_iter().collect::<Vec<_>>(), ["lamp", "left", "right"]);
+    }
+
+    #[test]
+    fn a_path_ends_for_its_own_reasons() {
+        let why = |pixel, change: fn(&mut World)| {
+            let (lives, _) = explained_of(&path_traced(change), pixel);
+            lives.iter().map(|life| life.paths[0].why).collect::<Vec<_>>()
+        };
+        let within = |change: fn(&mut World)| why([4, 4], change);
+        let ends = within(|world| world.settings.depth_limits.transmission = Some(0));
+        assert_eq!(ends, [Why::Limit(Kind::Transmission); 3]);
+        assert_eq!(ends[0].name(), "transmission limit");
+        assert_eq!(within(|world| world.settings.max_depth = 0), [Why::Bounces; 3]);
+        let limits = |world: &mut World| world.settings.depth_limits.diffuse = Some(0);
+        let ends = why([0, 0], limits);
+        assert!(ends.iter().all(|why| matches!(why, Why::Escaped | Why::Limit(Kind::Diffuse))), "{ends:?}");
+        let black = |world: &mut World| {
+            let dark = BlinnPhong { diffuse: ColorInput::Constant(Rgb::BLACK), ..BlinnPhong::default() };
+            let dark = world.assets.add_material(None, Material::BlinnPhong(dark));
+            let wall = world.in_order()[2];
+            world.entities.insert_one(wall, dark).unwrap();
+        };
+        assert!(why([0, 0], black).iter().all(|why| matches!(why, Why::Absorbed | Why::Black)));
+        let unlit = |world: &mut World| {
+            let flat = crate::world::Principled { unlit: true, ..Default::default() };
+            let flat = world.assets.add_material(None, Material::Principled(Box::new(flat)));
+            let wall = world.in_order()[2];
+            world.entities.insert_one(wall, flat).unwrap();
+        };
+        assert_eq!(why([0, 0], unlit), [Why::Unlit; 3]);
     }
 }

@@ -8,6 +8,7 @@ pub fn title(what: &What) -> &'static str {
     match what {
         What::Ray { .. } => "ray",
         What::Vertex { .. } => "vertex",
+        What::Choice { .. } => "choice",
         What::Light { .. } => "ray to a light",
         What::Shadow { .. } => "shadow",
         What::Onward { way: Way::Reflect, .. } => "reflected",
@@ -36,15 +37,22 @@ pub fn facts(what: &What) -> Vec<(&'static str, String)> {
             ("shading normal", triple(normal)),
             ("radiance", triple(radiance)),
         ],
-        What::Light { light, which, origin, direction, distance, contribution } => vec![
+        What::Choice { emission_share, fate } => {
+            vec![("share of emission", emission_share.to_string()), ("fate", format!("{fate:?}"))]
+        }
+        What::Light { light, share, which, origin, direction, distance, contribution } => vec![
             ("light", light.to_string()),
+            ("share of light", share.to_string()),
             ("sample of it", which.to_string()),
             ("origin", triple(origin)),
             ("direction", triple(direction)),
             ("distance", distance.to_string()),
             ("contribution", triple(contribution)),
         ],
-        What::Shadow { blocked } => vec![("blocked", blocked.to_string())],
+        What::Shadow { blocked, radiance } => {
+            let radiance = radiance.map(|radiance| ("radiance", triple(&radiance)));
+            [("blocked", blocked.to_string())].into_iter().chain(radiance).collect()
+        }
         What::Onward { way, direction, throughput } => vec![
             ("way", format!("{way:?}").to_lowercase()),
             ("direction", triple(direction)),

@@ -15,6 +15,8 @@ pub struct Settings {
     /// transport a surface after the last bounce still shows what it gives off: light is scattered
     /// once more often than it bounces.
     pub max_depth: u32,
+    /// Bounces of each kind within these, under the path transport.
+    pub depth_limits: DepthLimits,
     /// A branch ends when no component of its throughput is above this. The default of
     /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. The path
     /// transport plays Russian roulette instead.
@@ -56,6 +58,7 @@ impl Default for Settings {
             size: [960, 540],
             samples: 16,
             max_depth: 8,
+            depth_limits: DepthLimits::default(),
             min_throughput: 1.0 / 1024.0,
             roulette_depth: Some(4),
             clamp: None,
@@ -112,6 +115,32 @@ impl Aov {
         Aov::Samples,
         Aov::Variance,
     ];
+}
+
+/// How many bounces of each kind a path may have, 0 to [`DepthLimits::MOST`]; none: as many as
+/// [`Settings::max_depth`] lets it. The kind is that of the lobe that a bounce was drawn from. As
+/// after the last bounce of all, one more ray still finds what shines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DepthLimits {
+    /// Of lobes that scatter light widely, to either side of the surface.
+    pub diffuse: Option<u32>,
+    /// Of mirrors and whatever else reflects light around the mirror image.
+    pub glossy: Option<u32>,
+    /// Through glass, smooth or rough.
+    pub transmission: Option<u32>,
+}
+
+impl DepthLimits {
+    /// The largest limit.
+    pub const MOST: u32 = 1000;
+
+    /// Those that there are, by the names that a scene file has for them.
+    pub fn given(&self) -> impl Iterator<Item = (&'static str, u32)> {
+        let Self { diffuse, glossy, transmission } = *self;
+        [("diffuse_depth", diffuse), ("glossy_depth", glossy), ("transmission_depth", transmission)]
+            .into_iter()
+            .filter_map(|(name, limit)| Some((name, limit?)))
+    }
 }
 
 /// How light travels.

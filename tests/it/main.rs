@@ -7,6 +7,7 @@ mod compare;
 mod corpus;
 mod gltf;
 mod images;
+mod lamps;
 mod meshes;
 mod path;
 mod pictures;

@@ -4,8 +4,8 @@ use rayfront::integrator::Schedule;
 use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;
 use rayfront::world::{
-    Background, Camera, ColorInput, Light, Material, PixelFilter, Principled, Sampler, ScalarInput, Shape,
-    Transform, Transport, World,
+    Background, BlinnPhong, Camera, ColorInput, DepthLimits, Light, Material, PixelFilter, Principled,
+    Sampler, ScalarInput, Shape, Transform, Transport, World,
 };
 
 use crate::support::{self, Picture};
@@ -307,4 +307,104 @@ fn a_body_absorbs_by_its_thickness() {
         (found.r - 0.25).abs() < 2e-3 && (found.g - 0.5).abs() < 2e-3 && (found.b - 1.0).abs() < 2e-3,
         "{found:?}"
     );
+}
+
+/// A sphere that gives off 1 and gives back half of what comes, seen from within: 1 + a + … up to
+/// the light of the last bounce and one more.
+#[test]
+fn limits_by_kind_cut_the_series_of_a_furnace() {
+    let furnace = |mirrors: bool, depth_limits: DepthLimits| {
+        let mut world = world(8, 64);
+        world.settings.max_depth = 64;
+        world.settings.depth_limits = depth_limits;
+        let half = ColorInput::Constant(Rgb::splat(0.5));
+        let black = ColorInput::Constant(Rgb::BLACK);
+        let (diffuse, kr) = if mirrors { (black, half) } else { (half, black) };
+        let emission = ColorInput::Constant(Rgb::WHITE);
+        let surface = BlinnPhong { diffuse, kr, emission, ..BlinnPhong::default() };
+        let material = world.assets.add_material(None, Material::BlinnPhong(surface));
+        world.entities.spawn((Shape::Sphere { radius_m: 2.0 }, material, at(Vec3::new(0.3, 0.1, 0.0))));
+        mean(&Picture::of(&world))
+    };
+    for most in 0..4 {
+        let (diffuse, glossy) = (Some(most), Some(most));
+        let expected = 2.0 - 0.5_f64.powi(most as i32 + 1);
+        let found = furnace(false, DepthLimits { diffuse, glossy: Some(0), transmission: Some(0) });
+        assert!((found - expected).abs() < 0.01, "diffuse {most}: {found} {expected}");
+        let found = furnace(true, DepthLimits { diffuse: Some(0), glossy, transmission: Some(0) });
+        assert!((found - expected).abs() < 1e-4, "glossy {most}: {found} {expected}");
+    }
+}
+
+/// Where all bounces are of one kind its limit is `max_depth`, to the bit: direct light keeps both
+/// of the ways in which it is found.
+#[test]
+fn a_limit_of_the_only_kind_there_is_is_max_depth() {
+    let lit = |max_depth: u32, depth_limits: DepthLimits| {
+        let mut world = world(12, 16);
+        (world.settings.max_depth, world.settings.depth_limits) = (max_depth, depth_limits);
+        let matte = |emission: f32| {
+            Material::BlinnPhong(BlinnPhong {
+                diffuse: ColorInput::Constant(Rgb::splat(0.7)),
+                emission: ColorInput::Constant(Rgb::splat(emission)),
+                ..BlinnPhong::default()
+            })
+        };
+        let (wall, lamp) = (matte(0.0), matte(3.0));
+        let (wall, lamp) = (world.assets.add_material(None, wall), world.assets.add_material(None, lamp));
+        world.entities.spawn((Shape::Sphere { radius_m: 5.0 }, wall, at(Vec3::ZERO)));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, lamp, at(Vec3::new(1.5, 1.0, -2.5))));
+        support::film(&world, Options::default()).hash()
+    };
+    let diffuse = |most: u32| DepthLimits { diffuse: Some(most), ..DepthLimits::default() };
+    for most in 0..3 {
+        assert_eq!(lit(most, DepthLimits::default()), lit(9, diffuse(most)), "{most}");
+    }
+    assert_ne!(lit(9, diffuse(1)), lit(9, diffuse(2)));
+    let others = DepthLimits { diffuse: None, glossy: Some(0), transmission: Some(0) };
+    assert_eq!(lit(9, DepthLimits::default()), lit(9, others));
+}
+
+/// Light passes a body by going in and coming out.
+#[test]
+fn a_body_is_seen_through_with_two_bounces() {
+    let seen = |transmission: u32| {
+        let mut world = world(1, 16);
+        world.settings.background = Background::Constant(Rgb::WHITE);
+        world.settings.depth_limits.transmission = Some(transmission);
+        let clear = BlinnPhong { ior: Some(1.0), ..BlinnPhong::default() };
+        let clear = world.assets.add_material(None, Material::BlinnPhong(clear));
+        world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, clear, at(Vec3::new(0.0, 0.0, -1.5))));
+        Picture::of(&world).at(0, 0).r
+    };
+    assert_eq!(seen(0), 0.0);
+    // The second way through is the last bounce and one more.
+    assert!((seen(1) - 1.0).abs() < 1e-5 && (seen(2) - 1.0).abs() < 1e-5);
+}
+
+/// Kinds are drawn by the same numbers in every schedule.
+#[test]
+fn schedules_agree_within_limits() {
+    let text = "(
+        settings: (size: (20, 16), samples: 4, max_depth: 12, transport: Path,
+                   diffuse_depth: 1, glossy_depth: 2, transmission_depth: 3),
+        entities: [
+            (camera: Pinhole(vertical_fov_degrees: 60), transform: LookAt(from: (0, 1, 4), to: (0, 0.6, 0))),
+            (shape: Sphere(radius_m: 0.7), material: (ior: 1.5), transform: (translate: (-0.8, 0.7, 0))),
+            (shape: Sphere(radius_m: 0.7), material: (diffuse: 0.3, kr: 0.4, specular: 0.2, shininess: 20),
+             transform: (translate: (0.8, 0.7, 0))),
+            (shape: Plane(corners: ((-3, 0, -3), (-3, 0, 3), (3, 0, 3), (3, 0, -3))), material: (diffuse: 0.6)),
+            (light: Area(power_w: 60, size_m: (1, 1), visible: true),
+             transform: LookAt(from: (0, 3, 1), to: (0, 0, 0))),
+        ],
+    )";
+    let world = support::world(text);
+    let hash = |options: Options| support::film(&world, options).hash();
+    let expected = hash(Options::default());
+    assert_eq!(expected, hash(Options { schedule: Schedule::Recursive, ..Options::default() }));
+    assert_eq!(expected, hash(Options { wave: 7, ..Options::default() }));
+    assert_eq!(expected, hash(Options { level: rayfront::simd::Level::PORTABLE, ..Options::default() }));
+    let mut free = support::world(text);
+    free.settings.depth_limits = DepthLimits::default();
+    assert_ne!(expected, support::film(&free, Options::default()).hash());
 }

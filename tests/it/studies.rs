@@ -80,6 +80,36 @@ fn a_pixel_is_told_by_names() {
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
 }
 
+/// The path transport tells its normals, lobes, lights and ends.
+#[test]
+fn a_path_is_told_by_names() {
+    let folder = folder();
+    let arguments = ["explain", "scene.ron", "8,10", "--transport", "path", "--diffuse-depth", "0"];
+    let told = json(folder.path(), &arguments);
+    let paths: Vec<_> =
+        told["samples"].as_array().expect("samples").iter().map(|sample| &sample["paths"][0]).collect();
+    assert_eq!(paths.len(), 4);
+    for path in &paths {
+        let vertex = &path["steps"][0]["vertex"];
+        assert_eq!(
+            (&vertex["entity"], &vertex["normal"]),
+            (&"floor".into(), &serde_json::json!([0.0, 1.0, 0.0]))
+        );
+        assert_eq!(vertex["lobe"]["kind"], "diffuse");
+        assert!(
+            vertex["lights"].as_array().is_some_and(|lights| lights.iter().all(|l| l["light"] == "lamp"))
+        );
+        assert!(["escaped", "diffuse limit"].iter().any(|end| path["end"] == *end), "{path}");
+    }
+    let text = stdout(folder.path(), &arguments);
+    assert!(
+        text.contains("draws       from a diffuse lobe") && text.contains("normal      (0.00000, 1.0"),
+        "{text}"
+    );
+    assert!(text.contains("light       \"lamp\" at ") && text.contains("queue scatter"), "{text}");
+    assert!(text.lines().last().is_some_and(|line| line.starts_with("mean of all (4)")), "{text}");
+}
+
 #[test]
 fn there_is_no_such_pixel_or_sample() {
     let folder = folder();
@@ -95,6 +125,55 @@ fn there_is_no_such_pixel_or_sample() {
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
         assert!(error.contains(wanted) && output.stdout.is_empty(), "{error}");
+    }
+}
+
+/// What leaves a stage comes to the next one.
+fn adds_up(profile: &serde_json::Value) {
+    let bounces = profile["bounces"].as_array().expect("bounces");
+    let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
+    let stage = |name: &str, way: &str| profile["stages"][name][way].as_u64().expect("a number");
+    let rays = sum("camera") + sum("reflect") + sum("refract") + sum("scatter");
+    assert_eq!(profile["wavefront"]["rays"]["total"], rays + sum("shadow"));
+    assert_eq!(stage("generate", "out"), sum("camera"));
+    assert_eq!(stage("generate", "out") + stage("advance", "out"), stage("intersect", "in"));
+    assert_eq!(stage("intersect", "out"), stage("retire", "in"));
+    assert_eq!((stage("intersect", "in"), stage("retire", "out")), (rays, sum("hits")));
+    assert_eq!(stage("shade", "in"), sum("hits"));
+    assert_eq!(stage("advance", "in"), sum("hits"));
+    assert_eq!(stage("shadow", "in"), sum("shadow"));
+    assert_eq!(stage("shadow", "out"), sum("shadow") - sum("blocked"));
+}
+
+/// Under the path transport too, also where surfaces let a part of the light through.
+#[test]
+fn a_profile_of_the_path_transport_adds_up() {
+    let folder = folder();
+    for alpha in ["", ", alpha: 0.5, alpha_mode: Blend"] {
+        let scene = format!(
+            "(
+                settings: (max_depth: 3, transport: Path),
+                entities: [
+                    (camera: Pinhole(vertical_fov_degrees: 50), transform: (translate: (0, 0.5, 4))),
+                    (shape: Sphere(radius_m: 1), material: Principled(metallic: 0.2{alpha})),
+                    (shape: Plane(corners: ((-4, -1, -4), (-4, -1, 4), (4, -1, 4), (4, -1, -4)))),
+                    (light: Point(power_w: 100), transform: (translate: (2, 4, 1))),
+                ],
+            )"
+        );
+        std::fs::write(folder.path().join("path.ron"), scene).expect("a scene");
+        let arguments = ["profile", "path.ron", "--size", "24x18", "--spp", "4", "--runs", "1"];
+        let profile = json(folder.path(), &arguments);
+        adds_up(&profile);
+        let rays = &profile["recursive"]["rays"];
+        assert_eq!(rays, &profile["wavefront"]["rays"]);
+        assert!(rays["scatter"].as_u64() > Some(100) && rays["shadow"].as_u64() > Some(100), "{rays}");
+        let blocked: u64 = profile["bounces"][0]["blocked"].as_u64().expect("a number");
+        assert!(blocked > 0);
+        let table = stdout(folder.path(), &arguments);
+        assert!(table.contains("scattered rays") && !table.contains("reflect"), "{table}");
+        let mut lines = table.lines().filter(|line| !line.starts_with("counters"));
+        assert!(lines.all(|line| line.chars().count() <= 100), "{table}");
     }
 }
 
@@ -117,6 +196,7 @@ fn a_profile_counts_what_rendering_counts() {
         assert!(wall["least"].as_f64() <= wall["median"].as_f64() && wall["median"].as_f64() > Some(0.0));
     }
     assert_eq!(bounces.len(), 4, "max_depth is 3");
+    adds_up(&profile);
     assert!(bounces[0]["visits"]["nodes"].as_u64() > Some(0));
     let shade = &profile["stages"]["shade"];
     assert_eq!(shade["in"], sum("hits"));

@@ -30,6 +30,12 @@ pub(super) struct Settings<'a> {
     pub size: Option<Raw<'a>>,
     pub samples: Option<Raw<'a>>,
     pub max_depth: Option<Raw<'a>>,
+    #[serde(default)]
+    pub diffuse_depth: Given<'a>,
+    #[serde(default)]
+    pub glossy_depth: Given<'a>,
+    #[serde(default)]
+    pub transmission_depth: Given<'a>,
     pub min_throughput: Option<Raw<'a>>,
     #[serde(default)]
     pub roulette_depth: Given<'a>,

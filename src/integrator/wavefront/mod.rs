@@ -110,7 +110,7 @@ impl Wave {
                 }
                 Transport::Path => {
                     self.shade_paths(frame, level, &mut clock);
-                    self.tell_paths(level, clock.observer);
+                    self.tell_paths(frame, level, clock.observer);
                     self.pass_shadows(frame, level, &mut clock);
                 }
             }
@@ -180,13 +180,16 @@ impl Wave {
             return self.shadows(frame, level, clock);
         }
         clock.statistics.rays.shadow += self.shadow.0.len() as u64;
+        let mut sent = self.sent::<O>();
         while !self.shadow.0.is_empty() {
             let count = self.shadow.0.len();
             let (bvh, hits) = (&frame.scene.bvh, self.shadow_hits.columns(count));
             bvh::closest(level, bvh, self.shadow.rays(), Coherence::Unknown, &mut self.stack, hits);
+            self.arrive::<O>(&mut sent);
             let (paths, shadow) = (&mut self.paths, &mut self.shadow);
             dispatch(level, PassShadows { frame, shadow, hits: &self.shadow_hits, paths });
         }
+        self.tell_passed(level, &sent, clock.observer);
         clock.stage(Stage::Shadow);
     }
 
@@ -224,7 +227,7 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
-        self.tell_shadows(level, clock.observer);
+        self.tell_shadows(frame, level, clock.observer);
         self.shadow.0.clear();
         clock.stage(Stage::Shadow);
     }

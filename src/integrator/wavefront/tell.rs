@@ -1,12 +1,16 @@
 //! What an observer of the wave is told after each stage, read from the queues. All of it is
 //! left out where nobody looks.
 
+use std::collections::HashSet;
+
 use super::Wave;
 use super::queue::PathQueue;
-use crate::integrator::Stage;
+use crate::integrator::look::look;
 use crate::integrator::observe::{self, Event, Flow, Observer, Way};
-use crate::math::{Color, Hit};
+use crate::integrator::{Frame, Stage};
+use crate::math::{Color, Hit, NONE};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+use crate::world::Transport;
 
 impl Wave {
     /// Bytes of all queues.
@@ -40,9 +44,9 @@ impl Wave {
             }
         }
         let capacity = self.paths.0.capacity();
-        let flow = |stage| flow(stage, level, count, capacity, met.iter().copied());
-        observer.report(&Event::Wave(flow(Stage::Intersect)));
-        observer.report(&Event::Wave(flow(Stage::Retire)));
+        // Misses leave the wave in the next stage.
+        observer.report(&Event::Wave(flow(Stage::Intersect, level, count, capacity, 0..count)));
+        observer.report(&Event::Wave(flow(Stage::Retire, level, count, capacity, met.into_iter())));
     }
 
     /// Where the paths of the wave are, and what goes on from there.
@@ -64,19 +68,25 @@ impl Wave {
     }
 
     /// The same under the path transport, with the rays to lights.
-    pub(super) fn tell_paths<O: Observer>(&self, level: Level, observer: &mut O) {
+    pub(super) fn tell_paths<O: Observer>(&self, frame: &Frame, level: Level, observer: &mut O) {
         if !O::LOOKS {
             return;
         }
         let count = self.paths.0.len();
+        let materials = self.hits.materials(count);
+        let seen = |i: usize| {
+            let path = self.paths.load::<f32>(i);
+            (path, look(frame, &path, &self.hits.load::<f32>(i), materials[i]))
+        };
         for i in 0..count {
-            observer.report(&observe::path_vertex(&self.paths.load::<f32>(i), self.hits.load::<f32>(i).t));
+            let (path, look) = seen(i);
+            observe::path_vertex(&path, &look).iter().for_each(|event| observer.report(event));
         }
         let ([r, g, b], targets) = self.shadow.contributions();
         for (i, target) in targets.iter().enumerate() {
-            let path = self.paths.load::<f32>(*target as usize);
+            let (path, look) = seen(*target as usize);
             let contribution = Color::new(r[i], g[i], b[i]);
-            observer.report(&observe::path_light(&path, &self.shadow.ray(i), contribution));
+            observer.report(&observe::path_light(&path, &look, &self.shadow.ray(i), contribution));
         }
         tell_onward(&self.reflect, Way::Scatter, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
@@ -108,19 +118,56 @@ impl Wave {
     }
 
     /// Which of the shadow rays were blocked.
-    pub(super) fn tell_shadows<O: Observer>(&self, level: Level, observer: &mut O) {
+    pub(super) fn tell_shadows<O: Observer>(&self, frame: &Frame, level: Level, observer: &mut O) {
         if !O::LOOKS {
             return;
         }
         let (_, targets) = self.shadow.contributions();
         let count = targets.len();
         for (target, occluded) in targets.iter().zip(&self.occluded) {
-            let path = self.paths.load::<f32>(*target as usize);
-            observer.report(&observe::shadow(&path, *occluded != 0));
+            let (path, blocked) = (self.paths.load::<f32>(*target as usize), *occluded != 0);
+            observer.report(&match frame.transport {
+                Transport::Whitted => observe::shadow(&path, blocked),
+                Transport::Path => observe::path_shadow(&path, blocked, path.radiance),
+            });
         }
         let open = (0..count).filter(|i| self.occluded[*i] == 0);
         let capacity = self.shadow.0.capacity();
         observer.report(&Event::Wave(flow(Stage::Shadow, level, count, capacity, open)));
+    }
+
+    /// Notes the rays to lights before they are traced behind what may not be there: the path of
+    /// each, and that it has not arrived.
+    pub(super) fn sent<O: Observer>(&self) -> Vec<(u32, bool)> {
+        if !O::LOOKS {
+            return Vec::new();
+        }
+        self.shadow.contributions().1.iter().map(|target| (*target, false)).collect()
+    }
+
+    /// Notes which of them have nothing more before them.
+    pub(super) fn arrive<O: Observer>(&self, sent: &mut [(u32, bool)]) {
+        if !O::LOOKS {
+            return;
+        }
+        let targets = self.shadow.contributions().1.iter().enumerate();
+        let free = targets.filter(|(i, _)| self.shadow_hits.load::<f32>(*i).primitive.0 == NONE);
+        let free: HashSet<u32> = free.map(|(_, target)| *target).collect();
+        sent.iter_mut().for_each(|(target, arrives)| *arrives |= free.contains(target));
+    }
+
+    /// What has become of them.
+    pub(super) fn tell_passed<O: Observer>(&self, level: Level, sent: &[(u32, bool)], observer: &mut O) {
+        if !O::LOOKS {
+            return;
+        }
+        for (target, arrives) in sent {
+            let path = self.paths.load::<f32>(*target as usize);
+            observer.report(&observe::path_shadow(&path, !arrives, path.radiance));
+        }
+        let open = (0..sent.len()).filter(|i| sent[*i].1);
+        let capacity = self.shadow.0.capacity();
+        observer.report(&Event::Wave(flow(Stage::Shadow, level, sent.len(), capacity, open)));
     }
 
     /// The paths that go no further.

@@ -11,6 +11,7 @@ use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES, SHADOW_BYTES, V
 use crate::integrator::{Frame, Schedule, Stage};
 use crate::math::{Ray, Vector};
 use crate::render::Session;
+use crate::world::Transport;
 
 /// Rays that have as many bounces behind them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -114,7 +115,7 @@ pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Flows {
     };
     session.observe(None, &mut |event| counter.take(event));
     let mut flows = counter.flows;
-    complete(&mut flows);
+    complete(&mut flows, frame.transport);
     flows
 }
 
@@ -157,10 +158,10 @@ impl Counter<'_> {
                 bounce.shadow += 1;
                 bounce.shadow_visits.add(visits);
             }
-            What::Shadow { blocked } => self.flows.bounces[depth].blocked += u64::from(*blocked),
+            What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
             What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
             What::End { .. } => self.flows.bounces[depth].ends += 1,
-            What::Vertex { .. } => {}
+            What::Vertex { .. } | What::Choice { .. } => {}
         }
     }
 
@@ -177,7 +178,7 @@ const COLOR: usize = 12;
 const NUMBER: usize = 4;
 
 /// The stages that report nothing by themselves, and bytes by the sizes of the queues.
-fn complete(flows: &mut Flows) {
+fn complete(flows: &mut Flows, transport: Transport) {
     let sum = |what: fn(&Bounce) -> u64| flows.bounces.iter().map(what).sum::<u64>();
     let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract + b.scatter));
     let shade = flows.stages[Stage::Shade as usize];
@@ -190,6 +191,7 @@ fn complete(flows: &mut Flows) {
         Stage::Generate => (2 * NUMBER, PATH_BYTES),
         Stage::Intersect => (RAY + HIT_BYTES, 0),
         Stage::Retire => (PATH_BYTES + HIT_BYTES, PATH_BYTES + HIT_BYTES),
+        Stage::Shade if transport == Transport::Path => (PATH_BYTES + HIT_BYTES + COLOR + 2 * NUMBER, 0),
         Stage::Shade => (PATH_BYTES + HIT_BYTES + VERTEX_BYTES + COLOR + NUMBER, 0),
         Stage::Light => (PATH_BYTES + VERTEX_BYTES, SHADOW_BYTES),
         Stage::Shadow => (RAY + 2 * NUMBER, 3 * COLOR),
@@ -200,6 +202,9 @@ fn complete(flows: &mut Flows) {
         let flow = &mut flows.stages[stage as usize];
         flow.bytes = flow.entering * come as u64 + flow.leaving * go as u64;
     }
-    // Shading writes a path for each way that goes on, which may be two for an item.
-    flows.stages[Stage::Shade as usize].bytes += onward * PATH_BYTES as u64;
+    // Shading writes a path for each way that goes on, which may be two for an item; under the path
+    // transport it writes the rays to lights, too.
+    let lit = if transport == Transport::Path { sum(|b| b.shadow) } else { 0 };
+    let written = onward * PATH_BYTES as u64 + lit * SHADOW_BYTES as u64;
+    flows.stages[Stage::Shade as usize].bytes += written;
 }

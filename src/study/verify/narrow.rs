@@ -72,9 +72,10 @@ fn rank(what: &What) -> usize {
         What::Onward { .. } => 0,
         What::Ray { .. } => 1,
         What::Vertex { .. } => 2,
-        What::Light { .. } => 3,
-        What::Shadow { .. } => 4,
-        What::End { .. } => 5,
+        What::Choice { .. } => 3,
+        What::Light { .. } => 4,
+        What::Shadow { .. } => 5,
+        What::End { .. } => 6,
     }
 }
 
@@ -147,7 +148,7 @@ fn stage(place: Place, happened: &[Option<What>; 2]) -> Stage {
         [None, Some(What::End { .. })] | [Some(What::End { .. }), None] => Stage::Shade,
         [Some(one), _] | [None, Some(one)] => match one {
             What::Ray { .. } => Stage::Intersect,
-            What::Vertex { .. } | What::Onward { .. } => Stage::Shade,
+            What::Vertex { .. } | What::Choice { .. } | What::Onward { .. } => Stage::Shade,
             What::Light { .. } => Stage::Light,
             What::Shadow { .. } => Stage::Shadow,
             What::End { .. } => Stage::Advance,

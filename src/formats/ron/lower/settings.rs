@@ -4,7 +4,7 @@ use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{
-    Aov, Background, BuildQuality, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport,
+    Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport,
 };
 
 /// Image width and height in pixels.
@@ -63,6 +63,16 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     }
     if let Some(raw) = read.max_depth {
         settings.max_depth = source.whole(raw, "max_depth", 0, LARGEST_DEPTH)? as u32;
+    }
+    let DepthLimits { diffuse, glossy, transmission } = &mut settings.depth_limits;
+    for (limit, given, name) in [
+        (diffuse, read.diffuse_depth, "diffuse_depth"),
+        (glossy, read.glossy_depth, "glossy_depth"),
+        (transmission, read.transmission_depth, "transmission_depth"),
+    ] {
+        let raw = given.0.and_then(|raw| source.optional(raw));
+        let most = raw.map(|raw| source.whole(raw, name, 0, DepthLimits::MOST.into())).transpose()?;
+        *limit = most.map(|most| most as u32);
     }
     if let Some(raw) = read.min_throughput {
         settings.min_throughput = source.at_least_zero(raw, "min_throughput")?;

@@ -18,6 +18,7 @@ fn settings_are_read_and_default() {
             size: [320, 200],
             samples: 4,
             max_depth: 3,
+            depth_limits: DepthLimits { diffuse: Some(2), glossy: Some(5), transmission: None },
             min_throughput: 0.01,
             transport: Transport::Whitted,
             seed: 7,

@@ -76,7 +76,8 @@ fn a_scene_with_everything_comes_back() {
 fn the_text_is_one_to_read() {
     let text = write(&read(EVERYTHING).unwrap(), Path::new(SCENE)).unwrap();
     for line in [
-        "    settings: (size: (320, 200), samples: 4, max_depth: 3, min_throughput: 0.01, roulette_depth: None, \
+        "    settings: (size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: 5, \
+         min_throughput: 0.01, roulette_depth: None, \
          clamp: 20, sampler: Independent, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
@@ -333,7 +334,9 @@ fn settings() -> impl Strategy<Value = Settings> {
     let transports = vec![Transport::Whitted, Transport::Path];
     let aov = prop::sample::subsequence(Aov::ALL.to_vec(), 0..=Aov::ALL.len());
     let choices = (tonemap, quality, prop::sample::select(samplers), prop::sample::select(transports), aov);
-    let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()));
+    let depth = || prop::option::of(0..=DepthLimits::MOST);
+    let depths = (depth(), depth(), depth());
+    let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
     let exposure = (float(), any::<bool>());
     (numbers, limits, filter, pattern(), background, color(), choices, exposure).prop_map(
         |(
@@ -348,11 +351,12 @@ fn settings() -> impl Strategy<Value = Settings> {
         )| {
             let (tonemap, build_quality, sampler, transport, aov) = choices;
             let (size, samples, max_depth, seed) = numbers;
-            let (min_throughput, roulette_depth, clamp) = limits;
+            let (min_throughput, roulette_depth, clamp, (diffuse, glossy, transmission)) = limits;
             Settings {
                 size,
                 samples,
                 max_depth,
+                depth_limits: DepthLimits { diffuse, glossy, transmission },
                 min_throughput,
                 transport,
                 seed,

@@ -9,6 +9,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         size: [width, height],
         samples,
         max_depth,
+        depth_limits,
         min_throughput,
         roulette_depth,
         clamp,
@@ -30,6 +31,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless([*width, *height] == default.size, "size", || Ok(format!("({width}, {height})")))?;
     keys.push_unless(*samples == default.samples, "samples", || Ok(samples.to_string()))?;
     keys.push_unless(*max_depth == default.max_depth, "max_depth", || Ok(max_depth.to_string()))?;
+    depth_limits.given().for_each(|(key, limit)| keys.push(key, limit.to_string()));
     let is_default = same(&[*min_throughput], &[default.min_throughput]);
     keys.push_unless(is_default, "min_throughput", || number(*min_throughput))?;
     keys.push_unless(*roulette_depth == default.roulette_depth, "roulette_depth", || {

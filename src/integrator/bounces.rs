@@ -1,0 +1,144 @@
+//! How many bounces of each kind a path has behind it, packed into one integer, and their limits.
+//!
+//! The kind of a bounce is that of the lobe that was drawn. Counters stop at [`MOST`].
+
+use crate::simd::{Float, Int, Mask};
+use crate::world::DepthLimits;
+
+/// Bits of a counter.
+const BITS: u32 = 10;
+/// The largest count.
+pub const MOST: u32 = (1 << BITS) - 1;
+/// Set when a path has had more bounces of a kind than it may: its last ray looks for what shines.
+const SPENT: u32 = 1 << 31;
+
+const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
+
+/// What a lobe does to light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Scatters it widely, to either side.
+    Diffuse,
+    /// Reflects it like a mirror, however blurred.
+    Glossy,
+    /// Lets it through like glass, however rough.
+    Transmission,
+}
+
+impl Kind {
+    /// In the order of the counters.
+    pub const ALL: [Kind; 3] = [Kind::Diffuse, Kind::Glossy, Kind::Transmission];
+
+    /// By what is known of a drawn direction.
+    pub fn of(wide: bool, through: bool) -> Self {
+        match (wide, through) {
+            (true, _) => Kind::Diffuse,
+            (false, true) => Kind::Transmission,
+            (false, false) => Kind::Glossy,
+        }
+    }
+
+    /// In lower case.
+    pub fn name(self) -> &'static str {
+        ["diffuse", "glossy", "transmission"][self as usize]
+    }
+
+    fn shift(self) -> u32 {
+        self as u32 * BITS
+    }
+}
+
+/// The most bounces of each kind, in the order of [`Kind::ALL`]; [`MOST`] is no limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits([u32; 3]);
+
+impl Limits {
+    /// None where no limit says more than `max_depth` does.
+    pub fn new(limits: DepthLimits, max_depth: u32) -> Option<Self> {
+        let DepthLimits { diffuse, glossy, transmission } = limits;
+        let counts = |limit: Option<u32>| limit.filter(|most| *most < max_depth).unwrap_or(MOST);
+        let limits = [diffuse, glossy, transmission].map(counts);
+        (limits != [MOST; 3]).then_some(Self(limits.map(|limit| limit.min(MOST))))
+    }
+
+    /// The kind whose limit has ended a path.
+    pub fn reached(&self, bounces: u32) -> Option<Kind> {
+        let counts = counts(bounces);
+        Kind::ALL.into_iter().find(|kind| counts[*kind as usize] > self.0[*kind as usize])
+    }
+}
+
+/// The counters after one more bounce, which led through the surface or was of a wide lobe.
+#[inline(always)]
+pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F::Int {
+    let one = |kind: Kind| F::Int::splat(1 << kind.shift());
+    let one = [one(Kind::Diffuse), one(Kind::Glossy), one(Kind::Transmission)];
+    let narrow = F::Int::select(through, one[2], one[1]);
+    let one = F::Int::select(wide, one[0], narrow);
+    let field = one * F::Int::splat(MOST);
+    F::Int::select((bounces & field).eq(field), bounces, bounces + one)
+}
+
+/// Marks the counters that are beyond a limit.
+#[inline(always)]
+pub fn limited<F: Float>(limits: &Limits, bounces: F::Int) -> F::Int {
+    let mut beyond = F::Mask::from_bits(0);
+    for (kind, limit) in Kind::ALL.into_iter().zip(limits.0) {
+        let count = bounces & F::Int::splat(MOST << kind.shift());
+        beyond = beyond | F::Int::splat(limit << kind.shift()).lt(count);
+    }
+    F::Int::select(beyond, bounces | F::Int::splat(SPENT), bounces)
+}
+
+/// Where a limit is reached.
+#[inline(always)]
+pub fn spent<F: Float>(bounces: F::Int) -> F::Mask {
+    !(bounces & F::Int::splat(SPENT)).eq(F::Int::splat(0))
+}
+
+/// The counters of a path, for people.
+pub fn counts(bounces: u32) -> [u32; 3] {
+    Kind::ALL.map(|kind| bounces >> kind.shift() & MOST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::num::Wrapping;
+
+    fn after(kinds: &[Kind]) -> Wrapping<u32> {
+        kinds.iter().fold(Wrapping(0), |bounces, kind| {
+            let (wide, through) = (*kind == Kind::Diffuse, *kind == Kind::Transmission);
+            assert_eq!(Kind::of(wide, through), *kind);
+            counted::<f32>(bounces, wide, through)
+        })
+    }
+
+    #[test]
+    fn each_kind_is_counted_by_itself_and_no_further_than_its_bits() {
+        use Kind::{Diffuse, Glossy, Transmission};
+        assert_eq!(counts(after(&[Glossy, Diffuse, Glossy, Transmission, Glossy]).0), [1, 3, 1]);
+        for kind in Kind::ALL {
+            let found = counts(after(&vec![kind; 2000]).0);
+            assert_eq!(found, Kind::ALL.map(|other| if other == kind { MOST } else { 0 }));
+        }
+    }
+
+    #[test]
+    fn a_limit_is_reached_by_the_bounce_after_it() {
+        let limits = |diffuse, glossy, transmission, depth| {
+            Limits::new(DepthLimits { diffuse, glossy, transmission }, depth)
+        };
+        assert_eq!(limits(None, None, None, 8), None);
+        assert_eq!(limits(Some(8), Some(9), None, 8), None, "max_depth is reached first");
+        let two = limits(None, Some(2), None, 8).unwrap();
+        let is_spent = |limits: &Limits, kinds: &[Kind]| spent::<f32>(limited::<f32>(limits, after(kinds)));
+        assert!(!is_spent(&two, &[Kind::Glossy; 2]) && is_spent(&two, &[Kind::Glossy; 3]));
+        assert!(!is_spent(&two, &[Kind::Diffuse; 7]) && !is_spent(&two, &[Kind::Transmission; 2000]));
+        let none = limits(Some(0), None, Some(0), 8).unwrap();
+        assert_eq!(none.reached(after(&[Kind::Glossy, Kind::Transmission]).0), Some(Kind::Transmission));
+        assert_eq!(none.reached(after(&[Kind::Glossy]).0), None);
+        assert!(is_spent(&none, &[Kind::Diffuse]) && is_spent(&none, &[Kind::Transmission]));
+        assert!(!is_spent(&none, &[]));
+    }
+}

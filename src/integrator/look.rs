@@ -1,0 +1,109 @@
+//! What the path transport does at a vertex, in words, for those who look on: the same functions
+//! once more in one lane, whose bits are those of any other. Nothing that renders needs this.
+
+use super::bounces::Kind;
+use super::path::Path;
+use super::{Frame, path_tracing};
+use crate::math::Vector;
+use crate::shading::details::coordinates;
+use crate::shading::principled::{Spot, Tables};
+use crate::shading::{HitLanes, Surface};
+
+/// What happens to a path at a vertex.
+#[derive(Clone, Copy)]
+pub struct Look {
+    /// In world space.
+    pub position: Vector<f32>,
+    /// Of the surface itself, on the viewer's side.
+    pub geometric_normal: Vector<f32>,
+    /// For shading, with what a normal map does to it.
+    pub normal: Vector<f32>,
+    /// What the drawn direction counts for by which the path has found what the surface gives off
+    /// (power heuristic); 1 where nothing else finds it.
+    pub emission_share: f32,
+    /// The emitter that a ray is sent to, if one is, and what that way to find it counts for.
+    pub light: Option<(u32, f32)>,
+    /// What becomes of the path.
+    pub fate: Fate,
+}
+
+/// What becomes of a path at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// The surface is not there: cut out, blended, or seen from behind.
+    Passes,
+    /// This was the ray after the last bounce, of all or of a kind.
+    Last,
+    /// The surface shows its colour and answers no light.
+    Unlit,
+    /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
+    Absorbed,
+    /// Nothing would be left of what comes from the drawn direction.
+    Black,
+    /// A direction has been drawn. Where the path ends all the same it has lost at roulette.
+    Drawn {
+        /// From which lobe.
+        kind: Kind,
+        /// Whether it leads to the other side.
+        through: bool,
+        /// Whether that is the only direction of its lobe, as of a smooth mirror.
+        exact: bool,
+    },
+}
+
+/// Looks at a path that has hit a material.
+pub fn look(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Look {
+    let scene = &frame.scene;
+    let record = &scene.principled[material as usize];
+    let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
+    let width = path.width + path.spread * hit.t;
+    let spot = Spot {
+        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
+        material: record,
+        hit,
+        surface: &surface,
+        at: coordinates(&scene.geometry, hit, &surface, path.direction, width, true),
+        to_viewer: -path.direction,
+        mask: true,
+    };
+    let mut look = Look {
+        position: surface.position,
+        geometric_normal: surface.geometric_normal,
+        normal: surface.normal,
+        emission_share: 1.0,
+        light: None,
+        fate: Fate::Passes,
+    };
+    if path_tracing::passing(frame, path, hit, &spot, true) {
+        return look;
+    }
+    let throughput = path_tracing::absorbed(frame, path, hit.t, true);
+    let path = &Path { throughput, ..*path };
+    look.normal = spot.normal();
+    if record.emits() {
+        look.emission_share = path_tracing::emission_share(frame, path, hit, true);
+    }
+    if path_tracing::is_last(frame, path) {
+        return Look { fate: Fate::Last, ..look };
+    }
+    if record.unlit {
+        return Look { fate: Fate::Unlit, ..look };
+    }
+    let key = path.only_key(frame.seed);
+    let bsdf = path_tracing::bsdf(frame, path, &spot, key, true);
+    if !scene.emitters.is_empty() && bsdf.scatters() {
+        let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
+        look.light = Some((lit.emitter.0, lit.share));
+    }
+    let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
+    let left = path.throughput * drawn.weight;
+    look.fate = if !drawn.valid {
+        Fate::Absorbed
+    } else if left.max_component() <= 0.0 {
+        Fate::Black
+    } else {
+        let (kind, through) = (Kind::of(drawn.wide, drawn.through), drawn.through);
+        Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }
+    };
+    look
+}

@@ -1,0 +1,139 @@
+//! Surfaces that shine as lights of the path transport, wherever they are placed.
+
+use rayfront::compile::compile;
+use rayfront::film::Film;
+use rayfront::render::{Options, Session};
+use rayfront::scene::Emitters;
+use rayfront::world::{Shape, World};
+
+use crate::support::{Picture, world};
+
+/// A floor under what shines.
+fn scene(lamps: &str) -> World {
+    world(&format!(
+        "(
+        settings: (size: (16, 12), samples: 64, max_depth: 1, transport: Path, filter: Box),
+        materials: {{
+            \"glow\": BlinnPhong(diffuse: 0, emission: (4, 3, 2)),
+            \"bright\": BlinnPhong(diffuse: 0, emission: 12),
+            \"front\": Principled(base_color: 0, metallic: 0, emission: (5, 3, 4)),
+            \"colours\": BlinnPhong(diffuse: 0, emission: Image(\"quarters.png\")),
+        }},
+        entities: [
+            (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 5, 0.1), to: (0, 0, 0))),
+            (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: 0.7)),
+            {lamps}
+        ],
+    )"
+    ))
+}
+
+/// The same with a mesh of its own for each entity.
+fn apart(mut world: World) -> World {
+    let mut entities = world.in_order();
+    entities.retain(|entity| world.entities.get::<&Shape>(*entity).is_ok());
+    for entity in entities {
+        let shape = (*world.entities.get::<&Shape>(entity).expect("it has one")).clone();
+        if let Shape::Mesh(id) = shape {
+            let copy = world.assets.meshes[id.0 as usize].clone();
+            let copy = world.assets.add_mesh(copy);
+            world.entities.insert_one(entity, Shape::Mesh(copy)).expect("it is there");
+        }
+    }
+    world
+}
+
+fn film(world: &World, sampled: bool) -> Film {
+    let mut scene = compile(world, None).unwrap();
+    assert!(!scene.emitters.is_empty());
+    if !sampled {
+        scene.emitters = Emitters::default();
+    }
+    let mut session = Session::new(scene, &world.settings, Options::default());
+    session.advance(u32::MAX);
+    session.film().clone()
+}
+
+fn mean(film: &Film) -> f64 {
+    let pixels = film.radiance();
+    pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum::<f64>() / pixels.len() as f64
+}
+
+/// Turned, mirrored and made larger.
+fn three(mesh: &str, materials: [&str; 3]) -> World {
+    let places = [
+        "(translate: (-1.5, 1, 0.5), rotate_degrees: (20, 40, 60), scale: 0.3)",
+        "(translate: (1.5, 1.2, 0.3), scale: (-0.3, 0.4, 0.3))",
+        "(translate: (0.2, 0.8, -1), rotate_degrees: (200, 10, 0), scale: 0.4)",
+    ];
+    let entity = |(place, material): (&str, &str)| {
+        format!("(shape: Mesh(\"{mesh}.ply\"), material: \"{material}\", transform: {place}),")
+    };
+    scene(&places.into_iter().zip(materials).map(entity).collect::<String>())
+}
+
+#[test]
+fn a_lamp_placed_three_times_is_three_lamps() {
+    for (mesh, materials) in [
+        ("tetrahedron", ["glow"; 3]),
+        ("tetrahedron", ["front", "front", "bright"]),
+        ("bowl", ["glow", "bright", "colours"]),
+    ] {
+        let shared = three(mesh, materials);
+        let emitters = |world: &World| compile(world, None).unwrap().emitters.len();
+        assert_eq!(emitters(&shared), emitters(&apart(three(mesh, materials))));
+        let (placed, apart) = (film(&shared, true), film(&apart(three(mesh, materials)), true));
+        assert!((mean(&placed) / mean(&apart) - 1.0).abs() < 0.01, "{} {}", mean(&placed), mean(&apart));
+        let by_chance = film(&shared, false);
+        assert!(
+            (mean(&by_chance) / mean(&placed) - 1.0).abs() < 0.1,
+            "{} {}",
+            mean(&by_chance),
+            mean(&placed)
+        );
+        let (noise, before) = (placed.noise().unwrap(), by_chance.noise().unwrap());
+        assert!(noise < 0.5 * before, "{mesh} {materials:?}: {noise} {before}");
+    }
+}
+
+/// Instances that shine among others that do not, whichever mesh comes first.
+#[test]
+fn only_what_shines_is_a_lamp() {
+    let dark = "(shape: Mesh(\"ball.ply\"), material: (diffuse: 0.5), transform: (translate: (-2, 0, 0))),";
+    let lamp = |x: f32| {
+        format!(
+            "(shape: Mesh(\"tetrahedron.ply\"), material: \"bright\",
+              transform: (translate: ({x}, 1, 1), scale: 0.3)),"
+        )
+    };
+    let (one, two) = (lamp(0.5), lamp(1.5));
+    let expected = mean(&film(&apart(scene(&format!("{dark}{dark}{one}{two}"))), true));
+    for order in [[dark, dark, &one, &two], [&one, dark, &two, dark], [&one, &two, dark, dark]] {
+        let world = scene(&order.concat());
+        assert_eq!(compile(&world, None).unwrap().emitters.len(), 8);
+        let found = mean(&film(&world, true));
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    }
+}
+
+#[test]
+fn a_sphere_with_a_picture_is_a_lamp() {
+    let lamp = "(shape: Sphere(radius_m: 0.4), material: \"colours\",
+                 transform: (translate: (0.3, 1, 0), rotate_degrees: (30, 70, 10))),";
+    let world = scene(lamp);
+    let (sampled, by_chance) = (film(&world, true), film(&world, false));
+    let (a, b) = (mean(&sampled), mean(&by_chance));
+    assert!((a / b - 1.0).abs() < 0.03, "{a} {b}");
+    let (noise, before) = (sampled.noise().unwrap(), by_chance.noise().unwrap());
+    assert!(noise < 0.7 * before, "{noise} {before}");
+    // Beside it the floor has the colours of the side that it sees.
+    let picture = Picture { width: 16, height: 12, pixels: sampled.radiance() };
+    let chance = Picture { width: 16, height: 12, pixels: by_chance.radiance() };
+    for x in [1, 14] {
+        let sum = |p: &Picture| {
+            (0..12).map(|y| p.at(x, y)).fold([0.0; 3], |s: [f32; 3], c| [s[0] + c.r, s[1] + c.g, s[2] + c.b])
+        };
+        let (a, b) = (sum(&picture), sum(&chance));
+        assert!((0..3).all(|i| (a[i] / b[i] - 1.0).abs() < 0.15), "{a:?} {b:?}");
+    }
+}
