@@ -102,7 +102,7 @@ fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
     node
 }
 
-fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
+pub(super) fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, id) in ids.iter().enumerate() {
         block.set(lane, geometry.corners(*id), *id);

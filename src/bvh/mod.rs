@@ -27,6 +27,7 @@ mod few;
 mod flight;
 pub mod layout;
 mod leaf;
+pub mod narrow;
 mod packet;
 mod prepare;
 pub mod primitives;

@@ -287,6 +287,8 @@ pub enum Tracing {
     Queue,
     /// By the tree, one by one.
     Single,
+    /// One by one by the binary tree that the tree was folded from.
+    Binary,
     /// Without the tree: every triangle for every ray.
     BruteForce,
 }

@@ -141,3 +141,25 @@ fn no_packet_leaves_a_closed_surface() {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// The tree that the wide one is folded from gives the same answers.
+    #[test]
+    fn the_binary_tree_agrees(seed: u64, count in 1usize..600, coarse: bool, odd: bool) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse).all_in_the_world();
+        let bvh = soup.build();
+        let geometry = Geometry { positions: &soup.positions, triangles: &soup.triangles, spheres: &[] };
+        let narrow = crate::bvh::narrow::Narrow::new(&geometry, BuildQuality::Default);
+        let mut rays = bundle(&mut random, BUNDLES[seed as usize % 4], 100, odd);
+        rays.extend((0..100).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
+        for level in Level::available() {
+            let found = in_columns(&rays, |rays, hits| narrow.closest(level, rays, hits));
+            for (ray, (found, expected)) in found.iter().zip(&trace(level, &bvh, &rays).0).enumerate() {
+                prop_assert_eq!(bits(found), bits(expected), "{:?}, ray {}", level, ray);
+            }
+        }
+    }
+}

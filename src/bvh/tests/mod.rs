@@ -84,6 +84,16 @@ fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
 
 /// The same, by the kernels for a kind of queue.
 fn trace_as(coherence: Coherence, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
+    let hits = in_columns(rays, |view, hits| {
+        closest(level, bvh, view, coherence, &mut stack, hits);
+        super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
+    });
+    (hits, occluded)
+}
+
+/// What a query writes for a queue.
+fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
     let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
     let columns = [
         column(|r| r.origin.x),
@@ -99,16 +109,13 @@ fn trace_as(coherence: Coherence, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) ->
     let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max };
     let n = rays.len();
     let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let (mut primitive, mut instance, mut occluded) = (vec![0; n], vec![0; n], vec![7; n]);
-    let mut stack = Stack::new(bvh);
+    let (mut primitive, mut instance) = (vec![0; n], vec![0; n]);
     let hits =
         HitsMut { t: &mut t, u: &mut u, v: &mut v, primitive: &mut primitive, instance: &mut instance };
-    closest(level, bvh, view, coherence, &mut stack, hits);
-    super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
-    let hits = (0..n)
+    query(view, hits);
+    (0..n)
         .map(|i| Hit { t: t[i], u: u[i], v: v[i], primitive: primitive[i], instance: instance[i] })
-        .collect();
-    (hits, occluded)
+        .collect()
 }
 
 fn bits(hit: &Hit) -> [u32; 5] {

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::results::Row;
 use super::shapes;
+use crate::bvh::narrow::Narrow;
 use crate::bvh::{self, Coherence, Stack, brute};
 use crate::film::metrics;
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
@@ -180,11 +181,23 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
     let triangles = compiled.geometry.triangles.len().max(1) as u64;
     let count = match by {
         Tracing::BruteForce => u64::from(count).min(MOST_TESTS / triangles).max(1) as u32,
-        Tracing::Queue | Tracing::Single => count,
+        Tracing::Queue | Tracing::Single | Tracing::Binary => count,
     };
     let batch = shapes::rays(count, seed);
     let mut hits = HitBatch::new(batch.len());
     let mut stack = Stack::new(bvh);
+    let narrow = (by == Tracing::Binary).then(|| {
+        let geometry = &compiled.geometry;
+        let world = bvh::Geometry {
+            positions: &geometry.positions,
+            triangles: &geometry.triangles[..geometry.world_triangles as usize],
+            spheres: &[],
+        };
+        Narrow::new(&world, bvh.quality)
+    });
+    if let Some(narrow) = &narrow {
+        row.set(Measure::TreeBytes, narrow.bytes() as f64);
+    }
     let (start, before) = (Instant::now(), cpu());
     match by {
         Tracing::Queue => {
@@ -201,6 +214,11 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
                     instance: &mut hits.instance[i..=i],
                 };
                 bvh::closest(level, bvh, batch.rays().range(i..i + 1), Coherence::Unknown, &mut stack, one);
+            }
+        }
+        Tracing::Binary => {
+            if let Some(narrow) = &narrow {
+                narrow.closest(level, batch.rays(), hits.hits_mut());
             }
         }
         Tracing::BruteForce => {

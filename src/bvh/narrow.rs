@@ -1,0 +1,132 @@
+//! The binary tree walked as it is: what the wide one is measured against.
+//!
+//! Nodes are as in PBRT (4th ed., 7.3.4): 32 bytes each, depth first, a stack, and of two children
+//! the one first that the ray comes to first. Leaves are the wide tree's blocks with the wide tree's test, so
+//! that the two differ in nothing but the way to the leaves.
+
+use super::assemble::{Geometry, triangle_block};
+use super::binary::{BinaryNode, Tree};
+use super::build::build;
+use super::layout::TriangleBlock;
+use super::leaf::{self, Visit};
+use super::primitives::Primitives;
+use super::ray::Local;
+use super::{HitsMut, Rays};
+use crate::math::{Aabb, Hit, NONE, Ray};
+use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::world::BuildQuality;
+
+/// A binary tree over triangles.
+pub struct Narrow {
+    nodes: Vec<Flat>,
+    blocks: Vec<TriangleBlock>,
+}
+
+/// 32 bytes.
+struct Flat {
+    bounds: Aabb,
+    /// A leaf's block; else the second child, whose sibling follows its parent.
+    next: u32,
+    /// Of an inner node: the axis along which the second child lies beyond the first. Of a leaf: 3.
+    axis: u32,
+}
+
+const LEAF: u32 = 3;
+const _: () = assert!(size_of::<Flat>() == 32);
+
+impl Narrow {
+    /// Over all triangles of `geometry`, built as the wide tree is.
+    pub fn new(geometry: &Geometry, quality: BuildQuality) -> Self {
+        let count = geometry.triangles.len() as u32;
+        let mut narrow = Self { nodes: Vec::new(), blocks: Vec::new() };
+        if count == 0 {
+            return narrow;
+        }
+        let primitives = Primitives { geometry, triangles: 0..count, spheres: 0..0, instances: Vec::new() };
+        let Tree { nodes, order } = build(&primitives, quality);
+        narrow.nodes.reserve_exact(nodes.len());
+        for (index, node) in nodes.iter().enumerate() {
+            let (next, axis) = if node.is_leaf() {
+                let ids = &order[node.offset as usize..][..usize::from(node.count)];
+                narrow.blocks.push(triangle_block(geometry, ids));
+                (narrow.blocks.len() - 1, LEAF)
+            } else {
+                let second = index + node.offset as usize;
+                (second, apart(&nodes[index + 1], &nodes[second]))
+            };
+            narrow.nodes.push(Flat { bounds: node.bounds, next: next as u32, axis });
+        }
+        narrow
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
+    }
+
+    /// The nearest hit of each ray, as [`super::closest`] finds it.
+    pub fn closest(&self, level: Level, rays: Rays, hits: HitsMut) {
+        dispatch(level, Walk { tree: self, rays, hits });
+    }
+}
+
+/// Along which axis two boxes' centres are farthest from each other; with 4 more if the second
+/// lies before the first.
+fn apart(first: &BinaryNode, second: &BinaryNode) -> u32 {
+    let way = second.bounds.center() - first.bounds.center();
+    let axis = way.abs().max_position() as u32;
+    axis | if way[axis as usize] < 0.0 { 4 } else { 0 }
+}
+
+struct Walk<'a> {
+    tree: &'a Narrow,
+    rays: Rays<'a>,
+    hits: HitsMut<'a>,
+}
+
+impl Kernel for Walk<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let mut stack = Vec::with_capacity(64);
+        for i in 0..self.rays.len() {
+            let ray = self.rays.get(i);
+            let hit = self.tree.walk::<L>(&ray, &mut stack);
+            super::query::Answers::put(&mut self.hits, i, &hit);
+        }
+    }
+}
+
+impl Narrow {
+    #[inline(always)]
+    fn walk<L: Lanes>(&self, ray: &Ray<f32>, stack: &mut Vec<u32>) -> Hit {
+        let local = Local::new(*ray);
+        let mut best = Hit { t: ray.t_max, ..Hit::MISS };
+        if self.nodes.is_empty() || !super::ray::is_finite(ray) {
+            return Hit::MISS;
+        }
+        stack.clear();
+        stack.push(0);
+        while let Some(mut index) = stack.pop() {
+            loop {
+                let node = &self.nodes[index as usize];
+                let Some(near) = local.slabs.enter(&node.bounds).filter(|near| *near <= best.t) else {
+                    break;
+                };
+                if node.axis == LEAF {
+                    let visit = Visit { near, t_min: ray.t_min, instance: NONE };
+                    let block = &self.blocks[node.next as usize];
+                    leaf::triangles::<L, HitsMut>(block, ray, &local.shear, visit, &mut best);
+                    break;
+                }
+                let backwards = local.slabs.near_side[(node.axis & 3) as usize % 3] & 1 == 1;
+                let (first, second) = (index + 1, node.next);
+                let turned = backwards != (node.axis & 4 != 0);
+                let (nearer, farther) = if turned { (second, first) } else { (first, second) };
+                stack.push(farther);
+                index = nearer;
+            }
+        }
+        best
+    }
+}
