@@ -67,8 +67,9 @@ impl Report<'_> {
                 self.plan.samples
             ),
             format!(
-                "measured   {} runs of each schedule, in turn, after one that does not count",
-                self.plan.runs
+                "measured   {} run{} of each schedule, in turn, after one that does not count",
+                self.plan.runs,
+                if self.plan.runs == 1 { "" } else { "s" }
             ),
             format!(
                 "with       {}, {}, waves of {}",

@@ -136,6 +136,7 @@ fn adds_up(profile: &serde_json::Value) {
     let rays = sum("camera") + sum("reflect") + sum("refract") + sum("scatter");
     assert_eq!(profile["wavefront"]["rays"]["total"], rays + sum("shadow"));
     assert_eq!(stage("generate", "out"), sum("camera"));
+    assert!(stage("generate", "calls") > 0 && stage("generate", "calls") == stage("intersect", "calls"));
     assert_eq!(stage("generate", "out") + stage("advance", "out"), stage("intersect", "in"));
     assert_eq!(stage("intersect", "out"), stage("retire", "in"));
     assert_eq!((stage("intersect", "in"), stage("retire", "out")), (rays, sum("hits")));

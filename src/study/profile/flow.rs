@@ -183,7 +183,7 @@ fn complete(flows: &mut Flows, transport: Transport) {
     let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract + b.scatter));
     let shade = flows.stages[Stage::Shade as usize];
     let generate = &mut flows.stages[Stage::Generate as usize];
-    (generate.entering, generate.leaving) = (camera, camera);
+    (generate.calls, generate.entering, generate.leaving) = (shade.calls, camera, camera);
     let advance = &mut flows.stages[Stage::Advance as usize];
     (advance.calls, advance.entering, advance.leaving) = (shade.calls, shade.entering, onward);
     // What an item costs when it comes, and when it goes on.
