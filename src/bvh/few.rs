@@ -2,7 +2,7 @@
 //!
 //! In a Cornell box a ray meets most of the boxes there are, and getting into and out of a
 //! traversal costs more than the traversal. Here nothing is walked: 16 rays meet the boxes of all
-//! leaves, then the triangles in those that one of them enters. Nothing of it is a decision of one
+//! leaves, then the triangles and spheres in those that one of them enters. Nothing of it is a decision of one
 //! ray's.
 //!
 //! Rays are sorted by the way they go first, so that all of a group meet the same sides of boxes
@@ -12,9 +12,10 @@ use super::Rays;
 use super::layout::{Bvh, Child, Kind};
 use super::query::Answers;
 use super::ray::slab_scales;
-use super::triangle::{Asked, Plane, Shear, intersect_rays};
+use super::sphere;
+use super::triangle::{Asked, BlockHits, Plane, Shear, intersect_rays};
 use super::ways::{OCTANTS, Ways};
-use crate::math::{Hit, NONE};
+use crate::math::{Hit, NONE, Vector};
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// More blocks than this are walked. (Measured on cut-down bumpy meshes.)
@@ -28,10 +29,17 @@ pub(super) struct Few {
 }
 
 /// The planes of a leaf's box, lower ones first, and its triangles, for each axis along which a ray
-/// may go farthest.
+/// may go farthest, or its spheres.
 struct Leaf {
     planes: [[f32; 3]; 2],
     triangles: [Vec<Triangle>; 3],
+    spheres: Vec<Sphere>,
+}
+
+struct Sphere {
+    center: [f32; 3],
+    radius: f32,
+    primitive: u32,
 }
 
 /// A triangle with renamed axes.
@@ -45,6 +53,7 @@ struct Triangle {
 /// Rays that go one way.
 struct Group<F: Float> {
     origin: [F; 3],
+    direction: [F; 3],
     near_scale: [F; 3],
     far_scale: [F; 3],
     /// Which plane of a box they meet first.
@@ -66,10 +75,10 @@ struct Best<F: Float> {
 }
 
 impl Few {
-    /// The leaves of a tree, if they are few and nothing but triangles.
+    /// The leaves of a tree, if they are few and there is no instance.
     pub fn new(bvh: &Bvh) -> Option<Self> {
         let root = bvh.root?;
-        if bvh.triangles.len() > MOST_BLOCKS || !bvh.instances.is_empty() || !bvh.spheres.is_empty() {
+        if bvh.triangles.len() + bvh.spheres.len() > MOST_BLOCKS || !bvh.instances.is_empty() {
             return None;
         }
         let mut leaves = Vec::new();
@@ -77,7 +86,7 @@ impl Few {
         let mut todo = vec![(root.child, planes)];
         while let Some((child, planes)) = todo.pop() {
             match child.kind() {
-                Kind::Triangles => leaves.push(Leaf::new(bvh, child, planes)),
+                Kind::Triangles | Kind::Spheres => leaves.push(Leaf::new(bvh, child, planes)),
                 Kind::Node => {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
@@ -88,7 +97,7 @@ impl Few {
                         }
                     }
                 }
-                _ => return None,
+                Kind::Instance => return None,
             }
         }
         let front_to_back = std::array::from_fn(|octant| {
@@ -139,6 +148,9 @@ impl Few {
             for triangle in &leaf.triangles[axis] {
                 group.test::<A>(triangle, near, entered, rays, places);
             }
+            for sphere in &leaf.spheres {
+                group.test_sphere::<A>(sphere, near, entered);
+            }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
                 return;
             }
@@ -148,6 +160,16 @@ impl Few {
 
 impl Leaf {
     fn new(bvh: &Bvh, child: Child, planes: [[f32; 3]; 2]) -> Self {
+        if child.kind() == Kind::Spheres {
+            let block = &bvh.spheres[child.index()];
+            let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
+            let spheres = places.map(|place| Sphere {
+                center: block.center.map(|axis| axis[place]),
+                radius: block.radius[place],
+                primitive: block.primitive[place],
+            });
+            return Self { planes, triangles: Default::default(), spheres: spheres.collect() };
+        }
         let block = &bvh.triangles[child.index()];
         let triangles = std::array::from_fn(|longest| {
             let [x, y, z] = Shear::AXES[longest];
@@ -162,7 +184,7 @@ impl Leaf {
             });
             renamed.collect()
         });
-        Self { planes, triangles }
+        Self { planes, triangles, spheres: Vec::new() }
     }
 
     /// How far along an octant's diagonal it begins.
@@ -204,6 +226,7 @@ impl<F: Float> Group<F> {
         };
         Self {
             origin,
+            direction,
             near_scale,
             far_scale,
             near_side,
@@ -247,12 +270,31 @@ impl<F: Float> Group<F> {
         let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
         let exact = |lane: usize| triangle.plane.t(&rays.get(places[lane & 15] as usize));
         let hits = intersect_rays(seen, &self.shear, &asked, exact);
-        if !hits.mask.any() {
-            return;
+        if hits.mask.any() {
+            self.take::<A>(&hits, triangle.primitive, near, entered);
         }
+    }
+
+    /// One sphere against all rays that have entered its leaf.
+    #[inline(always)]
+    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask) {
+        let [x, y, z] = sphere.center;
+        let center = Vector::new(F::splat(x), F::splat(y), F::splat(z));
+        let [ox, oy, oz] = self.origin;
+        let [dx, dy, dz] = self.direction;
+        let (origin, direction) = (Vector::new(ox, oy, oz), Vector::new(dx, dy, dz));
+        let hits = sphere::meet(center, F::splat(sphere.radius), origin, direction, self.t_min);
+        self.take::<A>(&hits, sphere.primitive, near, entered);
+    }
+
+    /// Keeps hits that are better than the best ones.
+    #[inline(always)]
+    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32, near: F, entered: F::Mask) {
+        let best = self.best.t;
+        // NaN distances fail the first comparison.
         let t = hits.t.max(near);
-        let beyond = hits.mask & hits.t.gt(self.t_min) & t.le(best);
-        let id = F::Int::splat(triangle.primitive);
+        let beyond = hits.mask & entered & hits.t.gt(self.t_min) & t.le(best);
+        let id = F::Int::splat(primitive);
         let better = beyond & (t.lt(best) | id.lt(self.best.primitive));
         self.best = Best {
             t: F::select(better, if A::ANY { F::splat(-1.0) } else { t }, best),

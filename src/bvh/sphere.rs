@@ -5,12 +5,7 @@ use super::triangle::BlockHits;
 use crate::math::{Ray, Vector};
 use crate::simd::{Float, Mask};
 
-/// Tests the spheres from `lane` on, for a direction of any length. The discriminant is
-/// taken about the point of the ray nearest to the centre, which stays exact for small
-/// and distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for
-/// ray/sphere intersection", Ray Tracing Gems, 2019).
-///
-/// The hit is the first of the two beyond `t_min`.
+/// Tests the spheres from `lane` on, for a direction of any length: [`meet`].
 #[inline(always)]
 pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> BlockHits<T> {
     let (o, d) = (ray.origin, ray.direction);
@@ -22,6 +17,24 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> 
         T::load(&block.center[2][lane..]),
     );
     let radius = T::load(&block.radius[lane..]);
+    meet(center, radius, origin, direction, T::splat(ray.t_min))
+}
+
+/// The test itself, for a sphere and a ray in each lane.
+///
+/// The discriminant is taken about the point of the ray nearest to the centre, which stays exact
+/// for small and distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for
+/// ray/sphere intersection", Ray Tracing Gems, 2019).
+///
+/// The hit is the first of the two beyond `t_min`.
+#[inline(always)]
+pub fn meet<T: Float>(
+    center: Vector<T>,
+    radius: T,
+    origin: Vector<T>,
+    direction: Vector<T>,
+    t_min: T,
+) -> BlockHits<T> {
     let from_center = origin - center;
     let a = direction.dot(direction);
     let b = -from_center.dot(direction);
@@ -32,7 +45,7 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> 
     let c = from_center.dot(from_center) - radius * radius;
     let (t0, t1) = (c / q, q / a);
     let (first, second) = (t0.min(t1), t0.max(t1));
-    let t = T::select(first.gt(T::splat(ray.t_min)), first, second);
+    let t = T::select(first.gt(t_min), first, second);
     // NaN radii (unused lanes) and NaN distances compare false.
     let mask = discriminant.ge(T::zero()) & t.eq(t);
     let doubtful = T::Mask::from_bits(0);

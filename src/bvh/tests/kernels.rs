@@ -81,10 +81,11 @@ proptest! {
     /// Trees that are not walked.
     #[test]
     fn a_few_triangles_are_hit_as_the_oracle_says(
-        seed: u64, count in 1usize..60, kind in 0usize..4, length in 1usize..80, coarse: bool, odd: bool,
+        seed: u64, count in 1usize..60, spheres in 0usize..20, kind in 0usize..4, length in 1usize..80,
+        coarse: bool, odd: bool,
     ) {
         let mut random = Stream::new(seed);
-        let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse);
+        let soup = random_soup(&mut random, [count, spheres, 0, 0], 0, coarse);
         let mut rays = bundle(&mut random, BUNDLES[kind], length, odd);
         rays.extend((0..length).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
         agree(&soup, &rays);
