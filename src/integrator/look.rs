@@ -5,8 +5,7 @@ use super::bounces::Kind;
 use super::path::Path;
 use super::{Frame, path_tracing};
 use crate::math::Vector;
-use crate::shading::details::coordinates;
-use crate::shading::principled::{Spot, Tables};
+use crate::shading::principled::Spot;
 use crate::shading::{HitLanes, Surface};
 
 /// What happens to a path at a vertex.
@@ -57,15 +56,7 @@ pub fn look(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32)
     let record = &scene.principled[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
     let width = path.width + path.spread * hit.t;
-    let spot = Spot {
-        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
-        material: record,
-        hit,
-        surface: &surface,
-        at: coordinates(&scene.geometry, hit, &surface, path.direction, width, true),
-        to_viewer: -path.direction,
-        mask: true,
-    };
+    let spot = Spot::new(scene, material, hit, &surface, path.direction, width, true);
     let mut look = Look {
         position: surface.position,
         geometric_normal: surface.geometric_normal,

@@ -16,12 +16,11 @@ use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::hash::{combine, to_unit};
 use crate::sampling::{Dimension, Key};
 use crate::scene::principled::{Coverage, Principled};
-use crate::shading::details::coordinates;
 use crate::shading::emitter::EmitterSample;
 use crate::shading::light::SHADOW_END;
+use crate::shading::principled::Spot;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::Sampled;
-use crate::shading::principled::{Spot, Tables};
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
@@ -125,15 +124,7 @@ pub fn hit<F: Float>(
     let ray = path.ray();
     let surface = Surface::new(&scene.geometry, &ray, hit, mask);
     let width = path.width + path.spread * hit.t;
-    let spot = Spot {
-        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
-        material: record,
-        hit,
-        surface: &surface,
-        at: coordinates(&scene.geometry, hit, &surface, path.direction, width, mask),
-        to_viewer: -path.direction,
-        mask,
-    };
+    let spot = Spot::new(scene, material, hit, &surface, path.direction, width, mask);
     let passes = passing(frame, path, hit, &spot, mask);
     let here = mask & !passes;
     let throughput = absorbed(frame, path, hit.t, here);
@@ -427,15 +418,7 @@ pub fn shadow_hit<F: Float>(
         return (Color::black(), F::Mask::from_bits(0));
     }
     let surface = Surface::new(&scene.geometry, &shadow.ray, hit, mask);
-    let spot = Spot {
-        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
-        material: record,
-        hit,
-        surface: &surface,
-        at: coordinates(&scene.geometry, hit, &surface, shadow.ray.direction, F::zero(), mask),
-        to_viewer: -shadow.ray.direction,
-        mask,
-    };
+    let spot = Spot::new(scene, material, hit, &surface, shadow.ray.direction, F::zero(), mask);
     let left = shadow.contribution * (F::one() - spot.coverage());
     (left, mask & left.max_component().gt(F::zero()))
 }

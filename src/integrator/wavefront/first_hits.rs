@@ -12,9 +12,7 @@ use crate::film::{Features, FirstHit, Gathering, Region};
 use crate::integrator::path::{Path, unpack_pixel};
 use crate::integrator::{Frame, path_tracing};
 use crate::math::{Color, NONE, Rgb, Vector};
-use crate::shading::details::coordinates;
-use crate::shading::principled::{Spot, Tables};
-use crate::shading::surface::material_of;
+use crate::shading::principled::Spot;
 use crate::shading::{HitLanes, Shaded, Surface};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
@@ -133,18 +131,9 @@ fn principled(
     hit: &HitLanes<f32>,
     surface: &Surface<f32>,
 ) -> Option<(Vector<f32>, Color<f32>)> {
-    let scene = &frame.scene;
-    let material = material_of(&scene.geometry, hit, true).0;
     let width = path.width + path.spread * hit.t;
-    let spot = Spot {
-        tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
-        material: &scene.principled[material as usize],
-        hit,
-        surface,
-        at: coordinates(&scene.geometry, hit, surface, path.direction, width, true),
-        to_viewer: -path.direction,
-        mask: true,
-    };
+    let material = surface.material.0;
+    let spot = Spot::new(&frame.scene, material, hit, surface, path.direction, width, true);
     let passes = path_tracing::passing(frame, path, hit, &spot, true);
     (!passes).then(|| (spot.normal(), spot.base_color()))
 }

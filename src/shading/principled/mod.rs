@@ -14,12 +14,12 @@ pub mod sheen;
 #[cfg(test)]
 mod tests;
 
-use super::details::{alpha, bend, tangent_frame, vertex_color};
+use super::details::{alpha, bend, coordinates, tangent_frame, vertex_color};
 use super::sampled::{Coordinates, color, scalar, texel};
 use super::surface::{HitLanes, Surface};
 use crate::math::{Color, NONE, Vector};
 use crate::scene::principled::{Coverage, NormalParam, Principled};
-use crate::scene::{Geometry, Textures};
+use crate::scene::{CompiledScene, Geometry, Textures};
 use crate::simd::Float;
 use dispersion::Spectrum;
 use film::Film;
@@ -57,7 +57,29 @@ pub struct Spot<'a, F: Float> {
     pub mask: F::Mask,
 }
 
-impl<F: Float> Spot<'_, F> {
+impl<'a, F: Float> Spot<'a, F> {
+    /// Where rays along `direction` that are `width` metres wide there have hit a material.
+    #[inline(always)]
+    pub fn new(
+        scene: &'a CompiledScene,
+        material: u32,
+        hit: &'a HitLanes<F>,
+        surface: &'a Surface<F>,
+        direction: Vector<F>,
+        width: F,
+        mask: F::Mask,
+    ) -> Self {
+        Self {
+            tables: Tables { geometry: &scene.geometry, textures: &scene.textures },
+            material: &scene.principled[material as usize],
+            hit,
+            surface,
+            at: coordinates(&scene.geometry, hit, surface, direction, width, mask),
+            to_viewer: -direction,
+            mask,
+        }
+    }
+
     /// How much of the surface is there, 0 to 1.
     #[inline(always)]
     pub fn coverage(&self) -> F {

@@ -6,14 +6,15 @@ use std::time::Instant;
 use super::results::Row;
 use super::shapes;
 use crate::bvh::narrow::Narrow;
-use crate::bvh::{self, Coherence, Stack, brute};
+use crate::bvh::traverse::closest_one;
+use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack, brute};
 use crate::film::metrics;
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
 use crate::math::{Rgb, Vec3};
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
 use crate::scene::CompiledScene;
-use crate::simd::Level;
+use crate::simd::{Kernel, Lanes, Level, dispatch};
 use crate::world::{Camera, Falloff, Light, Shape, Transform, World};
 
 /// An image.
@@ -175,6 +176,24 @@ fn render(
 /// Triangle tests of brute force in one job at most: about a second.
 const MOST_TESTS: u64 = 300_000_000;
 
+/// One ray after another, by the kernel that the recursive schedule has.
+struct Singly<'a> {
+    bvh: &'a Bvh,
+    rays: Rays<'a>,
+    hits: HitsMut<'a>,
+    stack: &'a mut Stack,
+}
+
+impl Kernel for Singly<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for i in 0..self.rays.len() {
+            self.hits.t[i] = closest_one::<L>(self.bvh, &self.rays.ray(i), self.stack).t;
+        }
+    }
+}
+
 /// Traces scattered rays on this thread.
 fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut Row) {
     let (level, bvh) = (Level::detect(), &compiled.bvh);
@@ -204,17 +223,8 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
             bvh::closest(level, bvh, batch.rays(), Coherence::Scattered, &mut stack, hits.hits_mut());
         }
         Tracing::Single => {
-            for i in 0..batch.len() {
-                let hits = hits.hits_mut();
-                let one = bvh::HitsMut {
-                    t: &mut hits.t[i..=i],
-                    u: &mut hits.u[i..=i],
-                    v: &mut hits.v[i..=i],
-                    primitive: &mut hits.primitive[i..=i],
-                    instance: &mut hits.instance[i..=i],
-                };
-                bvh::closest(level, bvh, batch.rays().range(i..i + 1), Coherence::Unknown, &mut stack, one);
-            }
+            let (rays, hits, stack) = (batch.rays(), hits.hits_mut(), &mut stack);
+            dispatch(level, Singly { bvh, rays, hits, stack });
         }
         Tracing::Binary => {
             if let Some(narrow) = &narrow {
