@@ -7,8 +7,10 @@ use crate::math::Aabb;
 
 /// Of two parts of a range larger than a block, each has at least so many references, unless
 /// kinds are mixed or there is room for an exception ([`Room`]). So there are hardly more
-/// than a quarter as many leaves as references, which bounds memory.
+/// than a quarter as many blocks as references, which bounds memory.
 pub const FEWEST: usize = 4;
+/// A block with more references than these may be halved ([`Nodes::block`]).
+const WHOLE: usize = 6;
 /// For so many references there may be an exception, which costs two nodes.
 const EXCEPTION: usize = 16;
 
@@ -17,11 +19,11 @@ const EXCEPTION: usize = 16;
 pub struct BinaryNode {
     /// Around all below.
     pub bounds: Aabb,
-    /// Of a leaf: its first place in the order. Else: how far behind this node the second child is.
+    /// Of a block: its first place in the order. Else: how far behind this node the second child is.
     pub offset: u32,
-    /// References of a leaf; 0 for an inner node.
+    /// References of a block; 0 for an inner node.
     pub count: u8,
-    /// What a leaf holds.
+    /// What a block holds.
     pub kind: Kind,
     /// What it becomes, once that is known.
     pub child: Child,
@@ -39,16 +41,28 @@ impl BinaryNode {
         opening: Opening::NONE,
     };
 
-    /// Whether it holds primitives.
+    /// Whether what it holds fits a block.
     #[inline(always)]
-    pub fn is_leaf(&self) -> bool {
+    pub fn is_block(&self) -> bool {
         self.count > 0
+    }
+
+    /// Whether it has children: a block may, if it could be two smaller ones.
+    #[inline(always)]
+    pub fn has_children(&self) -> bool {
+        !self.is_block() || !self.opening.is_none()
+    }
+
+    /// How far behind it its second child is, if it has any; the first one follows it.
+    #[inline(always)]
+    pub fn second(&self) -> usize {
+        if self.is_block() { 2 } else { self.offset as usize }
     }
 }
 
 /// One block holds it: up to 8 of a kind, or a single instance.
 #[inline(always)]
-pub fn is_leaf(references: &[Reference]) -> bool {
+pub fn is_block(references: &[Reference]) -> bool {
     let kind = references[0].kind();
     let most = if kind == Kind::Instance { 1 } else { BLOCK };
     references.len() <= most && references.iter().all(|r| r.kind() == kind)
@@ -85,10 +99,11 @@ impl Room {
         Self { nodes: Self::least(references, mixed) + 2 * exceptions, mixed }
     }
 
-    /// What a tree without exceptions needs at most. Two of them and a node above need no
+    /// What a tree without exceptions needs at most: where every block has seven references and is
+    /// halved, there are two leaves for each seven. Two such trees and a node above need no
     /// more than one over all their references.
     fn least(references: usize, mixed: bool) -> usize {
-        if mixed { 2 * references - 1 } else { (references / 2).saturating_sub(1).max(1) }
+        if mixed { 2 * references - 1 } else { 2 * (2 * references / 7).max(1) - 1 }
     }
 
     /// The fewest references that a side of a cut may have.
@@ -141,8 +156,33 @@ impl<'a> Nodes<'a> {
         self.used += nodes.len();
     }
 
-    /// Adds a block, whose first reference has the place `first`.
-    pub fn leaf(&mut self, references: &[Reference], first: usize) -> Summary {
+    /// Adds a block, whose first reference has the place `first`. Many references are halved by
+    /// `cut`, which puts those of one half in front and says how many they are: a wide node that has
+    /// a child to spare takes the halves in its stead, so that a ray tests half as many
+    /// of what it does not hit.
+    #[inline(always)]
+    pub fn block(
+        &mut self,
+        references: &mut [Reference],
+        first: usize,
+        cut: impl FnOnce(&mut [Reference]) -> usize,
+    ) -> Summary {
+        let place = self.used;
+        let bounds = self.leaf(references, first);
+        let mut costs = Costs::block(bounds.half_area());
+        let middle = if references.len() > WHOLE { cut(references) } else { 0 };
+        if 0 < middle && middle < references.len() {
+            let left = self.leaf(&references[..middle], first);
+            let right = self.leaf(&references[middle..], first + middle);
+            match Costs::halved(bounds.half_area(), [left.half_area(), right.half_area()]) {
+                Some(better) => (costs, self.free[place].opening) = better,
+                None => self.used = place + 1,
+            }
+        }
+        Summary { bounds, costs }
+    }
+
+    fn leaf(&mut self, references: &[Reference], first: usize) -> Extent {
         let bounds = Extent::around(references);
         self.push(BinaryNode {
             bounds: bounds.bounds(),
@@ -151,7 +191,7 @@ impl<'a> Nodes<'a> {
             kind: references[0].kind(),
             ..BinaryNode::EMPTY
         });
-        Summary { bounds, costs: Costs::leaf(bounds.half_area()) }
+        bounds
     }
 
     /// Adds a node, whose first child comes next, and returns its place.

@@ -26,8 +26,14 @@ pub struct Costs {
 pub struct Opening(u64);
 
 impl Opening {
-    /// Of a leaf.
+    /// Of a block that stays one.
     pub const NONE: Opening = Opening(0);
+
+    /// Whether it is that.
+    #[inline(always)]
+    pub fn is_none(self) -> bool {
+        self.0 == 0
+    }
 
     fn first(self, roots: usize) -> usize {
         (self.0 >> (4 * (roots - 1))) as usize % WIDTH
@@ -40,8 +46,17 @@ impl Opening {
 
 impl Costs {
     /// A block.
-    pub fn leaf(half_area: f32) -> Self {
+    pub fn block(half_area: f32) -> Self {
         Self { cost: [half_area; WIDTH], most: 1 }
+    }
+
+    /// A block that can be two, with the areas of its halves, if that is better.
+    pub fn halved(half_area: f32, [left, right]: [f32; 2]) -> Option<(Self, Opening)> {
+        let mut cost = [left + right; WIDTH];
+        cost[0] = half_area;
+        let mut opening = Opening::NONE;
+        (2..=WIDTH).for_each(|roots| opening.set(roots, 1));
+        (cost[1] < half_area).then_some((Self { cost, most: 2 }, opening))
     }
 
     /// A node over two subtrees.
@@ -95,7 +110,7 @@ impl Plan {
     /// Writes every child's word into the tree, whose nodes and blocks come behind those
     /// that there are; `order` holds the ids of instances.
     pub fn new(tree: &mut [BinaryNode], order: &[u32], before: [usize; 3]) -> Self {
-        let leaves = tree.iter().filter(|node| node.is_leaf()).count();
+        let leaves = tree.iter().filter(|node| !node.has_children()).count();
         let mut plan =
             Self { nodes: Vec::new(), triangles: Vec::with_capacity(leaves), spheres: Vec::new(), depth: 0 };
         let [nodes, triangles, spheres] = before;
@@ -139,11 +154,11 @@ fn open_as(
 ) {
     let node = &tree[index];
     let first = node.opening.first(roots);
-    if node.is_leaf() || first == 0 || (roots == 1 && !is_top) {
+    if first == 0 || (roots == 1 && !is_top) {
         children.push(index as u32);
         return;
     }
     let roots = if is_top { WIDTH } else { roots };
     open_as(tree, index + 1, first, false, children);
-    open_as(tree, index + node.offset as usize, roots - first, false, children);
+    open_as(tree, index + node.second(), roots - first, false, children);
 }

@@ -46,12 +46,12 @@ impl Narrow {
         let Tree { nodes, order } = build(&primitives, quality);
         narrow.nodes.reserve_exact(nodes.len());
         for (index, node) in nodes.iter().enumerate() {
-            let (next, axis) = if node.is_leaf() {
+            let (next, axis) = if !node.has_children() {
                 let ids = &order[node.offset as usize..][..usize::from(node.count)];
                 narrow.blocks.push(triangle_block(geometry, ids));
                 (narrow.blocks.len() - 1, LEAF)
             } else {
-                let second = index + node.offset as usize;
+                let second = index + node.second();
                 (second, apart(&nodes[index + 1], &nodes[second]))
             };
             narrow.nodes.push(Flat { bounds: node.bounds, next: next as u32, axis });

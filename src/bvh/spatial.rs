@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 
-use super::binary::{Nodes, Room, Summary, Tree, is_leaf};
+use super::binary::{Nodes, Room, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition};
-use super::build::{MAX_SAH_DEPTH, PARALLEL, Place, halve};
+use super::build::{MAX_SAH_DEPTH, PARALLEL, Place, halve, split_middle};
 use super::clip::Clipper;
 use super::layout::{BLOCK, Kind};
 use super::primitives::Primitives;
@@ -121,9 +121,9 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn build(&self, mut range: Range, place: Place, nodes: &mut Nodes) -> Summary {
-        if is_leaf(range.used()) {
+        if is_block(range.used()) {
             let first = range.first;
-            return nodes.leaf(range.used(), first);
+            return nodes.block(range.used(), first, split_middle);
         }
         let middle = self.split(&mut range, place);
         let parallel = range.count > PARALLEL;
