@@ -37,6 +37,24 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     false
 }
 
+/// Whether one of a block's triangles is hit no farther than `limit`, without a branch on it.
+#[inline(always)]
+pub(super) fn hits_triangles<L: Lanes>(
+    block: &TriangleBlock,
+    ray: &impl Exact,
+    shear: &Shear,
+    visit: Visit,
+    limit: f32,
+) -> bool {
+    let asked = Asked::between(visit.t_min, limit);
+    let mut found = false;
+    for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
+        let hits = triangle::intersect_all::<L::Block>(block, lane, ray, shear, &asked);
+        found |= acceptable(&hits, visit, limit).1.any();
+    }
+    found
+}
+
 /// The same for spheres.
 #[inline(always)]
 pub(super) fn spheres<L: Lanes, A: Answers>(
@@ -54,12 +72,18 @@ pub(super) fn spheres<L: Lanes, A: Answers>(
     false
 }
 
+/// Where a block's hits count, and which of them lie no farther than `limit`.
+#[inline(always)]
+fn acceptable<T: Float>(hits: &BlockHits<T>, visit: Visit, limit: f32) -> (T, T::Mask) {
+    // NaN distances fail the first comparison.
+    let t = hits.t.max(T::splat(visit.near));
+    (t, hits.mask & hits.t.gt(T::splat(visit.t_min)) & t.le(T::splat(limit)))
+}
+
 /// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
 #[inline(always)]
 fn accept<T: Float, A: Answers>(hits: &BlockHits<T>, ids: &[u32], visit: Visit, best: &mut Hit) -> bool {
-    // NaN distances fail the first comparison.
-    let t = hits.t.max(T::splat(visit.near));
-    let mask = hits.mask & hits.t.gt(T::splat(visit.t_min)) & t.le(T::splat(best.t));
+    let (t, mask) = acceptable(hits, visit, best.t);
     let mut bits = mask.bits();
     if bits == 0 {
         return false;

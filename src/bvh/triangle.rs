@@ -101,13 +101,36 @@ pub fn intersect<T: Float>(
     let corners = corners::<T>(block, lane, shear);
     let edges = Edges::new(&corners);
     let mut hits = edges.meet(&corners, T::splat(shear.shear[2]), asked);
+    make_exact(&mut hits, block, lane, ray);
+    hits
+}
+
+/// [`intersect`] without a branch on whether there is a hit at all.
+#[inline(always)]
+pub fn intersect_all<T: Float>(
+    block: &TriangleBlock,
+    lane: usize,
+    ray: &impl Exact,
+    shear: &Shear,
+    asked: &Asked<T>,
+) -> BlockHits<T> {
+    let corners = corners::<T>(block, lane, shear);
+    let edges = Edges::new(&corners);
+    let mask = edges.inside() & asked.lanes;
+    let mut hits = edges.distances(&corners, T::splat(shear.shear[2]), asked, mask);
+    make_exact(&mut hits, block, lane, ray);
+    hits
+}
+
+/// Computes t again where it is doubtful.
+#[inline(always)]
+fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: usize, ray: &impl Exact) {
     if hits.doubtful.any() {
         let mut lanes = [0.0; BLOCK];
         hits.t.store(&mut lanes);
         for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray.ray()));
         hits.t = T::load(&lanes);
     }
-    hits
 }
 
 /// Tests one triangle against a ray in each lane.
@@ -177,11 +200,17 @@ impl<T: Float> Edges<T> {
     /// Where the line meets the plane.
     #[inline(always)]
     fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>) -> BlockHits<T> {
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let mask = self.inside() & asked.lanes;
         if !mask.any() {
             return BlockHits { mask, doubtful: mask, t: T::zero(), u: T::zero(), v: T::zero() };
         }
+        self.distances(corners, scale, asked, mask)
+    }
+
+    /// The same, for the lanes of `mask`, all of which pass through their triangles.
+    #[inline(always)]
+    fn distances(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>, mask: T::Mask) -> BlockHits<T> {
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let reciprocal = T::one() / (self.u + self.v + self.w);
         let t = (self.u * *az + self.v * *bz + self.w * *cz) * (scale * reciprocal);
         let x = ax.abs().max(bx.abs()).max(cx.abs());

@@ -291,10 +291,8 @@ impl Sixteen for F32x8x2 {
         sixteen::take_nearest(&distances, words, bits, out)
     }
     #[inline(always)]
-    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let mut distances = [0.0; 16];
-        self.store(&mut distances);
-        sixteen::take_first(&distances, words, bits, out)
+    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        sixteen::take_first(words, bits, out)
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {

@@ -292,15 +292,15 @@ impl Sixteen for F32x16 {
         }
     }
     #[inline(always)]
-    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let rest = bits & bits.wrapping_sub(1);
-        let (low, high) = keys(self, words);
-        // SAFETY: there is room for 16 keys, and no more than 8 + 8 are written; as for the operators.
+    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        let rest = (bits & bits.wrapping_sub(1)) as __mmask16;
+        // SAFETY: 16 words are there, and room for 16 keys; as for the operators.
         unsafe {
+            let packed = _mm512_maskz_compress_epi32(rest, _mm512_loadu_si512(words.as_ptr().cast()));
             let place = out.as_mut_ptr();
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(rest as __mmask8, low));
-            let place = place.add((rest & 0xff).count_ones() as usize);
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64((rest >> 8) as __mmask8, high));
+            _mm512_storeu_si512(place.cast(), _mm512_cvtepu32_epi64(_mm512_castsi512_si256(packed)));
+            let upper = _mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64::<1>(packed));
+            _mm512_storeu_si512(place.add(8).cast(), upper);
         }
         let first = (bits.trailing_zeros() & 15) as usize;
         std::hint::select_unpredictable(bits != 0, u64::from(words[first]), sixteen::NO_KEY)

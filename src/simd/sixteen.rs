@@ -36,8 +36,8 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     /// The least of the keys (`self[i]`, `words[i]`) for which bit i is set, [`NO_KEY`] if
     /// there is none. The others go to the front of `out`; behind them it is undetermined.
     fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
-    /// The same, but takes the first one in the order of the lanes, and returns it with a distance of 0.
-    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
+    /// The same for keys (0, `words[i]`): takes the first one in the order of the lanes.
+    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
     /// The place of the last key whose distance is at most `limit`; 0 if there is none.
     fn last_within(keys: &[u64; 8], limit: f32) -> usize;
 }
@@ -108,8 +108,8 @@ impl Sixteen for Plain {
         take_nearest(&self.0, words, bits, out)
     }
     #[inline(always)]
-    fn take_first(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        take_first(&self.0, words, bits, out)
+    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        take_first(words, bits, out)
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
@@ -140,25 +140,20 @@ pub(super) fn take_nearest(
 
 /// See [`Sixteen::take_first`].
 #[inline(always)]
-pub(super) fn take_first(
-    distances: &[f32; 16],
-    words: &[u32; 16],
-    mut bits: u32,
-    out: &mut [u64; 16],
-) -> u64 {
-    if bits == 0 {
-        return NO_KEY;
-    }
-    let first = bits.trailing_zeros() as usize & 15;
-    bits &= bits - 1;
+pub(super) fn take_first(words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
+    let mut first = NO_KEY;
     let mut count = 0;
     while bits != 0 {
-        let lane = bits.trailing_zeros() as usize & 15;
+        let word = words[bits.trailing_zeros() as usize & 15];
         bits &= bits - 1;
-        out[count & 15] = key(distances[lane], words[lane]);
-        count += 1;
+        if first == NO_KEY {
+            first = key(0.0, word);
+        } else {
+            out[count & 15] = key(0.0, word);
+            count += 1;
+        }
     }
-    u64::from(words[first])
+    first
 }
 
 /// See [`Sixteen::last_within`].
