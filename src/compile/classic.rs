@@ -76,7 +76,7 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
                 ColorInput::Constant(color) => color * through,
                 ColorInput::Texture(_) => Rgb::splat(through),
             },
-            ior: glass.then_some(if bends && m.ior >= 1.0 { m.ior } else { 1.0 }),
+            ior: glass.then_some(if bends && m.ior > 0.0 { m.ior } else { 1.0 }),
             emission: m.emission,
             ..BlinnPhong::default()
         },

@@ -86,7 +86,8 @@ fn from_principled(m: &world::Principled) -> Principled {
         emission: color(m.emission),
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
-        ior: if m.ior == 0.0 { 1e3 } else { m.ior.max(1.0) },
+        // Below 1: what is thinner than its surroundings, as air in glass.
+        ior: if m.ior == 0.0 { 1e3 } else { m.ior.max(1e-3) },
         specular: scalar(m.specular),
         specular_color: color(m.specular_color),
         f0: reflectance(m.ior),

@@ -142,7 +142,8 @@ pub struct Principled {
     pub double_sided: bool,
     /// Shows its base colour whatever light there is (KHR_materials_unlit).
     pub unlit: bool,
-    /// Index of refraction; 0 stands for a surface that reflects all (KHR_materials_ior).
+    /// Index of refraction, of the inside over the outside; 0 stands for a surface that reflects all
+    /// (KHR_materials_ior).
     pub ior: f32,
     /// Strength of the dielectric's reflection (KHR_materials_specular).
     pub specular: ScalarInput,

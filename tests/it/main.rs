@@ -11,6 +11,7 @@ mod lamps;
 mod meshes;
 mod path;
 mod pictures;
+mod references;
 mod scenes;
 mod studies;
 mod support;

@@ -46,7 +46,7 @@ impl<F: Float> Spectrum<F> {
 pub fn ior<F: Float>(middle: f32, dispersion: f32, wavelength: F) -> F {
     let slope = (middle - 1.0) * dispersion / 20.0;
     let place = F::splat(523_655.0) / (wavelength * wavelength) - F::splat(1.5168);
-    (F::splat(middle) + F::splat(slope) * place).max(F::one())
+    (F::splat(middle) + F::splat(slope) * place).max(F::splat(middle.min(1.0)))
 }
 
 impl<F: Float> Parameters<F> {

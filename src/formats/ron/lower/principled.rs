@@ -38,10 +38,7 @@ impl<'a> Lowering<'_, 'a> {
             material.unlit = source.flag(raw)?;
         }
         if let Some(raw) = read.ior {
-            material.ior = source.number(raw)?;
-            if material.ior != 0.0 && material.ior < 1.0 {
-                return Err(source.out_of_range(raw, "an index of refraction", "0 or at least 1"));
-            }
+            material.ior = source.at_least_zero(raw, "an index of refraction")?;
         }
         self.scalar(read.specular, "specular", &mut material.specular)?;
         if let Some(raw) = read.specular_color {

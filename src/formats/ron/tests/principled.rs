@@ -118,7 +118,7 @@ fn mistakes_are_reported() {
         ("roughness: 1.5", "roughness must be from 0 to 1, not 1.5"),
         ("metallic: true", "expected a number, found true"),
         ("base_color: (2, 0, 0)", "base_color must be from 0 to 1, not (2, 0, 0)"),
-        ("ior: 0.5", "an index of refraction must be 0 or at least 1, not 0.5"),
+        ("ior: -0.5", "an index of refraction must be at least 0, not -0.5"),
         ("alpha_mode: Blnd", "unknown alpha mode \"Blnd\" (did you mean \"Blend\"?)"),
         ("alpha_mode: 1", "expected an alpha mode: Opaque, Mask, Blend, found 1"),
         ("roughness: Image(\"a.png\", Gren)", "unknown channel \"Gren\" (did you mean \"Green\"?)"),
