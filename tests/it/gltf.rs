@@ -1,9 +1,13 @@
 //! Every glTF file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
 
+use std::sync::Arc;
+
 use rayfront::compile::compile;
 use rayfront::formats::{self, LoadOptions};
+use rayfront::integrator::{Frame, Schedule};
 use rayfront::render::{Options, Session};
-use rayfront::world::{Camera, Light, Tonemap, Transport, World};
+use rayfront::scene::CompiledScene;
+use rayfront::world::{Camera, Light, Settings, Tonemap, Transport, World};
 
 use crate::corpus::{self, Refusals};
 
@@ -27,8 +31,19 @@ fn check(world: &World) {
     assert!(world.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", world.warnings);
 }
 
+/// A small picture's hash under either schedule.
+fn hashes(world: &World, scene: CompiledScene) -> [u128; 2] {
+    let settings = Settings { size: [32, 24], samples: 1, ..world.settings.clone() };
+    let frame = Arc::new(Frame::new(scene, &settings));
+    [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
+        let mut session = Session::of(frame.clone(), 1, Options { schedule, ..Options::default() });
+        session.advance(1);
+        session.film().hash()
+    })
+}
+
 #[test]
-fn the_corpus_loads_and_compiles_or_says_why_not() {
+fn the_corpus_looks_the_same_both_ways_or_says_why_not() {
     let Some(corpus) = corpus::folder() else { return };
     let files = corpus::files(&corpus, &["gltf", "glb"]);
     let (mut surprises, mut loaded) = (Vec::new(), 0);
@@ -39,11 +54,17 @@ fn the_corpus_loads_and_compiles_or_says_why_not() {
         let Ok(world) = outcome else { continue };
         loaded += 1;
         check(&world);
-        if let Err(error) = compile(&world, None) {
-            surprises.push(format!("{} does not compile: {error}", path.display()));
+        match compile(&world, None) {
+            Err(error) => surprises.push(format!("{} does not compile: {error}", path.display())),
+            Ok(scene) => {
+                let [wavefront, recursive] = hashes(&world, scene);
+                if wavefront != recursive {
+                    surprises.push(format!("{}: the schedules differ", path.display()));
+                }
+            }
         }
     }
-    println!("{loaded} of {} files load and compile", files.len());
+    println!("{loaded} of {} files look the same both ways", files.len());
     assert!(surprises.is_empty(), "{}", surprises.join("\n"));
 }
 
