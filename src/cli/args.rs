@@ -119,18 +119,9 @@ pub struct Render {
     /// Size of the image in pixels, such as 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Bounces after the camera ray
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
-    pub depth: Option<u32>,
-    /// Bounces of each kind.
+    /// How light travels.
     #[command(flatten)]
-    pub depths: DepthOptions,
-    /// How light travels [default: the scene's]
-    #[arg(long, value_enum)]
-    pub transport: Option<TransportName>,
-    /// Which numbers the path transport draws [default: the scene's]
-    #[arg(long, value_enum)]
-    pub sampler: Option<SamplerName>,
+    pub light: LightOptions,
     /// Order in which rays are traced; the image is the same
     #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
     pub schedule: ScheduleName,
@@ -176,9 +167,12 @@ pub struct Render {
     pub json: bool,
 }
 
-/// How many bounces of each kind.
+/// How light travels, and how far.
 #[derive(Args, Debug)]
-pub struct DepthOptions {
+pub struct LightOptions {
+    /// Bounces after the camera ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    pub depth: Option<u32>,
     /// Bounces of light that surfaces scatter widely, within --depth, under the path transport [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub diffuse_depth: Option<u32>,
@@ -188,14 +182,24 @@ pub struct DepthOptions {
     /// The same for ways through glass
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub transmission_depth: Option<u32>,
+    /// How light travels [default: the scene's]
+    #[arg(long, value_enum)]
+    pub transport: Option<TransportName>,
+    /// Which numbers the path transport draws [default: the scene's]
+    #[arg(long, value_enum)]
+    pub sampler: Option<SamplerName>,
 }
 
-impl DepthOptions {
-    /// The scene's limits with what was said here instead.
-    pub fn apply(&self, limits: &mut DepthLimits) {
+impl LightOptions {
+    /// The scene's settings with what was said here instead.
+    pub fn apply(&self, settings: &mut Settings) {
+        settings.max_depth = self.depth.unwrap_or(settings.max_depth);
+        let limits = &mut settings.depth_limits;
         limits.diffuse = self.diffuse_depth.or(limits.diffuse);
         limits.glossy = self.glossy_depth.or(limits.glossy);
         limits.transmission = self.transmission_depth.or(limits.transmission);
+        settings.transport = self.transport.map_or(settings.transport, Into::into);
+        settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
     }
 }
 
@@ -223,10 +227,8 @@ impl From<&ModelOptions> for LoadOptions {
 impl Render {
     /// The scene's settings with what was said here instead.
     pub fn apply(&self, settings: &mut Settings) {
-        let set = |to: &mut u32, from: Option<u32>| *to = from.unwrap_or(*to);
-        set(&mut settings.samples, self.spp);
-        set(&mut settings.max_depth, self.depth);
-        self.depths.apply(&mut settings.depth_limits);
+        settings.samples = self.spp.unwrap_or(settings.samples);
+        self.light.apply(settings);
         settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(exposure) = self.exposure {
@@ -235,8 +237,6 @@ impl Render {
                 Exposure::Stops(stops) => (false, stops),
             };
         }
-        settings.transport = self.transport.map_or(settings.transport, Into::into);
-        settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
         settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
         if !self.aov.is_empty() {

@@ -33,15 +33,9 @@ pub struct Explain {
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
     pub size: Option<args::Size>,
-    /// Bounces after the camera ray [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
-    pub depth: Option<u32>,
-    /// Bounces of each kind.
+    /// How light travels.
     #[command(flatten)]
-    pub depths: args::DepthOptions,
-    /// How light travels [default: the scene's]
-    #[arg(long, value_enum)]
-    pub transport: Option<args::TransportName>,
+    pub light: args::LightOptions,
     /// Which random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -64,9 +58,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let settings = &mut world.settings;
     settings.samples = arguments.spp.unwrap_or(settings.samples);
     settings.size = arguments.size.unwrap_or(settings.size);
-    settings.max_depth = arguments.depth.unwrap_or(settings.max_depth);
-    settings.transport = arguments.transport.map_or(settings.transport, Into::into);
-    arguments.depths.apply(&mut settings.depth_limits);
+    arguments.light.apply(settings);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {

@@ -51,11 +51,13 @@ fn frame(
     scene: &std::path::Path,
     size: args::Size,
     samples: u32,
+    light: &args::LightOptions,
     camera: Option<&str>,
 ) -> Result<std::sync::Arc<crate::integrator::Frame>, Failure> {
     let mut world = crate::formats::load(scene)?;
     world.settings.size = size;
     world.settings.samples = samples;
+    light.apply(&mut world.settings);
     let compiled = crate::compile::compile(&world, camera)
         .map_err(|error| Failure(format!("{}: {error}", scene.display())))?;
     Ok(std::sync::Arc::new(crate::integrator::Frame::new(compiled, &world.settings)))

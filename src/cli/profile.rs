@@ -26,6 +26,9 @@ pub struct Profile {
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: args::LightOptions,
     /// Measured runs of each schedule
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
@@ -52,7 +55,7 @@ pub struct Profile {
 
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     let camera = arguments.camera.as_deref();
-    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, camera)?;
+    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, &arguments.light, camera)?;
     let plan = Plan {
         samples: arguments.spp,
         runs: arguments.runs,

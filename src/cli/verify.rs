@@ -27,6 +27,9 @@ pub struct Verify {
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: args::LightOptions,
     /// Name of the camera to look through [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
@@ -37,7 +40,7 @@ pub struct Verify {
 
 pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
     let camera = arguments.camera.as_deref();
-    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, camera)?;
+    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, &arguments.light, camera)?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let ways = verify::ways(cores);
 
