@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
                 let name = format!("{}_{:?}", experiment.name, plot.y).to_lowercase();
                 let svg = plot::svg(&figure)?;
                 self.write(&self.out.join("plots").join(format!("{name}.svg")), svg.as_bytes())?;
-                self.save_plot(&self.out.join("plots").join(format!("{name}.png")), &plot::pixels(&figure)?)?;
+                self.save_plot(&self.out.join("plots").join(format!("{name}.png")), &figure)?;
                 plots.push(page::Shown { figure, svg });
             }
             let images = self.images(experiment, &own)?;
@@ -225,11 +225,13 @@ impl<'a> Run<'a> {
         std::fs::write(path, bytes).map_err(|error| format!("{}: cannot write: {error}", path.display()))
     }
 
-    fn save_plot(&self, path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fn save_plot(&self, path: &Path, figure: &Figure) -> Result<(), String> {
+        let bytes = plot::pixels(figure)?;
         let linear = |byte: u8| srgb_decode(f32::from(byte) / 255.0);
         let pixels =
             bytes.chunks_exact(3).map(|p| Rgb::new(linear(p[0]), linear(p[1]), linear(p[2]))).collect();
-        self.save(path, &Image { width: plot::SIZE.0, height: plot::SIZE.1, pixels })
+        let (width, height) = figure.size();
+        self.save(path, &Image { width, height, pixels })
     }
 }
 

@@ -5,8 +5,10 @@ use plotters::prelude::*;
 
 use super::fit::{Estimate, Fit};
 
-/// Width and height in pixels.
-pub const SIZE: (u32, u32) = (900, 560);
+/// Width and height in pixels of what is above the legend.
+const SIZE: (u32, u32) = (900, 520);
+/// Height of a row of the legend, of two curves.
+const ROW: u32 = 24;
 /// One a curve, told apart by most eyes (Okabe and Ito, 2008).
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -45,19 +47,28 @@ pub struct Figure {
     pub curves: Vec<Curve>,
 }
 
+impl Figure {
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        let rows = self.curves.len().div_ceil(2) as u32;
+        (SIZE.0, SIZE.1 + rows * ROW + 12)
+    }
+}
+
 /// The figure as SVG.
 pub fn svg(figure: &Figure) -> Result<String, String> {
     register_font()?;
     let mut text = String::new();
-    draw(figure, SVGBackend::with_string(&mut text, SIZE).into_drawing_area())?;
+    draw(figure, SVGBackend::with_string(&mut text, figure.size()).into_drawing_area())?;
     Ok(text)
 }
 
 /// The figure in sRGB, three bytes a pixel, row by row.
 pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
     register_font()?;
-    let mut bytes = vec![255; 3 * SIZE.0 as usize * SIZE.1 as usize];
-    draw(figure, BitMapBackend::with_buffer(&mut bytes, SIZE).into_drawing_area())?;
+    let (width, height) = figure.size();
+    let mut bytes = vec![255; 3 * width as usize * height as usize];
+    draw(figure, BitMapBackend::with_buffer(&mut bytes, (width, height)).into_drawing_area())?;
     Ok(bytes)
 }
 
@@ -157,10 +168,11 @@ impl Ranged for Scale {
 fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Result<(), String> {
     let failed = |error: &dyn std::fmt::Display| format!("{}: cannot plot: {error}", figure.title);
     area.fill(&WHITE).map_err(|error| failed(&error))?;
+    let (above, below) = area.split_vertically(SIZE.1);
     let points = || figure.curves.iter().flat_map(|curve| &curve.points);
     let x = Scale::new(figure.log[0], points().map(|(x, _)| *x));
     let y = Scale::new(figure.log[1], points().flat_map(|(_, y)| ends(y)));
-    let mut chart = ChartBuilder::on(&area)
+    let mut chart = ChartBuilder::on(&above)
         .caption(&figure.title, (FONT, 20))
         .margin(12)
         .x_label_area_size(48)
@@ -178,7 +190,8 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
         .light_line_style(TRANSPARENT)
         .draw()
         .map_err(|error| failed(&error))?;
-    for (curve, color) in figure.curves.iter().zip(COLORS.iter().cycle()) {
+    for (number, curve) in figure.curves.iter().enumerate() {
+        let color = color(number);
         let band = band(curve, &x, &y);
         chart.draw_series([Polygon::new(band, color.mix(0.18))]).map_err(|error| failed(&error))?;
         if let Some(fit) = curve.fit {
@@ -189,21 +202,33 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
         let places: Vec<_> = curve.points.iter().map(|(at, e)| (x.place(*at), y.place(e.mean))).collect();
         chart
             .draw_series(LineSeries::new(places.clone(), color.stroke_width(2)))
-            .map_err(|error| failed(&error))?
-            .label(legend(curve))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3)));
-        let dots = places.into_iter().map(|place| Circle::new(place, 3, color.filled()));
-        chart.draw_series(dots).map_err(|error| failed(&error))?;
+            .map_err(|error| failed(&error))?;
+        chart
+            .draw_series(places.into_iter().map(|place| marker(place, number)))
+            .map_err(|error| failed(&error))?;
     }
-    chart
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font((FONT, 14))
-        .position(SeriesLabelPosition::UpperRight)
-        .draw()
-        .map_err(|error| failed(&error))?;
+    for (number, curve) in figure.curves.iter().enumerate() {
+        let left = 100 + (number % 2) as i32 * 390;
+        let middle = (number / 2) as i32 * ROW as i32 + ROW as i32 / 2;
+        let line = PathElement::new([(left, middle), (left + 30, middle)], color(number).stroke_width(2));
+        below.draw(&line).map_err(|error| failed(&error))?;
+        below.draw(&marker((left + 15, middle), number)).map_err(|error| failed(&error))?;
+        let text = Text::new(legend(curve), (left + 40, middle - 8), (FONT, 14));
+        below.draw(&text).map_err(|error| failed(&error))?;
+    }
     area.present().map_err(|error| failed(&error))
+}
+
+fn color(number: usize) -> RGBColor {
+    COLORS[number % COLORS.len()]
+}
+
+/// A curve's mark: a dot for as many as there are colours, then wider and wider rings.
+fn marker<C>(place: C, number: usize) -> Circle<C, i32> {
+    match number / COLORS.len() {
+        0 => Circle::new(place, 3, color(number).filled()),
+        round => Circle::new(place, 3 + 2 * round as i32, color(number).stroke_width(2)),
+    }
 }
 
 /// The mean with its margin.
@@ -257,7 +282,8 @@ mod tests {
             assert!(svg.contains(wanted), "{wanted} is missing");
         }
         let pixels = pixels(&figure).unwrap();
-        assert_eq!(pixels.len(), 3 * 900 * 560);
+        let (width, height) = figure.size();
+        assert_eq!(pixels.len() as u32, 3 * width * height);
         assert!(pixels.chunks_exact(3).filter(|p| *p != [255; 3]).count() > 3000);
     }
 

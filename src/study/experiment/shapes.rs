@@ -35,10 +35,11 @@ pub(super) fn ball(triangles: u32) -> Mesh {
 /// many there are.
 pub(super) fn cloud(triangles: u32) -> Mesh {
     let mut mesh = Mesh { name: "cloud".into(), ..Mesh::default() };
+    let (places, turns) = (Spread::<3>::new(), Spread::<6>::new());
     let edge = 1.5 / f64::from(triangles.max(1)).sqrt();
     for i in 0..triangles {
-        let center = spread::<3>(i).map(|c| 2.0 * c - 1.0);
-        let turn = spread::<6>(i.wrapping_add(triangles));
+        let center = places.at(i).map(|c| 2.0 * c - 1.0);
+        let turn = turns.at(i.wrapping_add(triangles));
         for corner in 0..3 {
             let offset =
                 |axis: usize| edge * libm::sin(TAU * (turn[axis] + turn[axis + 3] + f64::from(corner) / 3.0));
@@ -53,8 +54,9 @@ pub(super) fn cloud(triangles: u32) -> Mesh {
 /// Rays from a sphere around the unit ball to places in it, in no order.
 pub(super) fn rays(count: u32, seed: u32) -> RayBatch {
     let mut rays = RayBatch::with_capacity(count as usize);
+    let places = Spread::<5>::new();
     for i in 0..count {
-        let [u, v, x, y, z] = spread::<5>(i.wrapping_add(seed.wrapping_mul(7919)));
+        let [u, v, x, y, z] = places.at(i.wrapping_add(seed.wrapping_mul(7919)));
         let (height, angle) = (2.0 * u - 1.0, TAU * v);
         let ring = (1.0 - height * height).max(0.0).sqrt();
         let from = [3.0 * ring * libm::cos(angle), 3.0 * height, 3.0 * ring * libm::sin(angle)];
@@ -66,18 +68,27 @@ pub(super) fn rays(count: u32, seed: u32) -> RayBatch {
     rays
 }
 
-/// The i-th of points that fill a cube evenly: Martin Roberts's additive sequence (2018), by the
-/// positive root g of g^(N + 1) = g + 1.
-fn spread<const N: usize>(i: u32) -> [f64; N] {
-    let mut root = 1.5;
-    for _ in 0..40 {
-        root = libm::pow(1.0 + root, 1.0 / (N as f64 + 1.0));
+/// Points that fill a cube evenly: Martin Roberts's additive sequence (2018), by the positive
+/// root g of g^(N + 1) = g + 1.
+struct Spread<const N: usize>([f64; N]);
+
+impl<const N: usize> Spread<N> {
+    fn new() -> Self {
+        let mut root = 1.5;
+        for _ in 0..40 {
+            root = libm::pow(1.0 + root, 1.0 / (N as f64 + 1.0));
+        }
+        let mut step = 1.0;
+        Self(std::array::from_fn(|_| {
+            step /= root;
+            step
+        }))
     }
-    let mut step = 1.0;
-    std::array::from_fn(|_| {
-        step /= root;
-        (0.5 + step * f64::from(i)).fract()
-    })
+
+    /// The i-th.
+    fn at(&self, i: u32) -> [f64; N] {
+        self.0.map(|step| (0.5 + step * f64::from(i)).fract())
+    }
 }
 
 #[cfg(test)]
