@@ -3,15 +3,15 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-use super::sixteen::{self, Sixteen};
-use super::{Float, Int, Kernel, Lanes, Mask, Part};
+use super::sixteen::Two;
+use super::{Float, Int, Kernel, Lanes, Mask, Part, pack};
 
 /// AVX2.
 pub(super) struct Set;
 
 impl Lanes for Set {
     type Queue = F32x8;
-    type Node = F32x8x2;
+    type Node = Two<F32x8>;
     type Block = F32x8;
 
     #[inline(always)]
@@ -67,10 +67,6 @@ unsafe fn part_apart<P: Part>(part: P) -> P::Output {
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct F32x8(__m256);
-
-/// 16 floats in two registers.
-#[derive(Clone, Copy)]
-pub(super) struct F32x8x2(F32x8, F32x8);
 
 /// 8 integers.
 #[derive(Clone, Copy)]
@@ -242,64 +238,6 @@ impl Float for F32x8 {
     }
 }
 
-impl Sub for F32x8x2 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0, self.1 - other.1)
-    }
-}
-
-impl Mul for F32x8x2 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0, self.1 * other.1)
-    }
-}
-
-impl Sixteen for F32x8x2 {
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self(F32x8::splat(value), F32x8::splat(value))
-    }
-    #[inline(always)]
-    fn load(values: &[f32; 16]) -> Self {
-        Self(F32x8::load(&values[..8]), F32x8::load(&values[8..]))
-    }
-    #[inline(always)]
-    fn store(self, out: &mut [f32; 16]) {
-        self.0.store(&mut out[..8]);
-        self.1.store(&mut out[8..]);
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        Self(Float::min(self.0, other.0), Float::min(self.1, other.1))
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self(Float::max(self.0, other.0), Float::max(self.1, other.1))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> u32 {
-        Float::le(self.0, other.0).bits() | Float::le(self.1, other.1).bits() << 8
-    }
-    #[inline(always)]
-    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let mut distances = [0.0; 16];
-        self.store(&mut distances);
-        sixteen::take_nearest(&distances, words, bits, out)
-    }
-    #[inline(always)]
-    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        sixteen::take_first(words, bits, out)
-    }
-    #[inline(always)]
-    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
-        sixteen::last_within(keys, limit)
-    }
-}
-
 impl Int for I32x8 {
     type Mask = M32x8;
     type Float = F32x8;
@@ -389,15 +327,4 @@ impl Int for I32x8 {
 fn assert_in_range(length: usize, index: I32x8, mask: M32x8) {
     let length = I32x8::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
-}
-
-/// The lanes of `bits` to the front of `out`, without a branch on them.
-#[inline(always)]
-fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
-    let out = &mut out[..8];
-    let mut next = 0;
-    for (lane, &value) in lanes.iter().enumerate() {
-        out[next.min(7)] = value;
-        next += (bits >> lane & 1) as usize;
-    }
 }

@@ -16,6 +16,8 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod scalar;
 pub mod sixteen;
 
@@ -215,6 +217,8 @@ enum Set {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 impl Level {
@@ -223,8 +227,13 @@ impl Level {
 
     /// All that this processor has, the widest last.
     pub fn available() -> Vec<Level> {
-        #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut, reason = "there is but one level"))]
+        #[cfg_attr(
+            not(any(target_arch = "x86_64", target_arch = "aarch64")),
+            expect(unused_mut, reason = "there is but one level")
+        )]
         let mut levels = vec![Level::PORTABLE];
+        #[cfg(target_arch = "aarch64")]
+        levels.push(Level(Set::Neon));
         #[cfg(target_arch = "x86_64")]
         {
             if avx2::detected() {
@@ -242,7 +251,7 @@ impl Level {
         *Level::available().last().unwrap_or(&Level::PORTABLE)
     }
 
-    /// `portable`, `avx2` or `avx512`.
+    /// `portable`, `avx2`, `avx512` or `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Set::Portable => "portable",
@@ -250,6 +259,8 @@ impl Level {
             Set::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Set::Neon => "neon",
         }
     }
 
@@ -291,6 +302,20 @@ pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
         Set::Avx512 => unsafe { avx512::run(kernel) },
+        #[cfg(target_arch = "aarch64")]
+        Set::Neon => kernel.run::<neon::Set>(),
+    }
+}
+
+/// The lanes of `bits` to the front of `out`, without a branch on them.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[inline(always)]
+fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
+    let out = &mut out[..8];
+    let mut next = 0;
+    for (lane, &value) in lanes.iter().enumerate() {
+        out[next.min(7)] = value;
+        next += (bits >> lane & 1) as usize;
     }
 }
 

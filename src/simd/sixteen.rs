@@ -3,6 +3,8 @@
 
 use std::ops::{Mul, Sub};
 
+use super::{Float, Mask};
+
 /// No key: what [`Sixteen::take_nearest`] returns where there is none.
 pub const NO_KEY: u64 = u64::MAX;
 
@@ -117,14 +119,71 @@ impl Sixteen for Plain {
     }
 }
 
+/// In two registers of eight.
+#[derive(Clone, Copy)]
+pub(super) struct Two<F>(F, F);
+
+impl<F: Float> Sub for Two<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
+}
+
+impl<F: Float> Mul for Two<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+impl<F: Float> Sixteen for Two<F> {
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self(F::splat(value), F::splat(value))
+    }
+    #[inline(always)]
+    fn load(values: &[f32; 16]) -> Self {
+        Self(F::load(&values[..8]), F::load(&values[8..]))
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [f32; 16]) {
+        self.0.store(&mut out[..8]);
+        self.1.store(&mut out[8..]);
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0), self.1.min(other.1))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0), self.1.max(other.1))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        self.0.le(other.0).bits() | self.1.le(other.1).bits() << 8
+    }
+    #[inline(always)]
+    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        let mut distances = [0.0; 16];
+        self.store(&mut distances);
+        take_nearest(&distances, words, bits, out)
+    }
+    #[inline(always)]
+    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
+        take_first(words, bits, out)
+    }
+    #[inline(always)]
+    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
+        last_within(keys, limit)
+    }
+}
+
 /// See [`Sixteen::take_nearest`].
 #[inline(always)]
-pub(super) fn take_nearest(
-    distances: &[f32; 16],
-    words: &[u32; 16],
-    mut bits: u32,
-    out: &mut [u64; 16],
-) -> u64 {
+fn take_nearest(distances: &[f32; 16], words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
     let (mut nearest, mut count) = (NO_KEY, 0);
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize & 15;
@@ -140,7 +199,7 @@ pub(super) fn take_nearest(
 
 /// See [`Sixteen::take_first`].
 #[inline(always)]
-pub(super) fn take_first(words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
+fn take_first(words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
     let mut first = NO_KEY;
     let mut count = 0;
     while bits != 0 {
@@ -158,6 +217,6 @@ pub(super) fn take_first(words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) 
 
 /// See [`Sixteen::last_within`].
 #[inline(always)]
-pub(super) fn last_within(keys: &[u64; 8], limit: f32) -> usize {
+fn last_within(keys: &[u64; 8], limit: f32) -> usize {
     (0..8).rev().find(|i| key_distance(keys[*i]) <= limit).unwrap_or(0)
 }
