@@ -5,8 +5,7 @@
 //! block, and a ray that has ended makes room for the next of the queue. What one ray
 //! waits for (a node from memory, a long chain of operations) the others hide; the memory
 //! of a ray's next step is asked for a round ahead. No branch depends on what a ray
-//! finds: decisions are conditional moves, and rays change lists by appending to all of
-//! them and counting only the right one on. (After "wavefront" scheduling of rays on
+//! finds: decisions are conditional moves, and which list a ray goes to is a computed place. (After "wavefront" scheduling of rays on
 //! GPUs; cf. Aila and Laine, "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
 use std::hint::select_unpredictable;

@@ -2,9 +2,8 @@
 //! `RAYFRONT_CORPUS` that a description of geometry, materials and camera comes with.
 //!
 //! Each is rendered under the path transport and compared in linear light, after both have been
-//! averaged over blocks of 4 × 4 pixels, where the reference is not clipped. The limits are what
-//! an independent path tracer (Mitsuba 3.9.1) left of difference to the same pictures, and as much again for
-//! our own noise where a picture has little.
+//! averaged over blocks of 4 × 4 pixels, where the reference is not clipped. The limits are a little more than
+//! what an independent path tracer (Mitsuba 3.9.1) left of difference to the same pictures, for our own noise.
 
 use std::path::Path;
 
@@ -26,7 +25,8 @@ struct Limits {
     rmse: f64,
 }
 
-/// Blocks of a picture that has a clipped pixel in none of them.
+/// The ratio of the means and the root of the mean squared difference, of blocks in which the reference has no
+/// clipped pixel.
 fn difference(ours: &Picture, theirs: &Picture) -> (f64, f64) {
     assert_eq!((ours.width, ours.height), (theirs.width, theirs.height));
     let (mut sums, mut squares, mut count) = ([0.0; 2], 0.0, 0.0);
