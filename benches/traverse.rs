@@ -58,7 +58,7 @@ fn variants() -> Vec<(&'static str, Level, Coherence)> {
     let mut variants: Vec<_> =
         Level::available().into_iter().map(|level| (level.name(), level, Coherence::Unknown)).collect();
     variants.push(("packets", Level::detect(), Coherence::Coherent));
-    variants.push(("in flight", Level::detect(), Coherence::Scattered));
+    variants.push(("scattered", Level::detect(), Coherence::Scattered));
     variants
 }
 

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
 use super::collapse::{Plan, open};
-use super::layout::{Bvh, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, pad};
+use super::layout::{Bvh, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
 use super::primitives::Primitives;
 use crate::math::{Aabb, Vec3};
 
@@ -80,6 +80,7 @@ impl Bvh {
         let geometry = primitives.geometry;
         // Chunks of a size that does not matter, but one each would be much to steal.
         self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
+        self.orders.par_extend(self.nodes[before[0]..].par_iter().with_min_len(64).map(order_of_children));
         let triangles = plan.triangles.par_iter().with_min_len(256);
         self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
         let spheres = plan.spheres.par_iter().with_min_len(256);

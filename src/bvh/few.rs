@@ -122,7 +122,7 @@ impl Few {
             for at in (first..end).step_by(width) {
                 let places = &ways.order()[at..at + width];
                 let lanes = width.min(end - at);
-                let mut group = Group::<L::Queue>::load(rays, places, lanes, octant, axis);
+                let mut group = Group::<L::Queue>::load(ways, at, lanes, octant, axis);
                 self.visit::<L::Queue, A>(rays, places, octant, axis, &mut group);
                 group.answer(&places[..lanes], answers);
             }
@@ -196,27 +196,26 @@ impl Leaf {
 
 impl<F: Float> Group<F> {
     #[inline(always)]
-    fn load(rays: &Rays, places: &[u32], lanes: usize, octant: usize, axis: usize) -> Self {
-        let (places, mask) = (F::Int::load(places), F::Mask::first(lanes));
+    fn load(ways: &Ways, at: usize, lanes: usize, octant: usize, axis: usize) -> Self {
+        let mask = F::Mask::first(lanes);
+        let (origin, direction, t_min, t_max) = ways.rays::<F>(at);
         let (zero, one) = (F::zero(), F::one());
-        let (mut origin, mut near_scale, mut far_scale) = ([zero; 3], [zero; 3], [zero; 3]);
-        let (mut direction, mut reciprocal, mut near_side) = ([one; 3], [one; 3], [0; 3]);
+        let (mut near_scale, mut far_scale) = ([zero; 3], [zero; 3]);
+        let (mut reciprocal, mut near_side) = ([one; 3], [0; 3]);
         // NaN where something is not finite.
         let mut zeros = zero;
         for axis in 0..3 {
-            let d = F::gather(rays.direction[axis], places, mask);
+            let (o, d) = (origin[axis], direction[axis]);
             let r = one / d;
-            origin[axis] = F::gather(rays.origin[axis], places, mask);
             (near_scale[axis], far_scale[axis]) = slab_scales(r);
             near_side[axis] = octant >> axis & 1;
-            (direction[axis], reciprocal[axis]) = (d, r);
-            zeros = zeros + origin[axis] * zero + d * zero;
+            reciprocal[axis] = r;
+            zeros = zeros + o * zero + d * zero;
         }
         let [x, y, z] = Shear::AXES[axis];
         let r = reciprocal[z];
         // A NaN stays one, −0 becomes 0.
-        let t_min = zero.max(F::gather(rays.t_min, places, mask)) + zero;
-        let t_max = F::gather(rays.t_max, places, mask);
+        let t_min = zero.max(t_min) + zero;
         let alive = zeros.eq(zero) & t_min.le(t_max) & mask;
         let best = Best {
             t: F::select(alive, t_max, F::splat(-1.0)),

@@ -96,6 +96,35 @@ impl Node {
     }
 }
 
+/// A node's children from back to front, four bits each, the first one lowest: for rays that go
+/// up along z, by the signs of their x and y. To those that go the opposite way they lie the
+/// other way round.
+pub type Order = [u64; 4];
+
+/// The [`Order`] of a node's children, by their boxes' centres along the octants' diagonals.
+pub fn order_of_children(node: &Node) -> Order {
+    std::array::from_fn(|octant| {
+        let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        let mut depths = [(0.0, 0); WIDTH];
+        for (slot, depth) in depths.iter_mut().enumerate() {
+            let center = |axis: usize| node.planes[axis][0][slot] + node.planes[axis][1][slot];
+            // NaN where a box is not used.
+            *depth = (center(0) * sign(0) + center(1) * sign(1) + center(2), slot as u64);
+        }
+        depths.sort_by(|a, b| b.0.total_cmp(&a.0));
+        depths.iter().rev().fold(0, |order, (_, slot)| order << 4 | slot)
+    })
+}
+
+/// The places of a node's children from back to front, for rays of an octant: bit i is set where
+/// they go down along axis i.
+#[inline(always)]
+pub fn back_to_front(order: &Order, octant: usize) -> impl Iterator<Item = usize> {
+    let reversed = octant >= 4;
+    let order = order[if reversed { octant ^ 7 } else { octant } % 4];
+    (0..WIDTH).map(move |i| (order >> (4 * if reversed { WIDTH - 1 - i } else { i }) & 15) as usize)
+}
+
 /// Up to 8 triangles, 320 bytes. Unused ones are degenerate and never hit.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
@@ -173,6 +202,8 @@ impl Instance {
 pub struct Bvh {
     /// Inner nodes, depth first, children of a node together.
     pub nodes: Vec<Node>,
+    /// For each node the order in which rays want its children.
+    pub orders: Vec<Order>,
     /// Triangles.
     pub triangles: Vec<TriangleBlock>,
     /// Spheres.
@@ -212,6 +243,7 @@ impl Default for Bvh {
     fn default() -> Self {
         Self {
             nodes: Vec::new(),
+            orders: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
             instances: Vec::new(),
@@ -239,6 +271,7 @@ impl Bvh {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
+            + size_of_val(&self.orders[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.instances[..])
@@ -253,6 +286,28 @@ pub fn pad(bounds: Aabb) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn children_come_from_back_to_front() {
+        let mut node = Node::EMPTY;
+        let corners = [[0.0, 0.0, 0.0], [5.0, 1.0, 0.0], [1.0, 7.0, 0.0], [2.0, 2.0, 9.0]];
+        for (slot, corner) in corners.into_iter().enumerate() {
+            let min = Vec3::from_array(corner);
+            node.set(slot, &Aabb { min, max: min + 1.0 }, Child::new(Kind::Node, slot));
+        }
+        let order = order_of_children(&node);
+        for octant in 0..8 {
+            let mut slots: Vec<_> = back_to_front(&order, octant).collect();
+            let used: Vec<_> = slots.iter().copied().filter(|slot| *slot < 4).collect();
+            let depth = |slot: &usize| {
+                let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });
+                corners[*slot].iter().zip(signs).map(|(value, sign)| value * sign).sum::<f32>()
+            };
+            assert!(used.is_sorted_by(|a, b| depth(a) >= depth(b)), "octant {octant}: {used:?}");
+            slots.sort();
+            assert!(slots.into_iter().eq(0..WIDTH));
+        }
+    }
 
     #[test]
     fn sizes_are_whole_cache_lines() {

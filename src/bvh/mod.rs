@@ -36,6 +36,7 @@ mod ray;
 pub mod reference;
 pub mod spatial;
 pub mod sphere;
+mod stream;
 pub mod tally;
 pub mod traverse;
 pub mod triangle;

@@ -4,6 +4,7 @@ use super::few::Few;
 use super::flight::Flight;
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
+use super::stream::{self, Density, Stream};
 use super::traverse;
 use super::ways::Ways;
 use super::{Bvh, HitsMut, Rays};
@@ -30,9 +31,14 @@ pub struct Stack {
     ways: Ways,
     prepared: Box<Prepared>,
     flight: Flight,
+    stream: Stream,
+    /// Fewer rays go in flight.
+    pub(super) least_stream: usize,
     packet: Box<Packet>,
-    /// How many packets to pass over after one that was not worth it.
-    pause: usize,
+    /// How many packets to pass over after one that was not worth it, and how many streams; if
+    /// the nearest hit is asked for, and if any.
+    packet_pause: [usize; 2],
+    stream_pause: [Pause; 2],
 }
 
 impl Stack {
@@ -44,8 +50,11 @@ impl Stack {
             ways: Ways::default(),
             prepared: Box::default(),
             flight: Flight::new(),
+            stream: Stream::default(),
+            least_stream: stream::FEWEST,
             packet: Box::new(Packet::new(bvh)),
-            pause: 0,
+            packet_pause: [0; 2],
+            stream_pause: [Pause::default(); 2],
         }
     }
 }
@@ -79,6 +88,33 @@ pub(super) trait Answers {
 /// scattered ones is looked at here and there only.
 const LONGEST_PAUSE: usize = 15;
 
+/// The pause after one that was in vain.
+fn longer(pause: usize) -> usize {
+    (2 * pause + 1).min(LONGEST_PAUSE)
+}
+
+/// Something that is left for a while, and for longer each time that it was not worth it.
+#[derive(Clone, Copy, Default)]
+struct Pause {
+    length: usize,
+    left: usize,
+}
+
+impl Pause {
+    /// Whether it is still on; counts down.
+    fn goes_on(&mut self) -> bool {
+        let on = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        on
+    }
+
+    /// Begins anew after something that was `worthwhile` or not.
+    fn begin(&mut self, worthwhile: bool) {
+        self.length = if worthwhile { 0 } else { longer(self.length) };
+        self.left = self.length;
+    }
+}
+
 struct Query<'a, A> {
     bvh: &'a Bvh,
     rays: Rays<'a>,
@@ -109,11 +145,11 @@ impl<A: Answers> Kernel for Query<'_, A> {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
             }
-            let pause = &mut self.stack.pause;
+            let pause = &mut self.stack.packet_pause[usize::from(A::ANY)];
             *pause = match verdict {
                 Verdict::Worthwhile => 0,
-                _ if self.coherence == Coherence::Coherent => 0,
-                _ => (2 * *pause + 1).min(LONGEST_PAUSE),
+                Verdict::Refused if self.coherence == Coherence::Coherent => 0,
+                _ => longer(*pause),
             };
             first += size + *pause * packet::RAYS;
         }
@@ -133,19 +169,33 @@ impl<A: Answers> Query<'_, A> {
         L::Queue::WIDTH >= packet::LEAST_WIDTH && (known || self.bvh.instances.is_empty())
     }
 
+    /// Rays that no packet has taken: in streams, or in flight if they are few or thinly spread.
     #[inline(always)]
     fn scattered<L: Lanes>(&mut self, first: usize, end: usize) {
-        if first == end {
-            return;
-        }
-        let rays = self.rays.range(first..end);
-        let in_flight = Flight::holds(self.bvh) && self.is_wide::<L>();
-        let mut answers = Shifted { answers: &mut self.answers, by: first };
-        if in_flight {
-            self.stack.flight.trace::<L, _>(self.bvh, rays, &mut answers);
-        } else {
+        if !self.is_wide::<L>() {
             let Stack { single, prepared, .. } = &mut *self.stack;
-            traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
+            let mut answers = Shifted { answers: &mut self.answers, by: first };
+            let rays = self.rays.range(first..end);
+            return traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
+        }
+        for first in (first..end).step_by(stream::RAYS) {
+            let rays = self.rays.range(first..end.min(first + stream::RAYS));
+            let mut answers = Shifted { answers: &mut self.answers, by: first };
+            let Stack { single, prepared, flight, ways, stream, least_stream, stream_pause, .. } =
+                &mut *self.stack;
+            let pause = &mut stream_pause[usize::from(A::ANY)];
+            if rays.len() >= *least_stream && !pause.goes_on() {
+                let density = stream.trace::<L, _>(self.bvh, &rays, ways, single, &mut answers);
+                pause.begin(density == Density::Dense);
+                if density != Density::Refused {
+                    continue;
+                }
+            }
+            if Flight::holds(self.bvh) {
+                flight.trace::<L, _>(self.bvh, rays, &mut answers);
+            } else {
+                traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
+            }
         }
     }
 }

@@ -16,6 +16,8 @@ pub(super) struct Ways {
     ways: Vec<u32>,
     /// The rays' places in the queue, one way's after another's.
     order: Vec<u32>,
+    /// In that order two rows a ray: origin and `t_min`, direction and `t_max`.
+    rows: Vec<[f32; 4]>,
 }
 
 impl Ways {
@@ -26,17 +28,66 @@ impl Ways {
         &self.order
     }
 
+    /// The way that each ray of the queue goes, once it has been classified.
+    #[inline(always)]
+    pub fn ways(&self) -> &[u32] {
+        &self.ways
+    }
+
+    /// The rays from one place in the order on, a lane each: origins, directions, `t_min` and `t_max`.
+    /// Lanes behind the last ray are undetermined.
+    #[inline(always)]
+    pub fn rays<F: Float>(&self, at: usize) -> ([F; 3], [F; 3], F, F) {
+        let rows = &self.rows[2 * at..];
+        let number = F::Int::load(&NUMBERS).shl::<1>();
+        let [ox, oy, oz, t_min] = F::load_rows(rows, number);
+        let [dx, dy, dz, t_max] = F::load_rows(&rows[1..], number);
+        ([ox, oy, oz], [dx, dy, dz], t_min, t_max)
+    }
+
     /// Orders a queue; returns the end of each way. (A counting sort: rays of one way keep their order.)
     #[inline(always)]
     pub fn sort<F: Float>(&mut self, rays: &Rays) -> [usize; WAYS] {
         let count = rays.len();
+        let ends = self.classify::<F>(rays);
         if self.order.len() < count + F::WIDTH {
-            self.ways.resize(count + F::WIDTH, 0);
             self.order.resize(count + F::WIDTH, 0);
+            self.rows.resize(2 * (count + F::WIDTH), [0.0; 4]);
+        }
+        let mut next = starts(&ends);
+        for at in (0..count).step_by(F::WIDTH) {
+            let (mut origin, mut direction) = ([F::zero(); 3], [F::zero(); 3]);
+            for axis in 0..3 {
+                origin[axis] = padded::<F>(&rays.origin[axis][at..]);
+                direction[axis] = padded::<F>(&rays.direction[axis][at..]);
+            }
+            let (t_min, t_max) = (padded::<F>(&rays.t_min[at..]), padded::<F>(&rays.t_max[at..]));
+            let (mut first, mut second) = ([[0.0; 4]; 16], [[0.0; 4]; 16]);
+            F::store_rows([origin[0], origin[1], origin[2], t_min], &mut first);
+            F::store_rows([direction[0], direction[1], direction[2], t_max], &mut second);
+            for lane in 0..F::WIDTH.min(count - at) {
+                let place = &mut next[self.ways[at + lane] as usize % WAYS];
+                self.order[*place] = (at + lane) as u32;
+                let rows = &mut self.rows[2 * *place..][..2];
+                (rows[0], rows[1]) = (first[lane & 15], second[lane & 15]);
+                *place += 1;
+            }
+        }
+        self.order[count..count + F::WIDTH].fill(0);
+        ends
+    }
+
+    /// Finds the way that each ray goes; returns where each way's rays end in a queue sorted by way.
+    #[inline(always)]
+    pub fn classify<F: Float>(&mut self, rays: &Rays) -> [usize; WAYS] {
+        let count = rays.len();
+        if self.ways.len() < count + F::WIDTH {
+            self.ways.resize(count + F::WIDTH, 0);
         }
         for at in (0..count).step_by(F::WIDTH) {
-            let direction = [0, 1, 2].map(|axis| &rays.direction[axis][at..]);
-            let [x, y, z] = direction.map(padded::<F>);
+            let x = padded::<F>(&rays.direction[0][at..]);
+            let y = padded::<F>(&rays.direction[1][at..]);
+            let z = padded::<F>(&rays.direction[2][at..]);
             let mut way = Longest::new([x, y, z]).axis() * F::Int::splat(OCTANTS as u32);
             way = way + x.to_bits().shr::<31>();
             way = way + y.to_bits().shr::<31>().shl::<1>();
@@ -47,23 +98,29 @@ impl Ways {
         for way in &self.ways[..count] {
             ends[*way as usize % WAYS] += 1;
         }
-        let mut first = 0;
-        for end in &mut ends {
-            first += std::mem::replace(end, first);
+        let mut end = 0;
+        for count in &mut ends {
+            end += *count;
+            *count = end;
         }
-        for (ray, way) in self.ways[..count].iter().enumerate() {
-            let place = &mut ends[*way as usize % WAYS];
-            self.order[*place] = ray as u32;
-            *place += 1;
-        }
-        self.order[count..count + F::WIDTH].fill(0);
         ends
     }
 }
 
+/// Where each way's rays begin in a queue sorted by way.
+#[inline(always)]
+pub(super) fn starts(ends: &[usize; WAYS]) -> [usize; WAYS] {
+    let mut starts = [0; WAYS];
+    starts[1..].copy_from_slice(&ends[..WAYS - 1]);
+    starts
+}
+
+/// The numbers of lanes.
+pub(super) const NUMBERS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
 /// The front of a column, whose end may be near.
 #[inline(always)]
-fn padded<F: Float>(column: &[f32]) -> F {
+pub(super) fn padded<F: Float>(column: &[f32]) -> F {
     if column.len() >= F::WIDTH {
         return F::load(column);
     }

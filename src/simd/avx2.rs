@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::Two;
-use super::{Float, Int, Kernel, Lanes, Mask, Part, pack};
+use super::{Float, Int, Kernel, Lanes, Mask, Part};
 
 /// AVX2.
 pub(super) struct Set;
@@ -168,9 +168,8 @@ impl Float for F32x8 {
     }
     #[inline(always)]
     fn compress(self, mask: M32x8, out: &mut [f32]) {
-        let mut lanes = [0.0; 8];
-        self.store(&mut lanes);
-        pack(&lanes, mask.bits(), out);
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_permutevar8x32_ps(self.0, front(mask))).store(out) }
     }
     #[inline(always)]
     fn gather(table: &[f32], index: I32x8, mask: M32x8) -> Self {
@@ -179,6 +178,31 @@ impl Float for F32x8 {
         unsafe {
             let zero = _mm256_setzero_ps();
             Self(_mm256_mask_i32gather_ps::<4>(zero, table.as_ptr(), index.0, mask.0))
+        }
+    }
+    #[inline(always)]
+    fn load_rows(table: &[[f32; 4]], index: I32x8) -> [Self; 4] {
+        let mut places = [0; 8];
+        index.store(&mut places);
+        // SAFETY: a row is 4 floats; as for the operators.
+        unsafe {
+            let mut pairs = [_mm256_setzero_ps(); 4];
+            for (i, pair) in pairs.iter_mut().enumerate() {
+                let (low, high) = (&table[places[i] as usize], &table[places[i + 4] as usize]);
+                *pair = _mm256_loadu2_m128(high.as_ptr(), low.as_ptr());
+            }
+            let [a, b, c, d] = transpose(pairs);
+            [Self(a), Self(b), Self(c), Self(d)]
+        }
+    }
+    #[inline(always)]
+    fn store_rows([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
+        let out = &mut out[..8];
+        // SAFETY: there is room for 8 rows; as for the operators.
+        unsafe {
+            for (i, pair) in transpose([a.0, b.0, c.0, d.0]).into_iter().enumerate() {
+                _mm256_storeu2_m128(out[i + 4].as_mut_ptr(), out[i].as_mut_ptr(), pair);
+            }
         }
     }
     #[inline(always)]
@@ -261,9 +285,8 @@ impl Int for I32x8 {
     }
     #[inline(always)]
     fn compress(self, mask: M32x8, out: &mut [u32]) {
-        let mut lanes = [0; 8];
-        self.store(&mut lanes);
-        pack(&lanes, mask.bits(), out);
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm256_permutevar8x32_epi32(self.0, front(mask))).store(out) }
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self, mask: M32x8) -> Self {
@@ -327,4 +350,54 @@ impl Int for I32x8 {
 fn assert_in_range(length: usize, index: I32x8, mask: M32x8) {
     let length = I32x8::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
+}
+
+/// For each mask its lanes, a byte each, packed together.
+static PACKED: [u64; 256] = {
+    let mut packed = [0; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut place) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                packed[mask] |= (lane as u64) << (8 * place);
+                place += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    packed
+};
+
+/// The permutation that brings the lanes of a mask to the front.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(always)]
+unsafe fn front(mask: M32x8) -> __m256i {
+    let lanes = PACKED[mask.bits() as usize & 255];
+    // SAFETY: by the caller.
+    unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes as i64)) }
+}
+
+/// Four by four, in each half of the registers.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(always)]
+unsafe fn transpose([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+    // SAFETY: by the caller.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+        ]
+    }
 }

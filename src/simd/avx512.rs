@@ -187,6 +187,38 @@ impl Float for F32x16 {
         }
     }
     #[inline(always)]
+    fn load_rows(table: &[[f32; 4]], index: I32x16) -> [Self; 4] {
+        assert_in_range(table.len(), index, M32x16(!0));
+        let mut places = [0; 16];
+        index.store(&mut places);
+        // Rows i, i + 4, i + 8 and i + 12 side by side.
+        // SAFETY: every index is within the table; as for the operators.
+        unsafe {
+            let rows = [
+                four_rows(table, &places, 0),
+                four_rows(table, &places, 1),
+                four_rows(table, &places, 2),
+                four_rows(table, &places, 3),
+            ];
+            let [a, b, c, d] = transpose(rows);
+            [Self(a), Self(b), Self(c), Self(d)]
+        }
+    }
+    #[inline(always)]
+    fn store_rows([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
+        let out = out[..16].as_mut_ptr().cast::<f32>();
+        // SAFETY: there is room for 16 rows; as for the operators.
+        unsafe {
+            let rows = transpose([a.0, b.0, c.0, d.0]);
+            for (i, rows) in rows.into_iter().enumerate() {
+                _mm_storeu_ps(out.add(4 * i), _mm512_castps512_ps128(rows));
+                _mm_storeu_ps(out.add(4 * i + 16), _mm512_extractf32x4_ps::<1>(rows));
+                _mm_storeu_ps(out.add(4 * i + 32), _mm512_extractf32x4_ps::<2>(rows));
+                _mm_storeu_ps(out.add(4 * i + 48), _mm512_extractf32x4_ps::<3>(rows));
+            }
+        }
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_sqrt_ps(self.0)) }
@@ -407,4 +439,41 @@ impl Int for I32x16 {
 fn assert_in_range(length: usize, index: I32x16, mask: M32x16) {
     let length = I32x16::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
+}
+
+/// The rows at places i, i + 4, i + 8 and i + 12, side by side.
+///
+/// # Safety
+///
+/// As for [`run`], and the places must lie in the table.
+#[inline(always)]
+unsafe fn four_rows(table: &[[f32; 4]], places: &[u32; 16], i: usize) -> __m512 {
+    // SAFETY: by the caller.
+    unsafe {
+        let table = table.as_ptr();
+        let four = _mm512_castps128_ps512(_mm_loadu_ps(table.add(places[i] as usize).cast()));
+        let four = _mm512_insertf32x4::<1>(four, _mm_loadu_ps(table.add(places[i + 4] as usize).cast()));
+        let four = _mm512_insertf32x4::<2>(four, _mm_loadu_ps(table.add(places[i + 8] as usize).cast()));
+        _mm512_insertf32x4::<3>(four, _mm_loadu_ps(table.add(places[i + 12] as usize).cast()))
+    }
+}
+
+/// Four by four, in each quarter of the registers.
+///
+/// # Safety
+///
+/// As for [`run`].
+#[inline(always)]
+unsafe fn transpose([a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
+    // SAFETY: by the caller.
+    unsafe {
+        let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+        [
+            _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+            _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+        ]
+    }
 }

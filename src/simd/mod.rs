@@ -81,6 +81,10 @@ pub trait Float:
     fn compress(self, mask: Self::Mask, out: &mut [f32]);
     /// `table[index]` in the lanes of `mask`, zero in the others. Panics when out of range.
     fn gather(table: &[f32], index: Self::Int, mask: Self::Mask) -> Self;
+    /// Rows as columns: lane i of column c is `table[index[i]][c]`. Panics when out of range.
+    fn load_rows(table: &[[f32; 4]], index: Self::Int) -> [Self; 4];
+    /// The inverse of [`Float::load_rows`] for the rows at the front of `out`, which has room for `WIDTH`.
+    fn store_rows(columns: [Self; 4], out: &mut [[f32; 4]]);
 
     /// √, correctly rounded.
     fn sqrt(self) -> Self;
@@ -304,18 +308,6 @@ pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
         Set::Avx512 => unsafe { avx512::run(kernel) },
         #[cfg(target_arch = "aarch64")]
         Set::Neon => kernel.run::<neon::Set>(),
-    }
-}
-
-/// The lanes of `bits` to the front of `out`, without a branch on them.
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-#[inline(always)]
-fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
-    let out = &mut out[..8];
-    let mut next = 0;
-    for (lane, &value) in lanes.iter().enumerate() {
-        out[next.min(7)] = value;
-        next += (bits >> lane & 1) as usize;
     }
 }
 

@@ -4,7 +4,7 @@ use std::arch::aarch64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::Two;
-use super::{Float, Int, Kernel, Lanes, Mask, Part, pack};
+use super::{Float, Int, Kernel, Lanes, Mask, Part};
 
 /// NEON.
 pub(super) struct Set;
@@ -135,6 +135,28 @@ impl Float for F32x8 {
     #[inline(always)]
     fn gather(table: &[f32], index: I32x8, mask: M32x8) -> Self {
         Self::load(&gather(table, index, mask))
+    }
+    #[inline(always)]
+    fn load_rows(table: &[[f32; 4]], index: I32x8) -> [Self; 4] {
+        let mut places = [0; 8];
+        index.store(&mut places);
+        let [mut a, mut b, mut c, mut d] = [[0.0; 8]; 4];
+        for (lane, place) in places.into_iter().enumerate() {
+            [a[lane], b[lane], c[lane], d[lane]] = table[place as usize];
+        }
+        [Self::load(&a), Self::load(&b), Self::load(&c), Self::load(&d)]
+    }
+    #[inline(always)]
+    fn store_rows([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
+        let out = &mut out[..8];
+        let [mut x, mut y, mut z, mut w] = [[0.0; 8]; 4];
+        a.store(&mut x);
+        b.store(&mut y);
+        c.store(&mut z);
+        d.store(&mut w);
+        for (lane, row) in out.iter_mut().enumerate() {
+            *row = [x[lane], y[lane], z[lane], w[lane]];
+        }
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -277,4 +299,15 @@ fn gather<T: Copy + Default>(table: &[T], index: I32x8, mask: M32x8) -> [T; 8] {
         }
     }
     out
+}
+
+/// The lanes of `bits` to the front of `out`, without a branch on them.
+#[inline(always)]
+fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
+    let out = &mut out[..8];
+    let mut next = 0;
+    for (lane, &value) in lanes.iter().enumerate() {
+        out[next.min(7)] = value;
+        next += (bits >> lane & 1) as usize;
+    }
 }

@@ -59,6 +59,14 @@ impl Float for f32 {
         if mask { table[index.0 as usize] } else { 0.0 }
     }
     #[inline(always)]
+    fn load_rows(table: &[[f32; 4]], index: Wrapping<u32>) -> [Self; 4] {
+        table[index.0 as usize]
+    }
+    #[inline(always)]
+    fn store_rows(columns: [Self; 4], out: &mut [[f32; 4]]) {
+        out[0] = columns;
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f32::sqrt(self)
     }

@@ -110,6 +110,59 @@ fn compress_packs_the_lanes_of_the_mask_in_order() {
     }
 }
 
+struct RowsAndColumns<'a> {
+    table: &'a [[f32; 4]],
+    index: &'a [u32; 16],
+}
+
+impl Kernel for RowsAndColumns<'_> {
+    type Output = [[f32; 4]; 16];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let mut out = [[0.0; 4]; 16];
+        for at in (0..16).step_by(L::Queue::WIDTH) {
+            let index = <L::Queue as Float>::Int::load(&self.index[at..]);
+            let columns = L::Queue::load_rows(self.table, index);
+            for (column, values) in columns.iter().enumerate() {
+                let mut lanes = [0.0; 16];
+                values.store(&mut lanes);
+                for (lane, value) in lanes[..L::Queue::WIDTH].iter().enumerate() {
+                    assert_eq!(*value, self.table[self.index[at + lane] as usize][column]);
+                }
+            }
+            L::Queue::store_rows(columns, &mut out[at..]);
+        }
+        out
+    }
+}
+
+#[test]
+fn rows_become_columns_and_rows_again() {
+    let table: Vec<[f32; 4]> = (0..40).map(|i| [0, 1, 2, 3].map(|c| (4 * i + c) as f32)).collect();
+    let index = std::array::from_fn(|i| (i as u32 * 7 + 3) % 40);
+    for level in Level::available() {
+        let rows = dispatch(level, RowsAndColumns { table: &table, index: &index });
+        assert_eq!(rows, index.map(|i| table[i as usize]), "{level:?}");
+    }
+}
+
+struct OutsideOfRows;
+
+impl Kernel for OutsideOfRows {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        L::Queue::load_rows(&[[0.0; 4]; 3], <L::Queue as Float>::Int::splat(3));
+    }
+}
+
+#[test]
+fn rows_outside_their_table_panic() {
+    for level in Level::available() {
+        assert!(std::panic::catch_unwind(|| dispatch(level, OutsideOfRows)).is_err(), "{level:?}");
+    }
+}
+
 struct OutOfRange;
 
 impl Kernel for OutOfRange {

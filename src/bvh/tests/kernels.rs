@@ -113,6 +113,26 @@ fn packets_along_axes_agree() {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// Enough of them that streams stay dense down to the leaves, and more than one stream takes.
+    #[test]
+    fn many_scattered_rays_hit_what_the_oracle_says(
+        seed: u64, counts in [1usize..200, 0usize..12, 0usize..20, 0usize..10], placed in 0usize..3,
+        odd: bool, coarse: bool, length in 1000usize..9000,
+    ) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, counts, placed, coarse);
+        let mut rays = Vec::with_capacity(length);
+        for i in 0..length {
+            let ray = towards(point(&mut random, 6.0), point(&mut random, 4.0));
+            rays.push(if odd && i % 17 == 3 { random_odd(&mut random, ray, i / 17) } else { ray });
+        }
+        agree(&soup, &rays);
+    }
+}
+
 /// A closed surface, seen from within by packets through every pixel of a cube's faces.
 #[test]
 fn no_packet_leaves_a_closed_surface() {
@@ -134,11 +154,11 @@ fn no_packet_leaves_a_closed_surface() {
                 ));
             }
         }
-        for (level, coherence) in all_kernels() {
-            let (hits, occluded) = trace_as(coherence, level, &bvh, &rays);
+        for (level, way) in all_kernels() {
+            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
-            assert_eq!((out, unblocked), (0, 0), "{level:?}, {coherence:?}, scale {scale}, at {offset}");
+            assert_eq!((out, unblocked), (0, 0), "{level:?}, {way:?}, scale {scale}, at {offset}");
         }
     }
 }

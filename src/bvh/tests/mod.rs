@@ -79,12 +79,14 @@ fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
 
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
-    trace_as(Coherence::Unknown, level, bvh, rays)
+    trace_as(Way { coherence: Coherence::Unknown, streams: true }, level, bvh, rays)
 }
 
 /// The same, by the kernels for a kind of queue.
-fn trace_as(coherence: Coherence, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+fn trace_as(way: Way, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    let Way { coherence, streams } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
+    stack.least_stream = if streams { 1 } else { usize::MAX };
     let hits = in_columns(rays, |view, hits| {
         closest(level, bvh, view, coherence, &mut stack, hits);
         super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
@@ -126,14 +128,14 @@ fn bits(hit: &Hit) -> [u32; 5] {
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     let bvh = soup.build();
     let expected: Vec<Hit> = rays.iter().map(|ray| oracle(&bvh, ray)).collect();
-    for (level, coherence) in all_kernels() {
-        let (hits, occluded) = trace_as(coherence, level, &bvh, rays);
+    for (level, way) in all_kernels() {
+        let (hits, occluded) = trace_as(way, level, &bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
                 let (o, d) = (r.origin, r.direction);
                 let ray = format!("{:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max);
-                format!("{level:?}, {coherence:?}, ray {i} {ray}")
+                format!("{level:?}, {way:?}, ray {i} {ray}")
             };
             assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
             assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());
@@ -141,9 +143,21 @@ fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     }
 }
 
+/// What a queue is said to be, and whether what no packet takes goes in streams or in flight.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    coherence: Coherence,
+    streams: bool,
+}
+
 /// Every instruction set with every kind of queue.
-fn all_kernels() -> Vec<(Level, Coherence)> {
-    let kinds = [Coherence::Unknown, Coherence::Coherent, Coherence::Scattered];
+fn all_kernels() -> Vec<(Level, Way)> {
+    let kinds = [
+        Way { coherence: Coherence::Unknown, streams: false },
+        Way { coherence: Coherence::Coherent, streams: true },
+        Way { coherence: Coherence::Scattered, streams: false },
+        Way { coherence: Coherence::Scattered, streams: true },
+    ];
     Level::available().into_iter().flat_map(|level| kinds.map(|kind| (level, kind))).collect()
 }
 

@@ -67,8 +67,8 @@ fn no_ray_leaves_a_closed_surface() {
         let soup = bumpy(5, scale, offset).all_in_the_world();
         let bvh = soup.build();
         let rays = rays_from_within(&soup, &mut random, scale, offset);
-        for (level, coherence) in all_kernels() {
-            let (hits, occluded) = trace_as(coherence, level, &bvh, &rays);
+        for (level, way) in all_kernels() {
+            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
             assert_eq!((out, unblocked), (0, 0), "{level:?}, scale {scale}, at {offset}");

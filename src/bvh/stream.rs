@@ -1,0 +1,542 @@
+//! Streams: rays that go roughly one way, taken through the tree together, node by node.
+//!
+//! A queue is sorted by way (see [`super::ways`]); all rays of a way meet the same sides of
+//! boxes first, and want a node's children in much the same order. So they share one stack,
+//! each entry of which lists the rays that enter a box. A box is tested against 16 rays of a
+//! list at once, and those that enter are packed into the child's list: however few rays of a
+//! register enter a box, its own list is dense again. At a leaf each triangle meets 16 rays in
+//! the canonical test. (After Barringer and Akenine-Möller, "Dynamic ray stream traversal",
+//! 2014, and Wald et al., "SIMD ray stream tracing", 2007, with the order of children known
+//! beforehand.)
+//!
+//! What a list's rays are at is read once for all of them, and nothing waits for a single
+//! ray's decision. Where a list gets short, its rays go on one by one; how many do tells
+//! whether streams are the right kernel for such rays ([`Density`]).
+
+use std::marker::PhantomData;
+
+use super::Rays;
+use super::layout::{BLOCK, Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
+use super::leaf::{self, Visit};
+use super::query::Answers;
+use super::ray::slab_scales;
+use super::traverse::{Keys, Part};
+use super::triangle::{self, Asked, Longest, Shear};
+use super::ways::{NUMBERS, OCTANTS, Ways, padded, starts};
+use crate::math::{Hit, NONE, Ray};
+use crate::simd::sixteen::key;
+use crate::simd::{Float, Int, Lanes, Mask};
+
+/// The most rays that are sorted at once.
+pub(super) const RAYS: usize = 8192;
+/// Fewer are not worth sorting.
+pub(super) const FEWEST: usize = 512;
+/// Rays that enter a node one by one, because so few do.
+const LONE: usize = 6;
+/// Rays that meet a leaf's triangles one by one.
+const LONE_AT_LEAF: usize = 4;
+/// Boxes that rays have entered by themselves, for each ray, from which on rays in flight are faster; with
+/// eight lanes and with more. (Measured: second bounces in the atrium have 1.5, first ones 0.7, first and second
+/// ones on a million triangles 0.5 and 0.7.)
+const SPARSE: [f32; 2] = [0.6, 0.9];
+/// Far distances grow by this much, so that they are no less than those by the exact factor for far
+/// planes: see [`slab_scales`].
+const FARTHER: f32 = 1.0 + 3.0 * PADDING;
+
+/// Whether rays were dense enough for a stream.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Density {
+    /// They were.
+    Dense,
+    /// Another kernel would have been faster.
+    Sparse,
+    /// Nothing has been answered: there are directions at the ends of the floats among them.
+    Refused,
+}
+
+/// A ray's row of four times four numbers: what boxes need, then what leaves need.
+///
+/// ```text
+/// origin x y z, best t │ near scale x y z, t_min │ shear x y z, primitive │ u, v, instance, place
+/// ```
+///
+/// `best t` is below 0 for a ray that is done, `place` is the ray's place in the queue.
+const ROW: usize = 1 << 2;
+type Quad = [f32; 4];
+
+/// 16 rays of a list as boxes meet them.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Group {
+    origin: [[f32; LANES]; 3],
+    scale: [[f32; LANES]; 3],
+    best: [f32; LANES],
+    id: [u32; LANES],
+}
+
+const LANES: usize = 16;
+
+/// A box and the rays that enter it: a part of the lists.
+#[derive(Clone, Copy)]
+struct Entry {
+    child: Child,
+    start: u32,
+    count: u32,
+}
+
+/// A thread's buffers.
+#[derive(Default)]
+pub(super) struct Stream {
+    rows: Vec<Quad>,
+    walk: Walk,
+}
+
+/// Where a walk is.
+#[derive(Default)]
+struct Walk {
+    stack: Vec<Entry>,
+    /// Rays by their numbers in the stream.
+    lists: Vec<u32>,
+    /// Where each of them enters; of boxes of nodes nobody asks.
+    near: Vec<f32>,
+    /// The list that is being looked at.
+    groups: Vec<Group>,
+    /// Rays that went on by themselves, once for each box.
+    lone: usize,
+}
+
+/// What a walk goes through.
+#[derive(Clone, Copy)]
+struct Scene<'a> {
+    bvh: &'a Bvh,
+    rays: &'a Rays<'a>,
+    way: usize,
+}
+
+impl Stream {
+    /// Answers at most [`RAYS`] rays.
+    #[inline(always)]
+    pub fn trace<L: Lanes, A: Answers>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Rays,
+        ways: &mut Ways,
+        keys: &mut Keys,
+        answers: &mut A,
+    ) -> Density {
+        let count = rays.len();
+        self.walk.lone = 0;
+        if self.rows.len() < ROW * count + 3 {
+            self.rows.resize(ROW * count + 3, [0.0; 4]);
+        }
+        // A row is a cache line.
+        let skip = (self.rows.as_ptr() as usize / size_of::<Quad>()).wrapping_neg() % 4;
+        let rows = &mut self.rows[skip..][..ROW * count];
+        let ends = ways.classify::<L::Queue>(rays);
+        let mut next = starts(&ends);
+        for at in (0..count).step_by(L::Queue::WIDTH) {
+            if !load::<L::Queue>(rays, at, ways.ways(), &mut next, rows) {
+                return Density::Refused;
+            }
+        }
+        let mut first = 0;
+        for (way, end) in ends.into_iter().enumerate() {
+            if end > first {
+                let rows = &mut rows[ROW * first..ROW * end];
+                self.walk.run::<L, A>(Scene { bvh, rays, way }, rows, keys);
+                for row in rows.chunks_exact(ROW) {
+                    answers.put(row[3][3].to_bits() as usize, &best(row));
+                }
+            }
+            first = end;
+        }
+        let sparse = SPARSE[usize::from(L::Queue::WIDTH > 8)];
+        if self.walk.lone as f32 > sparse * count as f32 { Density::Sparse } else { Density::Dense }
+    }
+}
+
+/// Writes the rows of some rays to the next places of their ways; false if factors for far planes
+/// can't be had from those for near ones, because reciprocals nearly over- or underflow.
+#[inline(always)]
+fn load<F: Float>(rays: &Rays, at: usize, ways: &[u32], next: &mut [usize], rows: &mut [Quad]) -> bool {
+    const LEAST: f32 = 1e-36;
+    let (zero, one) = (F::zero(), F::one());
+    let (mut origin, mut direction, mut reciprocal) = ([zero; 3], [one; 3], [one; 3]);
+    let mut scale = [one; 3];
+    let mut regular = F::Mask::first(F::WIDTH);
+    // NaN where something is not finite.
+    let mut zeros = zero;
+    for axis in 0..3 {
+        let o = padded::<F>(&rays.origin[axis][at..]);
+        let d = padded::<F>(&rays.direction[axis][at..]);
+        let r = one / d;
+        scale[axis] = slab_scales(r).0;
+        let size = r.abs();
+        let infinite = size.eq(F::splat(f32::INFINITY));
+        regular = regular & size.ge(F::splat(LEAST)) & (infinite | size.le(F::splat(1.0 / LEAST)));
+        zeros = zeros + o * zero + d * zero;
+        (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
+    }
+    let longest = Longest::new(direction);
+    let (d, r) = (longest.rename(direction), longest.rename(reciprocal));
+    // A NaN stays one, −0 becomes 0.
+    let t_min = zero.max(padded::<F>(&rays.t_min[at..])) + zero;
+    let t_max = padded::<F>(&rays.t_max[at..]);
+    let alive = zeros.eq(zero) & t_min.le(t_max);
+    let best = F::select(alive, t_max, F::splat(-1.0));
+    let none = F::Int::splat(NONE).reinterpret();
+    let place = (F::Int::load(&NUMBERS) + F::Int::splat(at as u32)).reinterpret();
+    let mut quads = [[[0.0; 4]; LANES]; ROW];
+    F::store_rows([origin[0], origin[1], origin[2], best], &mut quads[0]);
+    F::store_rows([scale[0], scale[1], scale[2], t_min], &mut quads[1]);
+    F::store_rows([d[0] * r[2], d[1] * r[2], r[2], none], &mut quads[2]);
+    F::store_rows([zero, zero, none, place], &mut quads[3]);
+    for lane in 0..F::WIDTH.min(rays.len() - at) {
+        let next = &mut next[ways[at + lane] as usize];
+        let row = &mut rows[ROW * *next..][..ROW];
+        for (quad, from) in row.iter_mut().zip(&quads) {
+            *quad = from[lane % LANES];
+        }
+        *next += 1;
+    }
+    !(alive & !regular).any()
+}
+
+/// The best hit of a row's ray.
+#[inline(always)]
+fn best(row: &[Quad]) -> Hit {
+    let [u, v, instance, _] = row[3];
+    Hit { t: row[0][3], u, v, primitive: row[2][3].to_bits(), instance: instance.to_bits() }
+}
+
+/// The inverse of [`best`].
+#[inline(always)]
+fn put_best(row: &mut [Quad], hit: &Hit) {
+    row[0][3] = hit.t;
+    row[2][3] = f32::from_bits(hit.primitive);
+    row[3] = [hit.u, hit.v, f32::from_bits(hit.instance), row[3][3]];
+}
+
+/// Notes that a ray is done: any hit will do.
+#[inline(always)]
+fn finish(row: &mut [Quad]) {
+    row[0][3] = -1.0;
+    // Which one it is, nobody asks.
+    row[2][3] = f32::from_bits(0);
+}
+
+impl Walk {
+    /// Takes all rows' rays through the tree.
+    #[inline(always)]
+    fn run<L: Lanes, A: Answers>(&mut self, scene: Scene, rows: &mut [Quad], keys: &mut Keys) {
+        let bvh = scene.bvh;
+        let Some(root) = bvh.root else { return };
+        let count = rows.len() / ROW;
+        self.make_room(0, count);
+        for (number, id) in self.lists[..count].iter_mut().enumerate() {
+            *id = number as u32;
+        }
+        self.look_at::<L::Queue>(rows, 0, count);
+        let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
+        self.enter::<L::Queue, true>(&planes, scene.way, root.child, count, 0);
+        while let Some(Entry { child, start, count }) = self.stack.pop() {
+            let (start, count) = (start as usize, count as usize);
+            match child.kind() {
+                Kind::Node if count > LONE => self.open::<L::Queue>(scene, rows, child.index(), start, count),
+                Kind::Triangles if count > LONE_AT_LEAF => {
+                    self.test::<L::Queue, A>(scene, rows, child.index(), start, count);
+                }
+                Kind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
+                _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
+            }
+        }
+    }
+
+    /// Room for the lists of all children of a node, behind `start`.
+    #[inline(always)]
+    fn make_room(&mut self, start: usize, count: usize) {
+        // A list is written a register at a time.
+        let room = start + WIDTH * count + LANES;
+        if self.lists.len() < room {
+            self.lists.resize(room, 0);
+            self.near.resize(room, 0.0);
+        }
+        if self.groups.len() < count.div_ceil(LANES) {
+            let columns = [[0.0; LANES]; 3];
+            let empty = Group { origin: columns, scale: columns, best: [-1.0; LANES], id: [0; LANES] };
+            self.groups.resize(count.div_ceil(LANES), empty);
+        }
+    }
+
+    /// Reads a list's rays.
+    #[inline(always)]
+    fn look_at<F: Float>(&mut self, rows: &[Quad], start: usize, count: usize) {
+        let list = &self.lists[start..];
+        for (number, group) in self.groups[..count.div_ceil(LANES)].iter_mut().enumerate() {
+            for lane in (0..LANES).step_by(F::WIDTH) {
+                let at = number * LANES + lane;
+                let mask = F::Mask::first(count.saturating_sub(at));
+                let id = F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(0));
+                let row = id.shl::<2>();
+                let [x, y, z, best] = F::load_rows(rows, row);
+                let [scale_x, scale_y, scale_z, _] = F::load_rows(&rows[1..], row);
+                for (column, value) in group.origin.iter_mut().zip([x, y, z]) {
+                    value.store(&mut column[lane..]);
+                }
+                for (column, value) in group.scale.iter_mut().zip([scale_x, scale_y, scale_z]) {
+                    value.store(&mut column[lane..]);
+                }
+                F::select(mask, best, F::splat(-1.0)).store(&mut group.best[lane..]);
+                id.store(&mut group.id[lane..]);
+            }
+        }
+    }
+
+    /// Puts those children of a node on the stack that rays of a list enter, the nearest on top.
+    #[inline(always)]
+    fn open<F: Float>(&mut self, scene: Scene, rows: &[Quad], node: usize, start: usize, count: usize) {
+        let Scene { bvh, way, .. } = scene;
+        self.make_room(start, count);
+        // From here on the list is in the groups, and its place is free.
+        self.look_at::<F>(rows, start, count);
+        let (node, order) = (&bvh.nodes[node], &bvh.orders[node]);
+        let mut end = start;
+        for slot in back_to_front(order, way % OCTANTS) {
+            let mut planes = [[0.0; 3]; 2];
+            for (axis, [low, high]) in node.planes.iter().enumerate() {
+                (planes[0][axis], planes[1][axis]) = (low[slot], high[slot]);
+            }
+            // Not used.
+            if planes[0][0] > planes[1][0] {
+                continue;
+            }
+            let child = Child(node.child[slot]);
+            let entered = if child.kind() == Kind::Node {
+                self.enter::<F, false>(&planes, way, child, count, end)
+            } else {
+                self.enter::<F, true>(&planes, way, child, count, end)
+            };
+            if entered > end {
+                bvh.fetch(child);
+                end = entered;
+            }
+        }
+    }
+
+    /// Lists the rays that enter a box, from `start` on, and where if `NEAR`; returns the list's end.
+    #[inline(always)]
+    fn enter<F: Float, const NEAR: bool>(
+        &mut self,
+        planes: &[[f32; 3]; 2],
+        way: usize,
+        child: Child,
+        count: usize,
+        start: usize,
+    ) -> usize {
+        let (mut near_planes, mut far_planes) = ([F::zero(); 3], [F::zero(); 3]);
+        for axis in 0..3 {
+            let side = way >> axis & 1;
+            near_planes[axis] = F::splat(planes[side][axis]);
+            far_planes[axis] = F::splat(planes[side ^ 1][axis]);
+        }
+        let mut end = start;
+        for group in &self.groups[..count.div_ceil(LANES)] {
+            for lane in (0..LANES).step_by(F::WIDTH) {
+                let (mut near, mut far) = (F::zero(), F::splat(f32::INFINITY));
+                for axis in 0..3 {
+                    let origin = F::load(&group.origin[axis][lane..]);
+                    let scale = F::load(&group.scale[axis][lane..]);
+                    near = ((origin - near_planes[axis]) * scale).max(near);
+                    far = ((origin - far_planes[axis]) * scale).min(far);
+                }
+                let mask = near.le((far * F::splat(FARTHER)).min(F::load(&group.best[lane..])));
+                F::Int::load(&group.id[lane..]).compress(mask, &mut self.lists[end..]);
+                if NEAR {
+                    near.compress(mask, &mut self.near[end..]);
+                }
+                end += mask.count();
+            }
+        }
+        if end > start {
+            self.stack.push(Entry { child, start: start as u32, count: (end - start) as u32 });
+        }
+        end
+    }
+
+    /// Tests a block's triangles against the rays of a list.
+    #[inline(always)]
+    fn test<F: Float, A: Answers>(
+        &mut self,
+        scene: Scene,
+        rows: &mut [Quad],
+        block: usize,
+        start: usize,
+        count: usize,
+    ) {
+        let Scene { bvh, rays, way } = scene;
+        let block = &bvh.triangles[block];
+        let [x, y, z] = Shear::AXES[way / OCTANTS];
+        for at in (0..count).step_by(F::WIDTH) {
+            let mask = F::Mask::first(count - at);
+            let id = F::Int::select(mask, F::Int::load(&self.lists[start + at..]), F::Int::splat(0));
+            let row = id.shl::<2>();
+            let [ox, oy, oz, reached] = F::load_rows(rows, row);
+            let [_, _, _, t_min] = F::load_rows(&rows[1..], row);
+            let near = F::load(&self.near[start + at..]).max(t_min);
+            let entered = near.le(reached) & mask;
+            if !entered.any() {
+                continue;
+            }
+            let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], row);
+            let origin = [ox, oy, oz];
+            let (origin, shear) = ([origin[x], origin[y], origin[z]], [shear_x, shear_y, shear_z]);
+            let (mut t, mut u, mut v) = (reached, F::zero(), F::zero());
+            let mut primitive = primitive.to_bits();
+            let mut found = !F::Mask::first(F::WIDTH);
+            let mut ids = [0; LANES];
+            id.store(&mut ids);
+            for place in 0..BLOCK {
+                if block.primitive[place] == NONE {
+                    break;
+                }
+                let mut vertices = [[0.0; 3]; 3];
+                for (corner, vertex) in vertices.iter_mut().enumerate() {
+                    for (axis, value) in vertex.iter_mut().enumerate() {
+                        *value = block.vertex[axis][corner][place];
+                    }
+                }
+                let mut seen = [[F::zero(); 3]; 3];
+                for (seen, vertex) in seen.iter_mut().zip(&vertices) {
+                    let vertex = [vertex[x], vertex[y], vertex[z]];
+                    for (axis, seen) in seen.iter_mut().enumerate() {
+                        *seen = F::splat(vertex[axis]) - origin[axis];
+                    }
+                }
+                let asked = Asked { lanes: entered, t_min, t_max: t };
+                let hits = triangle::intersect_rays(seen, &shear, &asked, |lane| {
+                    let row = &rows[ROW * ids[lane % LANES] as usize..];
+                    triangle::exact_t(vertices, &rays.get(row[3][3].to_bits() as usize))
+                });
+                if !hits.mask.any() {
+                    continue;
+                }
+                // NaN distances fail the first comparison.
+                let clamped = hits.t.max(near);
+                let beyond = hits.mask & hits.t.gt(t_min) & clamped.le(t);
+                let number = F::Int::splat(block.primitive[place]);
+                // What lies in an instance has the larger number.
+                let better = beyond & (clamped.lt(t) | number.lt(primitive));
+                t = F::select(better, if A::ANY { F::splat(-1.0) } else { clamped }, t);
+                u = F::select(better, hits.u, u);
+                v = F::select(better, hits.v, v);
+                primitive = F::Int::select(better, number, primitive);
+                found = found | better;
+            }
+            if found.any() {
+                let (mut ts, mut us, mut vs) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+                let mut primitives = [0; LANES];
+                t.store(&mut ts);
+                u.store(&mut us);
+                v.store(&mut vs);
+                primitive.store(&mut primitives);
+                let mut bits = found.bits();
+                while bits != 0 {
+                    let lane = bits.trailing_zeros() as usize % LANES;
+                    bits &= bits - 1;
+                    let hit = Hit {
+                        t: ts[lane],
+                        u: us[lane],
+                        v: vs[lane],
+                        primitive: primitives[lane],
+                        instance: NONE,
+                    };
+                    put_best(&mut rows[ROW * ids[lane] as usize..][..ROW], &hit);
+                }
+            }
+        }
+    }
+
+    /// Tests a block's triangles ray by ray.
+    #[inline(always)]
+    fn test_lone<L: Lanes, A: Answers>(
+        &mut self,
+        scene: Scene,
+        rows: &mut [Quad],
+        block: usize,
+        start: usize,
+        count: usize,
+    ) {
+        let Scene { bvh, rays, way } = scene;
+        let block = &bvh.triangles[block];
+        let axes = Shear::AXES[way / OCTANTS];
+        for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
+            let row = &mut rows[ROW * *id as usize..][..ROW];
+            let visit = Visit { near: Float::max(*near, row[1][3]), t_min: row[1][3], instance: NONE };
+            if visit.near > row[0][3] {
+                continue;
+            }
+            let [sx, sy, sz, _] = row[2];
+            let origin = [row[0][axes[0]], row[0][axes[1]], row[0][axes[2]]];
+            let shear = Shear { axes, origin, shear: [sx, sy, sz] };
+            let again = Again { rays, place: row[3][3].to_bits() as usize };
+            let mut hit = best(row);
+            if leaf::triangles::<L, A>(block, &again, &shear, visit, &mut hit) {
+                finish(row);
+            } else {
+                put_best(row, &hit);
+            }
+        }
+    }
+
+    /// Leaves what a list's rays meet in a part of the tree to the kernel for one ray.
+    #[inline(always)]
+    fn leave<L: Lanes, A: Answers>(
+        &mut self,
+        scene: Scene,
+        rows: &mut [Quad],
+        child: Child,
+        start: usize,
+        count: usize,
+        keys: &mut Keys,
+    ) {
+        let Scene { bvh, rays, .. } = scene;
+        self.lone += count;
+        for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
+            let row = &mut rows[ROW * *id as usize..][..ROW];
+            let t_min = row[1][3];
+            // Where a ray enters a node, nobody asks.
+            let near = if child.kind() == Kind::Node { t_min } else { Float::max(*near, t_min) };
+            if near > row[0][3] {
+                continue;
+            }
+            let mut hit = best(row);
+            let ray = rays.get(row[3][3].to_bits() as usize);
+            let found = L::apart(Part {
+                bvh,
+                ray: &ray,
+                start: key(near, child.0),
+                keys: &mut *keys,
+                best: &mut hit,
+                answers: PhantomData::<A>,
+            });
+            if found {
+                finish(row);
+            } else {
+                put_best(row, &hit);
+            }
+        }
+    }
+}
+
+/// A ray of the queue, read where it is needed after all.
+struct Again<'a> {
+    rays: &'a Rays<'a>,
+    place: usize,
+}
+
+impl triangle::Exact for Again<'_> {
+    #[inline(always)]
+    fn ray(&self) -> Ray<f32> {
+        self.rays.get(self.place)
+    }
+}
