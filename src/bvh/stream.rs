@@ -28,7 +28,7 @@ use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// The most rays that are sorted at once.
-pub(super) const RAYS: usize = 8192;
+pub(super) const RAYS: usize = 16_384;
 /// Fewer are not worth sorting.
 pub(super) const FEWEST: usize = 512;
 /// Rays that enter a node one by one, because so few do.

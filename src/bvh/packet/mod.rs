@@ -36,11 +36,11 @@ const PASSES: usize = 4;
 /// A pass with fewer rays is not worth it.
 const FEWEST: u32 = 12;
 
-/// Boxes a ray from which on a packet costs more than a stream of its rays would: the mesh is finer
-/// than the rays are dense then, and each box is there for few of them. (Measured in million rays a
-/// second, packets / streams: shadow rays on 10 million triangles 3.4 / 4.5 at 0.4 to 0.8 boxes a ray, on
-/// a million 6.6 / 7.6 at 0.34 to 0.47, camera rays on 10 million 5.4 / 4.4 at 0.2 to 0.43.)
-const DEAR: f32 = 0.4;
+/// Boxes a ray from which on a packet costs more than a stream of its rays would, for the nearest hit
+/// and for any: the mesh is finer than the rays are dense then, and each box is there for few of them.
+/// (Measured in million rays a second, packets / streams: camera rays on 10 million triangles 5.4 / 4.4 at 0.2
+/// to 0.43 boxes a ray; shadow rays there 3.4 / 4.5 at 0.4 to 0.8, on a million 6.6 / 7.6 at 0.34 to 0.47.)
+const DEAR: [f32; 2] = [0.45, 0.3];
 
 /// What became of a packet.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -125,7 +125,11 @@ impl Packet {
             };
             answers.put(first + i, &hit);
         }
-        if self.visits as f32 > DEAR * count as f32 { Verdict::Dear } else { Verdict::Worthwhile }
+        if self.visits as f32 > DEAR[usize::from(A::ANY)] * count as f32 {
+            Verdict::Dear
+        } else {
+            Verdict::Worthwhile
+        }
     }
 
     /// Takes a pass through the tree.
