@@ -13,19 +13,21 @@
 //! ray's decision. Where a list gets short, its rays go on one by one; how many do tells
 //! whether streams are the right kernel for such rays ([`Density`]).
 
+mod rows;
+
 use std::marker::PhantomData;
 
 use super::Rays;
 use super::layout::{BLOCK, Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
 use super::leaf::{self, Visit};
 use super::query::Answers;
-use super::ray::slab_scales;
 use super::traverse::{Keys, Part};
-use super::triangle::{self, Asked, Longest, Shear};
-use super::ways::{NUMBERS, OCTANTS, Ways, padded, starts};
+use super::triangle::{self, Asked, Shear};
+use super::ways::{OCTANTS, Ways, starts};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
+use rows::{LANES, Quad, ROW, best, finish, load, put_best};
 
 /// The most rays that are sorted at once.
 pub(super) const RAYS: usize = 16_384;
@@ -40,7 +42,7 @@ const LONE_AT_LEAF: usize = 4;
 /// ones on a million triangles 0.5 and 0.7.)
 const SPARSE: [f32; 2] = [0.6, 0.9];
 /// Far distances grow by this much, so that they are no less than those by the exact factor for far
-/// planes: see [`slab_scales`].
+/// planes: see [`super::ray::slab_scales`].
 const FARTHER: f32 = 1.0 + 3.0 * PADDING;
 
 /// Whether rays were dense enough for a stream.
@@ -54,16 +56,6 @@ pub(super) enum Density {
     Refused,
 }
 
-/// A ray's row of four times four numbers: what boxes need, then what leaves need.
-///
-/// ```text
-/// origin x y z, best t │ near scale x y z, t_min │ shear x y z, primitive │ u, v, instance, place
-/// ```
-///
-/// `best t` is below 0 for a ray that is done, `place` is the ray's place in the queue.
-const ROW: usize = 1 << 2;
-type Quad = [f32; 4];
-
 /// 16 rays of a list as boxes meet them.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
@@ -73,8 +65,6 @@ struct Group {
     best: [f32; LANES],
     id: [u32; LANES],
 }
-
-const LANES: usize = 16;
 
 /// A box and the rays that enter it: a part of the lists.
 #[derive(Clone, Copy)]
@@ -153,76 +143,6 @@ impl Stream {
         let sparse = SPARSE[usize::from(L::Queue::WIDTH > 8)];
         if self.walk.lone as f32 > sparse * count as f32 { Density::Sparse } else { Density::Dense }
     }
-}
-
-/// Writes the rows of some rays to the next places of their ways; false if factors for far planes
-/// can't be had from those for near ones, because reciprocals nearly over- or underflow.
-#[inline(always)]
-fn load<F: Float>(rays: &Rays, at: usize, ways: &[u32], next: &mut [usize], rows: &mut [Quad]) -> bool {
-    const LEAST: f32 = 1e-36;
-    let (zero, one) = (F::zero(), F::one());
-    let (mut origin, mut direction, mut reciprocal) = ([zero; 3], [one; 3], [one; 3]);
-    let mut scale = [one; 3];
-    let mut regular = F::Mask::first(F::WIDTH);
-    // NaN where something is not finite.
-    let mut zeros = zero;
-    for axis in 0..3 {
-        let o = padded::<F>(&rays.origin[axis][at..]);
-        let d = padded::<F>(&rays.direction[axis][at..]);
-        let r = one / d;
-        scale[axis] = slab_scales(r).0;
-        let size = r.abs();
-        let infinite = size.eq(F::splat(f32::INFINITY));
-        regular = regular & size.ge(F::splat(LEAST)) & (infinite | size.le(F::splat(1.0 / LEAST)));
-        zeros = zeros + o * zero + d * zero;
-        (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
-    }
-    let longest = Longest::new(direction);
-    let (d, r) = (longest.rename(direction), longest.rename(reciprocal));
-    // A NaN stays one, −0 becomes 0.
-    let t_min = zero.max(padded::<F>(&rays.t_min[at..])) + zero;
-    let t_max = padded::<F>(&rays.t_max[at..]);
-    let alive = zeros.eq(zero) & t_min.le(t_max);
-    let best = F::select(alive, t_max, F::splat(-1.0));
-    let none = F::Int::splat(NONE).reinterpret();
-    let place = (F::Int::load(&NUMBERS) + F::Int::splat(at as u32)).reinterpret();
-    let mut quads = [[[0.0; 4]; LANES]; ROW];
-    F::store_rows([origin[0], origin[1], origin[2], best], &mut quads[0]);
-    F::store_rows([scale[0], scale[1], scale[2], t_min], &mut quads[1]);
-    F::store_rows([d[0] * r[2], d[1] * r[2], r[2], none], &mut quads[2]);
-    F::store_rows([zero, zero, none, place], &mut quads[3]);
-    for lane in 0..F::WIDTH.min(rays.len() - at) {
-        let next = &mut next[ways[at + lane] as usize];
-        let row = &mut rows[ROW * *next..][..ROW];
-        for (quad, from) in row.iter_mut().zip(&quads) {
-            *quad = from[lane % LANES];
-        }
-        *next += 1;
-    }
-    !(alive & !regular).any()
-}
-
-/// The best hit of a row's ray.
-#[inline(always)]
-fn best(row: &[Quad]) -> Hit {
-    let [u, v, instance, _] = row[3];
-    Hit { t: row[0][3], u, v, primitive: row[2][3].to_bits(), instance: instance.to_bits() }
-}
-
-/// The inverse of [`best`].
-#[inline(always)]
-fn put_best(row: &mut [Quad], hit: &Hit) {
-    row[0][3] = hit.t;
-    row[2][3] = f32::from_bits(hit.primitive);
-    row[3] = [hit.u, hit.v, f32::from_bits(hit.instance), row[3][3]];
-}
-
-/// Notes that a ray is done: any hit will do.
-#[inline(always)]
-fn finish(row: &mut [Quad]) {
-    row[0][3] = -1.0;
-    // Which one it is, nobody asks.
-    row[2][3] = f32::from_bits(0);
 }
 
 impl Walk {
