@@ -10,12 +10,13 @@
 
 use super::Rays;
 use super::layout::{Bvh, Child, Kind};
+use super::leaf::Best;
 use super::query::Answers;
 use super::ray::slab_scales;
 use super::sphere;
-use super::triangle::{Asked, BlockHits, Plane, Shear, intersect_rays};
+use super::triangle::{Asked, Plane, Shear, intersect_rays, seen_from};
 use super::ways::{OCTANTS, Ways};
-use crate::math::{Hit, NONE, Vector};
+use crate::math::{NONE, Vector};
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// More blocks than this are walked. (Measured on cut-down bumpy meshes.)
@@ -63,15 +64,6 @@ struct Group<F: Float> {
     shear: [F; 3],
     t_min: F,
     best: Best<F>,
-}
-
-#[derive(Clone, Copy)]
-struct Best<F: Float> {
-    /// Below 0 for a ray that is done.
-    t: F,
-    u: F,
-    v: F,
-    primitive: F::Int,
 }
 
 impl Few {
@@ -259,18 +251,13 @@ impl<F: Float> Group<F> {
         rays: &Rays,
         places: &[u32],
     ) {
-        let mut seen = [[F::zero(); 3]; 3];
-        for (seen, corner) in seen.iter_mut().zip(triangle.corners) {
-            for ((seen, corner), origin) in seen.iter_mut().zip(corner).zip(self.renamed) {
-                *seen = F::splat(corner) - origin;
-            }
-        }
+        let seen = seen_from(&triangle.corners, &self.renamed);
         let best = self.best.t;
         let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
         let exact = |lane: usize| triangle.plane.t(&rays.get(places[lane & 15] as usize));
         let hits = intersect_rays(seen, &self.shear, &asked, exact);
         if hits.mask.any() {
-            self.take::<A>(&hits, triangle.primitive, near, entered);
+            self.best.take::<A>(&hits, triangle.primitive, near, self.t_min);
         }
     }
 
@@ -282,38 +269,15 @@ impl<F: Float> Group<F> {
         let [ox, oy, oz] = self.origin;
         let [dx, dy, dz] = self.direction;
         let (origin, direction) = (Vector::new(ox, oy, oz), Vector::new(dx, dy, dz));
-        let hits = sphere::meet(center, F::splat(sphere.radius), origin, direction, self.t_min);
-        self.take::<A>(&hits, sphere.primitive, near, entered);
-    }
-
-    /// Keeps hits that are better than the best ones.
-    #[inline(always)]
-    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32, near: F, entered: F::Mask) {
-        let best = self.best.t;
-        // NaN distances fail the first comparison.
-        let t = hits.t.max(near);
-        let beyond = hits.mask & entered & hits.t.gt(self.t_min) & t.le(best);
-        let id = F::Int::splat(primitive);
-        let better = beyond & (t.lt(best) | id.lt(self.best.primitive));
-        self.best = Best {
-            t: F::select(better, if A::ANY { F::splat(-1.0) } else { t }, best),
-            u: F::select(better, hits.u, self.best.u),
-            v: F::select(better, hits.v, self.best.v),
-            primitive: F::Int::select(better, id, self.best.primitive),
-        };
+        let mut hits = sphere::meet(center, F::splat(sphere.radius), origin, direction, self.t_min);
+        hits.mask = hits.mask & entered;
+        self.best.take::<A>(&hits, sphere.primitive, near, self.t_min);
     }
 
     #[inline(always)]
     fn answer<A: Answers>(&self, places: &[u32], answers: &mut A) {
-        let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
-        self.best.t.store(&mut t);
-        self.best.u.store(&mut u);
-        self.best.v.store(&mut v);
-        self.best.primitive.store(&mut primitive);
-        for (lane, place) in places.iter().enumerate() {
-            let lane = lane & 15;
-            let hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: primitive[lane], instance: NONE };
-            answers.put(*place as usize, &hit);
+        for (hit, place) in self.best.hits().iter().zip(places) {
+            answers.put(*place as usize, hit);
         }
     }
 }

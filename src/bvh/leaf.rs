@@ -4,8 +4,8 @@ use super::layout::{SphereBlock, TriangleBlock};
 use super::query::Answers;
 use super::triangle::{Asked, BlockHits, Exact, Shear};
 use super::{sphere, triangle};
-use crate::math::{Hit, Ray};
-use crate::simd::{Float, Lanes, Mask};
+use crate::math::{Hit, NONE, Ray};
+use crate::simd::{Float, Int, Lanes, Mask};
 
 /// Where a ray is when it comes to a leaf.
 #[derive(Clone, Copy)]
@@ -16,6 +16,63 @@ pub(super) struct Visit {
     pub t_min: f32,
     /// The instance that it is in.
     pub instance: u32,
+}
+
+/// The best hits of rays in lanes, below 0 for a ray that is done. None of them is in an instance: their
+/// kernels leave those to others.
+#[derive(Clone, Copy)]
+pub(super) struct Best<F: Float> {
+    pub t: F,
+    pub u: F,
+    pub v: F,
+    pub primitive: F::Int,
+}
+
+impl<F: Float> Best<F> {
+    /// Takes those hits with a primitive that are better; says which. `near` is where each ray enters the
+    /// primitive's leaf.
+    #[inline(always)]
+    pub fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32, near: F, t_min: F) -> F::Mask {
+        let id = F::Int::splat(primitive);
+        let (t, better) = better_in_lanes(hits, id, near, t_min, (self.t, self.primitive));
+        self.t = F::select(better, if A::ANY { F::splat(-1.0) } else { t }, self.t);
+        self.u = F::select(better, hits.u, self.u);
+        self.v = F::select(better, hits.v, self.v);
+        self.primitive = F::Int::select(better, id, self.primitive);
+        better
+    }
+
+    /// One after another; there are as many as lanes.
+    #[inline(always)]
+    pub fn hits(&self) -> [Hit; 16] {
+        let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
+        self.t.store(&mut t);
+        self.u.store(&mut u);
+        self.v.store(&mut v);
+        self.primitive.store(&mut primitive);
+        let mut hits = [Hit::MISS; 16];
+        for (lane, hit) in hits.iter_mut().enumerate() {
+            *hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: primitive[lane], instance: NONE };
+        }
+        hits
+    }
+}
+
+/// Where rays in lanes hit a primitive, and which of these hits are better than their best ones so far, of
+/// which t and primitive are given. At equal distance the smaller number counts; what is in an instance has
+/// the larger one.
+#[inline(always)]
+pub(super) fn better_in_lanes<F: Float>(
+    hits: &BlockHits<F>,
+    primitive: F::Int,
+    near: F,
+    t_min: F,
+    (best, best_primitive): (F, F::Int),
+) -> (F, F::Mask) {
+    // NaN distances fail the first comparison.
+    let t = hits.t.max(near);
+    let beyond = hits.mask & hits.t.gt(t_min) & t.le(best);
+    (t, beyond & (t.lt(best) | primitive.lt(best_primitive)))
 }
 
 /// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.

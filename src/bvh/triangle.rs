@@ -133,6 +133,18 @@ fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: us
     }
 }
 
+/// A triangle's corners as rays in lanes see them from their origins, axes of both renamed.
+#[inline(always)]
+pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3]; 3] {
+    let mut seen = [[T::zero(); 3]; 3];
+    for (seen, corner) in seen.iter_mut().zip(corners) {
+        for ((seen, value), origin) in seen.iter_mut().zip(corner).zip(origin) {
+            *seen = T::splat(*value) - *origin;
+        }
+    }
+    seen
+}
+
 /// Tests one triangle against a ray in each lane.
 /// `seen` are its corners with renamed axes (each ray's own), seen from the rays' origins; `shear` is what
 /// [`Shear`] holds for one ray, `exact` gives [`exact_t`] for a lane.

@@ -20,6 +20,7 @@ use std::marker::PhantomData;
 
 use super::Rays;
 use super::layout::{Bvh, Child, Kind, TriangleBlock, WIDTH};
+use super::leaf::better_in_lanes;
 use super::query::Answers;
 use super::ray::Slabs;
 use super::traverse::{self, Keys, Part};
@@ -321,13 +322,9 @@ impl Packet {
         if !hits.mask.any() {
             return;
         }
-        // NaN distances fail the first comparison.
-        let t = hits.t.max(near);
-        let beyond = hits.mask & hits.t.gt(t_min) & t.le(best);
         let id = F::Int::splat(primitive);
-        // Nothing in a packet's own hands is in an instance, and those have the largest number.
-        let smaller = id.lt(F::Int::load(&self.rays.primitive.0[at..]));
-        let better = beyond & (t.lt(best) | smaller);
+        let before = (best, F::Int::load(&self.rays.primitive.0[at..]));
+        let (t, better) = better_in_lanes(&hits, id, near, t_min, before);
         if !better.any() {
             return;
         }

@@ -19,12 +19,12 @@ use std::marker::PhantomData;
 
 use super::Rays;
 use super::layout::{BLOCK, Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
-use super::leaf::{self, Visit};
+use super::leaf::{self, Best, Visit};
 use super::query::Answers;
 use super::traverse::{Keys, Part};
 use super::triangle::{self, Asked, Shear};
 use super::ways::{OCTANTS, Ways, starts};
-use crate::math::{Hit, NONE, Ray};
+use crate::math::{NONE, Ray};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 use rows::{LANES, Quad, ROW, best, finish, load, put_best};
@@ -145,6 +145,13 @@ impl Stream {
     }
 }
 
+/// Rays of a list from one place on, and the lanes that have one; the others have the first ray.
+#[inline(always)]
+fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::Mask) {
+    let mask = F::Mask::first(count.saturating_sub(at));
+    (F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(0)), mask)
+}
+
 impl Walk {
     /// Takes all rows' rays through the tree.
     #[inline(always)]
@@ -191,12 +198,10 @@ impl Walk {
     /// Reads a list's rays.
     #[inline(always)]
     fn look_at<F: Float>(&mut self, rows: &[Quad], start: usize, count: usize) {
-        let list = &self.lists[start..];
+        let list = (&self.lists[start..], count);
         for (number, group) in self.groups[..count.div_ceil(LANES)].iter_mut().enumerate() {
             for lane in (0..LANES).step_by(F::WIDTH) {
-                let at = number * LANES + lane;
-                let mask = F::Mask::first(count.saturating_sub(at));
-                let id = F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(0));
+                let (id, mask) = numbers::<F>(list, number * LANES + lane);
                 let row = id.shl::<2>();
                 let [x, y, z, best] = F::load_rows(rows, row);
                 let [scale_x, scale_y, scale_z, _] = F::load_rows(&rows[1..], row);
@@ -297,8 +302,7 @@ impl Walk {
         let block = &bvh.triangles[block];
         let [x, y, z] = Shear::AXES[way / OCTANTS];
         for at in (0..count).step_by(F::WIDTH) {
-            let mask = F::Mask::first(count - at);
-            let id = F::Int::select(mask, F::Int::load(&self.lists[start + at..]), F::Int::splat(0));
+            let (id, mask) = numbers::<F>((&self.lists[start..], count), at);
             let row = id.shl::<2>();
             let [ox, oy, oz, reached] = F::load_rows(rows, row);
             let [_, _, _, t_min] = F::load_rows(&rows[1..], row);
@@ -310,8 +314,7 @@ impl Walk {
             let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], row);
             let origin = [ox, oy, oz];
             let (origin, shear) = ([origin[x], origin[y], origin[z]], [shear_x, shear_y, shear_z]);
-            let (mut t, mut u, mut v) = (reached, F::zero(), F::zero());
-            let mut primitive = primitive.to_bits();
+            let mut best = Best { t: reached, u: F::zero(), v: F::zero(), primitive: primitive.to_bits() };
             let mut found = !F::Mask::first(F::WIDTH);
             let mut ids = [0; LANES];
             id.store(&mut ids);
@@ -325,53 +328,25 @@ impl Walk {
                         *value = block.vertex[axis][corner][place];
                     }
                 }
-                let mut seen = [[F::zero(); 3]; 3];
-                for (seen, vertex) in seen.iter_mut().zip(&vertices) {
-                    let vertex = [vertex[x], vertex[y], vertex[z]];
-                    for (axis, seen) in seen.iter_mut().enumerate() {
-                        *seen = F::splat(vertex[axis]) - origin[axis];
-                    }
-                }
-                let asked = Asked { lanes: entered, t_min, t_max: t };
+                let renamed = vertices.each_ref().map(|vertex| [vertex[x], vertex[y], vertex[z]]);
+                let seen = triangle::seen_from(&renamed, &origin);
+                let asked = Asked { lanes: entered, t_min, t_max: best.t };
                 let hits = triangle::intersect_rays(seen, &shear, &asked, |lane| {
                     let row = &rows[ROW * ids[lane % LANES] as usize..];
                     triangle::exact_t(vertices, &rays.get(row[3][3].to_bits() as usize))
                 });
-                if !hits.mask.any() {
-                    continue;
+                if hits.mask.any() {
+                    found = found | best.take::<A>(&hits, block.primitive[place], near, t_min);
                 }
-                // NaN distances fail the first comparison.
-                let clamped = hits.t.max(near);
-                let beyond = hits.mask & hits.t.gt(t_min) & clamped.le(t);
-                let number = F::Int::splat(block.primitive[place]);
-                // What lies in an instance has the larger number.
-                let better = beyond & (clamped.lt(t) | number.lt(primitive));
-                t = F::select(better, if A::ANY { F::splat(-1.0) } else { clamped }, t);
-                u = F::select(better, hits.u, u);
-                v = F::select(better, hits.v, v);
-                primitive = F::Int::select(better, number, primitive);
-                found = found | better;
             }
-            if found.any() {
-                let (mut ts, mut us, mut vs) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-                let mut primitives = [0; LANES];
-                t.store(&mut ts);
-                u.store(&mut us);
-                v.store(&mut vs);
-                primitive.store(&mut primitives);
-                let mut bits = found.bits();
-                while bits != 0 {
-                    let lane = bits.trailing_zeros() as usize % LANES;
-                    bits &= bits - 1;
-                    let hit = Hit {
-                        t: ts[lane],
-                        u: us[lane],
-                        v: vs[lane],
-                        primitive: primitives[lane],
-                        instance: NONE,
-                    };
-                    put_best(&mut rows[ROW * ids[lane] as usize..][..ROW], &hit);
-                }
+            if !found.any() {
+                continue;
+            }
+            let (mut bits, hits) = (found.bits(), best.hits());
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize % LANES;
+                bits &= bits - 1;
+                put_best(&mut rows[ROW * ids[lane] as usize..][..ROW], &hits[lane]);
             }
         }
     }
