@@ -14,7 +14,7 @@ use super::leaf::Best;
 use super::query::Answers;
 use super::ray::slab_scales;
 use super::sphere;
-use super::triangle::{Asked, Plane, Shear, intersect_rays, seen_from};
+use super::triangle::{Asked, ExactRays, Plane, Shear, intersect_rays, seen_from};
 use super::ways::{OCTANTS, Ways};
 use crate::math::{NONE, Vector};
 use crate::simd::{Float, Int, Lanes, Mask};
@@ -115,7 +115,7 @@ impl Few {
                 let places = &ways.order()[at..at + width];
                 let lanes = width.min(end - at);
                 let mut group = Group::<L::Queue>::load(ways, at, lanes, octant, axis);
-                self.visit::<L::Queue, A>(rays, places, octant, axis, &mut group);
+                self.visit::<L::Queue, A>(octant, axis, &mut group);
                 group.answer(&places[..lanes], answers);
             }
             first = end;
@@ -123,14 +123,7 @@ impl Few {
     }
 
     #[inline(always)]
-    fn visit<F: Float, A: Answers>(
-        &self,
-        rays: &Rays,
-        places: &[u32],
-        octant: usize,
-        axis: usize,
-        group: &mut Group<F>,
-    ) {
+    fn visit<F: Float, A: Answers>(&self, octant: usize, axis: usize, group: &mut Group<F>) {
         for leaf in &self.front_to_back[octant] {
             let leaf = &self.leaves[usize::from(*leaf)];
             let (near, entered) = group.enter(&leaf.planes);
@@ -138,7 +131,7 @@ impl Few {
                 continue;
             }
             for triangle in &leaf.triangles[axis] {
-                group.test::<A>(triangle, near, entered, rays, places);
+                group.test::<A>(triangle, near, entered);
             }
             for sphere in &leaf.spheres {
                 group.test_sphere::<A>(sphere, near, entered);
@@ -183,6 +176,19 @@ impl Leaf {
     fn depth(&self, octant: usize) -> f32 {
         let [low, high] = &self.planes;
         (0..3).map(|axis| if octant >> axis & 1 == 0 { low[axis] } else { -high[axis] }).sum()
+    }
+}
+
+struct OnPlane<'a, F> {
+    plane: &'a Plane,
+    origin: &'a [F; 3],
+    direction: &'a [F; 3],
+}
+
+impl<F: Float> ExactRays<F> for OnPlane<'_, F> {
+    #[inline(always)]
+    fn t(&self, lanes: F::Mask, t: F) -> F {
+        self.plane.t_in_lanes(self.origin, self.direction, lanes, t)
     }
 }
 
@@ -243,19 +249,12 @@ impl<F: Float> Group<F> {
 
     /// One triangle against all rays that have entered its leaf.
     #[inline(always)]
-    fn test<A: Answers>(
-        &mut self,
-        triangle: &Triangle,
-        near: F,
-        entered: F::Mask,
-        rays: &Rays,
-        places: &[u32],
-    ) {
+    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask) {
         let seen = seen_from(&triangle.corners, &self.renamed);
         let best = self.best.t;
         let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
-        let exact = |lane: usize| triangle.plane.t(&rays.get(places[lane & 15] as usize));
-        let hits = intersect_rays(seen, &self.shear, &asked, exact);
+        let exact = OnPlane { plane: &triangle.plane, origin: &self.origin, direction: &self.direction };
+        let hits = intersect_rays(seen, &self.shear, &asked, &exact);
         if hits.mask.any() {
             self.best.take::<A>(&hits, triangle.primitive, near, self.t_min);
         }

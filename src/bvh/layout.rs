@@ -151,8 +151,16 @@ impl TriangleBlock {
     }
 
     /// The corners of one of the triangles.
+    #[inline(always)]
     pub fn corners(&self, place: usize) -> [[f32; 3]; 3] {
-        [0, 1, 2].map(|corner| self.vertex.map(|axis| axis[corner][place]))
+        // (`map` is not inlined where this is called most.)
+        let mut corners = [[0.0; 3]; 3];
+        for (axis, values) in self.vertex.iter().enumerate() {
+            for (corner, values) in corners.iter_mut().zip(values) {
+                corner[axis] = values[place];
+            }
+        }
+        corners
     }
 }
 

@@ -8,7 +8,7 @@ use super::stream::{self, Density, Stream};
 use super::traverse;
 use super::ways::Ways;
 use super::{Bvh, HitsMut, Rays};
-use crate::math::Hit;
+use crate::math::{Hit, NONE};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
@@ -82,6 +82,17 @@ pub(super) trait Answers {
     const ANY: bool;
     /// The answer for a ray. A miss has no primitive.
     fn put(&mut self, index: usize, hit: &Hit);
+    /// The answers for rays that follow each other.
+    fn put_all(&mut self, first: usize, hits: &Hits);
+}
+
+/// Hits by columns, all of one length.
+pub(super) struct Hits<'a> {
+    pub t: &'a [f32],
+    pub u: &'a [f32],
+    pub v: &'a [f32],
+    pub primitive: &'a [u32],
+    pub instance: &'a [u32],
 }
 
 /// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
@@ -212,6 +223,10 @@ impl<A: Answers> Answers for Shifted<'_, A> {
     fn put(&mut self, index: usize, hit: &Hit) {
         self.answers.put(self.by + index, hit);
     }
+    #[inline(always)]
+    fn put_all(&mut self, first: usize, hits: &Hits) {
+        self.answers.put_all(self.by + first, hits);
+    }
 }
 
 impl Answers for HitsMut<'_> {
@@ -225,6 +240,17 @@ impl Answers for HitsMut<'_> {
         self.primitive[index] = hit.primitive;
         self.instance[index] = hit.instance;
     }
+    #[inline(always)]
+    fn put_all(&mut self, first: usize, hits: &Hits) {
+        let range = first..first + hits.t.len();
+        for ((to, t), primitive) in self.t[range.clone()].iter_mut().zip(hits.t).zip(hits.primitive) {
+            *to = if *primitive == NONE { f32::INFINITY } else { *t };
+        }
+        self.u[range.clone()].copy_from_slice(hits.u);
+        self.v[range.clone()].copy_from_slice(hits.v);
+        self.primitive[range.clone()].copy_from_slice(hits.primitive);
+        self.instance[range].copy_from_slice(hits.instance);
+    }
 }
 
 /// 1 for each ray that is blocked, 0 for the others.
@@ -235,5 +261,11 @@ impl Answers for Occluded<'_> {
     #[inline(always)]
     fn put(&mut self, index: usize, hit: &Hit) {
         self.0[index] = u32::from(!hit.is_miss());
+    }
+    #[inline(always)]
+    fn put_all(&mut self, first: usize, hits: &Hits) {
+        for (to, primitive) in self.0[first..first + hits.primitive.len()].iter_mut().zip(hits.primitive) {
+            *to = u32::from(*primitive != NONE);
+        }
     }
 }

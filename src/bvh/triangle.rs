@@ -128,7 +128,8 @@ fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: us
     if hits.doubtful.any() {
         let mut lanes = [0.0; BLOCK];
         hits.t.store(&mut lanes);
-        for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray.ray()));
+        let ray = ray.ray();
+        for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray));
         hits.t = T::load(&lanes);
     }
 }
@@ -145,15 +146,22 @@ pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3];
     seen
 }
 
+/// Where a triangle's t is to be had in double precision, for rays in lanes. (No closure: it would be
+/// compiled without the instruction set.)
+pub trait ExactRays<T: Float> {
+    /// [`Plane::t`] in some lanes; whatever is in `t` in the others.
+    fn t(&self, lanes: T::Mask, t: T) -> T;
+}
+
 /// Tests one triangle against a ray in each lane.
 /// `seen` are its corners with renamed axes (each ray's own), seen from the rays' origins; `shear` is what
-/// [`Shear`] holds for one ray, `exact` gives [`exact_t`] for a lane.
+/// [`Shear`] holds for one ray.
 #[inline(always)]
 pub fn intersect_rays<T: Float>(
     mut seen: [[T; 3]; 3],
     shear: &[T; 3],
     asked: &Asked<T>,
-    exact: impl Fn(usize) -> f32,
+    exact: &impl ExactRays<T>,
 ) -> BlockHits<T> {
     for corner in &mut seen {
         let [x, y, z] = *corner;
@@ -162,10 +170,7 @@ pub fn intersect_rays<T: Float>(
     let edges = Edges::new(&seen);
     let mut hits = edges.meet(&seen, shear[2], asked);
     if hits.doubtful.any() {
-        let mut lanes = [0.0; 16];
-        hits.t.store(&mut lanes);
-        for_each_bit(hits.doubtful.bits(), |i| lanes[i & 15] = exact(i));
-        hits.t = T::load(&lanes);
+        hits.t = exact.t(hits.doubtful, hits.t);
     }
     hits
 }
@@ -308,7 +313,11 @@ impl Plane {
     /// Of a triangle.
     #[inline(always)]
     pub fn new(vertices: [[f32; 3]; 3]) -> Self {
-        let [a, b, c] = vertices.map(|v| DVec3::from_array(v.map(f64::from)));
+        let mut corners = [DVec3::ZERO; 3];
+        for (corner, [x, y, z]) in corners.iter_mut().zip(vertices) {
+            *corner = DVec3::new(x as f64, y as f64, z as f64);
+        }
+        let [a, b, c] = corners;
         Self { corner: a, normal: (b - a).cross(c - a) }
     }
 
@@ -316,9 +325,30 @@ impl Plane {
     #[inline(always)]
     pub fn t(&self, ray: &Ray<f32>) -> f32 {
         let (o, d) = (ray.origin, ray.direction);
-        let origin = DVec3::new(o.x as f64, o.y as f64, o.z as f64);
-        let direction = DVec3::new(d.x as f64, d.y as f64, d.z as f64);
+        self.meet([o.x, o.y, o.z], [d.x, d.y, d.z])
+    }
+
+    #[inline(always)]
+    fn meet(&self, [ox, oy, oz]: [f32; 3], [dx, dy, dz]: [f32; 3]) -> f32 {
+        let origin = DVec3::new(ox as f64, oy as f64, oz as f64);
+        let direction = DVec3::new(dx as f64, dy as f64, dz as f64);
         (self.normal.dot(self.corner - origin) / self.normal.dot(direction)) as f32
+    }
+
+    /// [`Plane::t`] for a ray in each of `lanes`, `t` in the others.
+    #[inline(always)]
+    pub fn t_in_lanes<T: Float>(&self, origin: &[T; 3], direction: &[T; 3], lanes: T::Mask, t: T) -> T {
+        let (mut from, mut along) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
+        for axis in 0..3 {
+            origin[axis].store(&mut from[axis]);
+            direction[axis].store(&mut along[axis]);
+        }
+        // In registers again, if the compiler is any good.
+        let mut exact = [0.0; 16];
+        for (i, exact) in exact.iter_mut().enumerate() {
+            *exact = self.meet([from[0][i], from[1][i], from[2][i]], [along[0][i], along[1][i], along[2][i]]);
+        }
+        T::select(lanes, T::load(&exact), t)
     }
 }
 

@@ -45,10 +45,14 @@ impl<F: Float> Range<F> {
         let (mut low, mut high) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
         self.0.store(&mut low);
         self.1.store(&mut high);
-        [
-            low.into_iter().fold(f32::INFINITY, Float::min),
-            high.into_iter().fold(f32::NEG_INFINITY, Float::max),
-        ]
+        // By halves, so that it is done in registers.
+        for half in [8, 4, 2, 1] {
+            for i in 0..half {
+                low[i] = Float::min(low[i], low[i + half]);
+                high[i] = Float::max(high[i], high[i + half]);
+            }
+        }
+        [low[0], high[0]]
     }
 }
 

@@ -1,6 +1,7 @@
 //! The rays of a packet, by columns, and which of them take part.
 
 use super::super::Rays;
+use super::super::query::Hits;
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use crate::math::{NONE, Ray, Vector};
@@ -17,6 +18,19 @@ pub const GROUPS: usize = RAYS / LEAST_WIDTH;
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub struct Column<T>(pub [T; RAYS]);
+
+impl Column<f32> {
+    /// Puts values, no more than there is room for, at its front.
+    #[inline(always)]
+    fn fill(&mut self, values: &[f32]) {
+        // Nearly always as many as there is room for: known to the compiler, these are a few registers.
+        if let Ok(values) = <&[f32; RAYS]>::try_from(values) {
+            self.0 = *values;
+        } else {
+            self.0[..values.len()].copy_from_slice(values);
+        }
+    }
+}
 
 /// The rays, what is computed from them once, and the best hit of each so far.
 pub struct Columns {
@@ -108,12 +122,13 @@ impl Columns {
     /// Loads and prepares the rays.
     #[inline(always)]
     pub fn load<F: Float>(&mut self, rays: &Rays, first: usize, count: usize) {
+        let range = first..first + count;
         for axis in 0..3 {
-            self.origin[axis].0[..count].copy_from_slice(&rays.origin[axis][first..first + count]);
-            self.direction[axis].0[..count].copy_from_slice(&rays.direction[axis][first..first + count]);
+            self.origin[axis].fill(&rays.origin[axis][range.clone()]);
+            self.direction[axis].fill(&rays.direction[axis][range.clone()]);
         }
-        self.t_min.0[..count].copy_from_slice(&rays.t_min[first..first + count]);
-        self.t.0[..count].copy_from_slice(&rays.t_max[first..first + count]);
+        self.t_min.fill(&rays.t_min[range.clone()]);
+        self.t.fill(&rays.t_max[range]);
         for at in (0..count).step_by(F::WIDTH) {
             let mut reciprocal = [F::zero(); 3];
             let mut class = F::Int::splat(0);
@@ -184,6 +199,18 @@ impl Columns {
     pub fn class_of<F: Float>(&self, active: &Active) -> u32 {
         let (group, lane) = active.first();
         self.class.0[(group * F::WIDTH + lane) % RAYS]
+    }
+
+    /// The hits of the first `count` rays.
+    #[inline(always)]
+    pub fn hits(&self, count: usize) -> Hits<'_> {
+        Hits {
+            t: &self.t.0[..count],
+            u: &self.u.0[..count],
+            v: &self.v.0[..count],
+            primitive: &self.primitive.0[..count],
+            instance: &self.instance.0[..count],
+        }
     }
 
     /// One of the rays; it ends at its best hit.

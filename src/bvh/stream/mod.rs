@@ -13,18 +13,16 @@
 //! ray's decision. Where a list gets short, its rays go on one by one; how many do tells
 //! whether streams are the right kernel for such rays ([`Density`]).
 
+mod leaves;
 mod rows;
 
 use std::marker::PhantomData;
 
 use super::Rays;
-use super::layout::{BLOCK, Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
-use super::leaf::{self, Best, Visit};
+use super::layout::{Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
 use super::query::Answers;
 use super::traverse::{Keys, Part};
-use super::triangle::{self, Asked, Shear};
 use super::ways::{OCTANTS, Ways, starts};
-use crate::math::{NONE, Ray};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 use rows::{LANES, Quad, ROW, best, finish, load, put_best};
@@ -174,6 +172,9 @@ impl Walk {
                     self.test::<L::Queue, A>(scene, rows, child.index(), start, count);
                 }
                 Kind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
+                Kind::Spheres if count > LONE_AT_LEAF => {
+                    self.test_spheres::<L::Queue, A>(scene, rows, child.index(), start, count);
+                }
                 _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
             }
         }
@@ -288,101 +289,6 @@ impl Walk {
         end
     }
 
-    /// Tests a block's triangles against the rays of a list.
-    #[inline(always)]
-    fn test<F: Float, A: Answers>(
-        &mut self,
-        scene: Scene,
-        rows: &mut [Quad],
-        block: usize,
-        start: usize,
-        count: usize,
-    ) {
-        let Scene { bvh, rays, way } = scene;
-        let block = &bvh.triangles[block];
-        let [x, y, z] = Shear::AXES[way / OCTANTS];
-        for at in (0..count).step_by(F::WIDTH) {
-            let (id, mask) = numbers::<F>((&self.lists[start..], count), at);
-            let row = id.shl::<2>();
-            let [ox, oy, oz, reached] = F::load_rows(rows, row);
-            let [_, _, _, t_min] = F::load_rows(&rows[1..], row);
-            let near = F::load(&self.near[start + at..]).max(t_min);
-            let entered = near.le(reached) & mask;
-            if !entered.any() {
-                continue;
-            }
-            let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], row);
-            let origin = [ox, oy, oz];
-            let (origin, shear) = ([origin[x], origin[y], origin[z]], [shear_x, shear_y, shear_z]);
-            let mut best = Best { t: reached, u: F::zero(), v: F::zero(), primitive: primitive.to_bits() };
-            let mut found = !F::Mask::first(F::WIDTH);
-            let mut ids = [0; LANES];
-            id.store(&mut ids);
-            for place in 0..BLOCK {
-                if block.primitive[place] == NONE {
-                    break;
-                }
-                let mut vertices = [[0.0; 3]; 3];
-                for (corner, vertex) in vertices.iter_mut().enumerate() {
-                    for (axis, value) in vertex.iter_mut().enumerate() {
-                        *value = block.vertex[axis][corner][place];
-                    }
-                }
-                let renamed = vertices.each_ref().map(|vertex| [vertex[x], vertex[y], vertex[z]]);
-                let seen = triangle::seen_from(&renamed, &origin);
-                let asked = Asked { lanes: entered, t_min, t_max: best.t };
-                let hits = triangle::intersect_rays(seen, &shear, &asked, |lane| {
-                    let row = &rows[ROW * ids[lane % LANES] as usize..];
-                    triangle::exact_t(vertices, &rays.get(row[3][3].to_bits() as usize))
-                });
-                if hits.mask.any() {
-                    found = found | best.take::<A>(&hits, block.primitive[place], near, t_min);
-                }
-            }
-            if !found.any() {
-                continue;
-            }
-            let (mut bits, hits) = (found.bits(), best.hits());
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize % LANES;
-                bits &= bits - 1;
-                put_best(&mut rows[ROW * ids[lane] as usize..][..ROW], &hits[lane]);
-            }
-        }
-    }
-
-    /// Tests a block's triangles ray by ray.
-    #[inline(always)]
-    fn test_lone<L: Lanes, A: Answers>(
-        &mut self,
-        scene: Scene,
-        rows: &mut [Quad],
-        block: usize,
-        start: usize,
-        count: usize,
-    ) {
-        let Scene { bvh, rays, way } = scene;
-        let block = &bvh.triangles[block];
-        let axes = Shear::AXES[way / OCTANTS];
-        for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
-            let row = &mut rows[ROW * *id as usize..][..ROW];
-            let visit = Visit { near: Float::max(*near, row[1][3]), t_min: row[1][3], instance: NONE };
-            if visit.near > row[0][3] {
-                continue;
-            }
-            let [sx, sy, sz, _] = row[2];
-            let origin = [row[0][axes[0]], row[0][axes[1]], row[0][axes[2]]];
-            let shear = Shear { axes, origin, shear: [sx, sy, sz] };
-            let again = Again { rays, place: row[3][3].to_bits() as usize };
-            let mut hit = best(row);
-            if leaf::triangles::<L, A>(block, &again, &shear, visit, &mut hit) {
-                finish(row);
-            } else {
-                put_best(row, &hit);
-            }
-        }
-    }
-
     /// Leaves what a list's rays meet in a part of the tree to the kernel for one ray.
     #[inline(always)]
     fn leave<L: Lanes, A: Answers>(
@@ -420,18 +326,5 @@ impl Walk {
                 put_best(row, &hit);
             }
         }
-    }
-}
-
-/// A ray of the queue, read where it is needed after all.
-struct Again<'a> {
-    rays: &'a Rays<'a>,
-    place: usize,
-}
-
-impl triangle::Exact for Again<'_> {
-    #[inline(always)]
-    fn ray(&self) -> Ray<f32> {
-        self.rays.get(self.place)
     }
 }
