@@ -139,14 +139,14 @@ impl<A: Answers> Kernel for Query<'_, A> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let count = self.rays.len();
-        if self.is_wide::<L>()
+        if is_wide::<L>()
             && let Some(few) = &self.stack.few
         {
             return few.trace::<L, A>(&self.rays, &mut self.stack.ways, &mut self.answers);
         }
         // The first ray that no packet has taken.
         let mut behind = 0;
-        let packets = self.is_wide::<L>() && self.coherence != Coherence::Scattered;
+        let packets = is_wide::<L>() && self.coherence != Coherence::Scattered;
         let mut first = if packets { 0 } else { count };
         while first < count {
             let size = (count - first).min(packet::RAYS);
@@ -169,21 +169,10 @@ impl<A: Answers> Kernel for Query<'_, A> {
 }
 
 impl<A: Answers> Query<'_, A> {
-    /// Whether the kernels for many rays are worth it. Without wide registers there is nothing
-    /// to hide behind other rays; and the way into and out of an instance is each ray's own,
-    /// so where there are instances one ray at a time is faster (`scenes/showcase.ron`: 6.0 s in packets
-    /// and in flight, 4.7 s before there were these),
-    /// unless the caller knows better.
-    #[inline(always)]
-    fn is_wide<L: Lanes>(&self) -> bool {
-        let known = self.coherence != Coherence::Unknown;
-        L::Queue::WIDTH >= packet::LEAST_WIDTH && (known || self.bvh.instances.is_empty())
-    }
-
     /// Rays that no packet has taken: in streams, or in flight if they are few or thinly spread.
     #[inline(always)]
     fn scattered<L: Lanes>(&mut self, first: usize, end: usize) {
-        if !self.is_wide::<L>() {
+        if !is_wide::<L>() {
             let Stack { single, prepared, .. } = &mut *self.stack;
             let mut answers = Shifted { answers: &mut self.answers, by: first };
             let rays = self.rays.range(first..end);
@@ -209,6 +198,13 @@ impl<A: Answers> Query<'_, A> {
             }
         }
     }
+}
+
+/// Whether the kernels for many rays are worth it: without wide registers there is nothing to hide behind
+/// other rays.
+#[inline(always)]
+fn is_wide<L: Lanes>() -> bool {
+    L::Queue::WIDTH >= packet::LEAST_WIDTH
 }
 
 /// Answers for a part of a queue.

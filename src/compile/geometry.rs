@@ -1,8 +1,11 @@
 //! Shapes to vertex, triangle and sphere arrays, and to the tree over them.
 //!
-//! A mesh that is placed once is moved to world space and lies in the world's tree; one
-//! that is placed several times gets a subtree of its own, shared by its instances. So do
-//! spheres that a transform turns into ellipsoids: all are instances of one unit sphere.
+//! A mesh that is placed once is moved to world space and lies in the world's tree. So is one that
+//! is placed several times, copy by copy, while copies are few ([`Settings::copied_triangles`]);
+//! others get a subtree of their own, shared by their instances. So do spheres that a
+//! transform turns into ellipsoids: all are instances of one unit sphere.
+//!
+//! [`Settings::copied_triangles`]: crate::world::Settings::copied_triangles
 
 use std::ops::Range;
 
@@ -30,10 +33,11 @@ pub(super) fn compile(
     transforms: &WorldTransforms,
     emitters: &[Emitter],
 ) -> Result<Compiled, CompileError> {
-    check_size(world)?;
     let mut builder = Builder::default();
     let mut placed = Vec::new();
     let uses = count_uses(world, order);
+    let copied = choose_copied(world, &uses);
+    check_size(world, &uses, &copied)?;
     for &entity in order {
         let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
         let own = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
@@ -58,14 +62,13 @@ pub(super) fn compile(
                 let mesh = plane_mesh(*corners).map_err(|reason| entity_error(world, entity, reason))?;
                 builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
-            Shape::Mesh(id) => match uses[id.0 as usize] {
-                0 | 1 => builder
-                    .mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material))),
-                _ => {
-                    let material = own.unwrap_or(MaterialId(NONE));
-                    placed.push((Subtree::Mesh(*id), *matrix, material, entity.id()));
-                }
-            },
+            Shape::Mesh(id) if copied[id.0 as usize] => {
+                builder.mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material)));
+            }
+            Shape::Mesh(id) => {
+                let material = own.unwrap_or(MaterialId(NONE));
+                placed.push((Subtree::Mesh(*id), *matrix, material, entity.id()));
+            }
         }
     }
     for emitter in emitters {
@@ -74,6 +77,25 @@ pub(super) fn compile(
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
     builder.finish(world, placed)
+}
+
+/// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
+/// copies take least.
+fn choose_copied(world: &World, uses: &[u32]) -> Vec<bool> {
+    // Vertices count, too: there may be any number that no triangle uses.
+    let size = |mesh: &Mesh| mesh.triangles.len().max(mesh.positions.len()) as u64;
+    let sizes = world.assets.meshes.iter().map(size);
+    let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
+    let mut meshes: Vec<usize> = (0..extra.len()).collect();
+    meshes.sort_by_key(|mesh| extra[*mesh]);
+    let mut copied = vec![false; extra.len()];
+    let mut left = world.settings.copied_triangles as u64;
+    for mesh in meshes {
+        let Some(rest) = left.checked_sub(extra[mesh]) else { break };
+        copied[mesh] = true;
+        left = rest;
+    }
+    copied
 }
 
 /// How many entities place each mesh.
@@ -88,9 +110,13 @@ fn count_uses(world: &World, order: &[Entity]) -> Vec<u32> {
 }
 
 /// Ids have 31 bits, and lanes address three floats a vertex with 31 bits.
-fn check_size(world: &World) -> Result<(), CompileError> {
-    let vertices: usize = world.assets.meshes.iter().map(|m| m.positions.len()).sum();
-    let triangles: usize = world.assets.meshes.iter().map(|m| m.triangles.len()).sum();
+fn check_size(world: &World, uses: &[u32], copied: &[bool]) -> Result<(), CompileError> {
+    let (mut vertices, mut triangles) = (0usize, 0usize);
+    for (mesh, (uses, copied)) in world.assets.meshes.iter().zip(uses.iter().zip(copied)) {
+        let copies = if *copied { (*uses).max(1) as usize } else { 1 };
+        vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
+        triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
+    }
     let most = (i32::MAX as usize) / 3 - (1 << 20);
     if vertices.max(triangles) > most {
         return Err(CompileError::TooLarge(format!(

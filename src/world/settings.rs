@@ -48,8 +48,17 @@ pub struct Settings {
     pub auto_exposure: bool,
     /// How much work goes into the acceleration structure.
     pub build_quality: BuildQuality,
+    /// Triangles that copies of meshes which are placed several times may take besides the first copies: what
+    /// would take more is placed as instances, which need no memory for each place and are slower to trace.
+    /// At most [`Settings::MOST_COPIED_TRIANGLES`].
+    pub copied_triangles: u32,
     /// What else the image holds than light, each once.
     pub aov: Vec<Aov>,
+}
+
+impl Settings {
+    /// The most triangles that copies may take: beyond, the ids of all would not fit.
+    pub const MOST_COPIED_TRIANGLES: u32 = 1 << 28;
 }
 
 impl Default for Settings {
@@ -73,6 +82,7 @@ impl Default for Settings {
             exposure_ev: 0.0,
             auto_exposure: false,
             build_quality: BuildQuality::Default,
+            copied_triangles: 1 << 18,
             aov: Vec::new(),
         }
     }

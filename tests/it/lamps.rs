@@ -13,7 +13,8 @@ use crate::support::world;
 fn scene(lamps: &str) -> World {
     world(&format!(
         "(
-        settings: (size: (16, 12), samples: 256, max_depth: 1, transport: Path, filter: Box),
+        settings: (size: (16, 12), samples: 256, max_depth: 1, transport: Path, filter: Box,
+            copied_triangles: 0),
         materials: {{
             \"glow\": BlinnPhong(diffuse: 0, emission: (4, 3, 2)),
             \"bright\": BlinnPhong(diffuse: 0, emission: 12),

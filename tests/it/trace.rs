@@ -269,7 +269,7 @@ fn what_was_measured_is_told() {
 #[test]
 fn scenes_of_every_kind_are_traced() {
     let folder = folder();
-    let scene = r#"(entities: [
+    let scene = r#"(settings: (copied_triangles: 0), entities: [
         (shape: Mesh("mesh.ply")),
         (shape: Mesh("mesh.ply"), transform: (translate: (0, 10, 0))),
         (shape: Sphere(radius_m: 1), transform: (translate: (-5, 0, 0))),

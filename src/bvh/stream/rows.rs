@@ -1,6 +1,7 @@
 //! The rays of a stream, a row each.
 
 use super::super::Rays;
+use super::super::query::{Answers, Hits};
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use super::super::ways::{NUMBERS, padded};
@@ -20,10 +21,17 @@ pub const LANES: usize = 16;
 pub const ROW: usize = 1 << 2;
 pub type Quad = [f32; 4];
 
-/// Writes the rows of some rays to the next places of their ways; false if factors for far planes
+/// Writes the rows of some rays to the next places of their ways, and where they are to `places`; false if factors for far planes
 /// can't be had from those for near ones, because reciprocals nearly over- or underflow.
 #[inline(always)]
-pub fn load<F: Float>(rays: &Rays, at: usize, ways: &[u32], next: &mut [usize], rows: &mut [Quad]) -> bool {
+pub fn load<F: Float>(
+    rays: &Rays,
+    at: usize,
+    ways: &[u32],
+    next: &mut [usize],
+    rows: &mut [Quad],
+    places: &mut [u32],
+) -> bool {
     const LEAST: f32 = 1e-36;
     let (zero, one) = (F::zero(), F::one());
     let (mut origin, mut direction, mut reciprocal) = ([zero; 3], [one; 3], [one; 3]);
@@ -62,6 +70,7 @@ pub fn load<F: Float>(rays: &Rays, at: usize, ways: &[u32], next: &mut [usize], 
         for (quad, from) in row.iter_mut().zip(&quads) {
             *quad = from[lane % LANES];
         }
+        places[at + lane] = *next as u32;
         *next += 1;
     }
     !(alive & !regular).any()
@@ -72,6 +81,33 @@ pub fn load<F: Float>(rays: &Rays, at: usize, ways: &[u32], next: &mut [usize], 
 pub fn best(row: &[Quad]) -> Hit {
     let [u, v, instance, _] = row[3];
     Hit { t: row[0][3], u, v, primitive: row[2][3].to_bits(), instance: instance.to_bits() }
+}
+
+/// Answers the rays whose rows are in `places`, from the queue's place `first` on, as many as lanes at the most.
+#[inline(always)]
+pub fn answer<F: Float, A: Answers>(rows: &[Quad], places: &[u32], first: usize, answers: &mut A) {
+    let count = places.len().min(F::WIDTH);
+    let mut padded = [0; LANES];
+    padded[..count].copy_from_slice(&places[..count]);
+    let row = F::Int::load(&padded).shl::<2>();
+    let (mut t, mut u, mut v) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut primitive, mut instance) = ([0; LANES], [0; LANES]);
+    let [_, _, _, bits] = F::load_rows(&rows[2..], row);
+    bits.to_bits().store(&mut primitive);
+    let [_, _, _, best] = F::load_rows(rows, row);
+    let [weight_u, weight_v, bits, _] = F::load_rows(&rows[3..], row);
+    best.store(&mut t);
+    weight_u.store(&mut u);
+    weight_v.store(&mut v);
+    bits.to_bits().store(&mut instance);
+    let hits = Hits {
+        t: &t[..count],
+        u: &u[..count],
+        v: &v[..count],
+        primitive: &primitive[..count],
+        instance: &instance[..count],
+    };
+    answers.put_all(first, &hits);
 }
 
 /// The inverse of [`best`].

@@ -51,6 +51,7 @@ pub(super) struct Settings<'a> {
     pub exposure_ev: Option<Raw<'a>>,
     pub exposure: Option<Raw<'a>>,
     pub build_quality: Option<Raw<'a>>,
+    pub copied_triangles: Option<Raw<'a>>,
     pub aov: Option<Raw<'a>>,
 }
 

@@ -22,6 +22,35 @@ fn scene(settings: &str, entities: &[&str]) -> String {
     format!("(settings: ({settings}), entities: [{}])", entities.join(", "))
 }
 
+/// Copies of a mesh take its triangles or its vertices, whatever are more, for each place but the first.
+#[test]
+fn meshes_are_copied_as_far_as_is_allowed() {
+    let place = |mesh: &str, x: u32| {
+        format!(
+            "(shape: Mesh(\"{mesh}.ply\"), material: (diffuse: 0.5), transform: (translate: ({x}, 0, 0)))"
+        )
+    };
+    let camera = "(camera: Pinhole(vertical_fov_degrees: 40))".to_owned();
+    let mut entities =
+        vec![camera, place("tetrahedron", 0), place("tetrahedron", 1), place("tetrahedron", 2)];
+    entities.extend([place("ball", 3), place("ball", 4)]);
+    let entities: Vec<&str> = entities.iter().map(String::as_str).collect();
+    let size = |mesh: &str| {
+        let world = crate::support::world(&scene("", &[entities[0], &place(mesh, 0)]));
+        let mesh = &world.assets.meshes[0];
+        mesh.triangles.len().max(mesh.positions.len())
+    };
+    let (small, large) = (2 * size("tetrahedron"), size("ball"));
+    assert!(small < large);
+    for (allowed, instances) in
+        [(0, 5), (small - 1, 5), (small, 2), (small + large - 1, 2), (small + large, 0)]
+    {
+        let world = crate::support::world(&scene(&format!("copied_triangles: {allowed}"), &entities));
+        let compiled = rayfront::compile::compile(&world, None).unwrap();
+        assert_eq!(compiled.geometry.instances.len(), instances, "{allowed}");
+    }
+}
+
 /// The only pixel of an image of one.
 fn pixel(settings: &str, entities: &[&str]) -> [f64; 3] {
     let image = picture(&scene(&format!("size: (1, 1), {EXACT}, {settings}"), entities));
@@ -37,7 +66,7 @@ fn near(found: f64, expected: f64, relative: f64) {
     assert!((found - expected).abs() <= relative * expected.abs() + 1e-7, "{found} instead of {expected}");
 }
 
-/// A mesh is the same whether it lies in the world's tree or is placed several times.
+/// A mesh is the same whether it lies in the world's tree, is copied to several places or is an instance.
 #[test]
 fn an_instance_looks_like_the_mesh_itself() {
     let settings = "size: (40, 30), samples: 4, ambient: 0.1, background: Gradient(bottom: 0, top: 1)";
@@ -61,7 +90,10 @@ fn an_instance_looks_like_the_mesh_itself() {
             let once = picture(&scene(settings, &[common[0], common[1], &shape(transform)]));
             // The second one stands behind the camera.
             let away = shape("translate: (0, 0, 50)");
-            let twice = picture(&scene(settings, &[common[0], common[1], &shape(transform), &away]));
+            let both = [common[0], common[1], &shape(transform), &away];
+            let copied = picture(&scene(settings, &both));
+            assert!(copied.pixels == once.pixels, "{mesh} {material} {transform}");
+            let twice = picture(&scene(&format!("{settings}, copied_triangles: 0"), &both));
             let nothing = picture(&scene(settings, &common));
             let far = |(a, b): (&rayfront::math::Rgb, &rayfront::math::Rgb)| {
                 a.to_array().iter().zip(b.to_array()).any(|(a, b)| (a - b).abs() > 1e-3)

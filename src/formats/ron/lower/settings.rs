@@ -117,6 +117,10 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.build_quality {
         settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;
     }
+    if let Some(raw) = read.copied_triangles {
+        let most = Settings::MOST_COPIED_TRIANGLES.into();
+        settings.copied_triangles = source.whole(raw, "copied_triangles", 0, most)? as u32;
+    }
     if let Some(raw) = read.aov {
         settings.aov = aovs(source, raw)?;
     }

@@ -33,6 +33,7 @@ fn settings_are_read_and_default() {
             exposure_ev: -1.5,
             auto_exposure: true,
             build_quality: BuildQuality::High,
+            copied_triangles: 1000,
             aov: vec![Aov::Normal, Aov::Depth],
         }
     );

@@ -81,7 +81,7 @@ fn the_text_is_one_to_read() {
          clamp: 20, sampler: Independent, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
-         exposure: Auto, build_quality: High, aov: [Normal, Depth]),",
+         exposure: Auto, build_quality: High, copied_triangles: 1000, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -338,7 +338,8 @@ fn settings() -> impl Strategy<Value = Settings> {
     let depths = (depth(), depth(), depth());
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
     let exposure = (float(), any::<bool>());
-    (numbers, limits, filter, pattern(), background, color(), choices, exposure).prop_map(
+    let copied = 0..=Settings::MOST_COPIED_TRIANGLES;
+    (numbers, limits, filter, pattern(), background, color(), choices, (exposure, copied)).prop_map(
         |(
             numbers,
             limits,
@@ -347,7 +348,7 @@ fn settings() -> impl Strategy<Value = Settings> {
             background,
             ambient,
             choices,
-            (exposure_ev, auto_exposure),
+            ((exposure_ev, auto_exposure), copied_triangles),
         )| {
             let (tonemap, build_quality, sampler, transport, aov) = choices;
             let (size, samples, max_depth, seed) = numbers;
@@ -368,6 +369,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 exposure_ev,
                 auto_exposure,
                 build_quality,
+                copied_triangles,
                 roulette_depth,
                 clamp,
                 sampler,

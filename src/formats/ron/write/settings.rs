@@ -24,6 +24,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         exposure_ev,
         auto_exposure,
         build_quality,
+        copied_triangles,
         aov,
     } = settings;
     let default = Settings::default();
@@ -61,6 +62,8 @@ pub(super) fn settings(settings: &Settings) -> Written {
     keys.push_unless(!auto_exposure, "exposure", || Ok("Auto".to_owned()))?;
     let is_default = *build_quality == default.build_quality;
     keys.push_unless(is_default, "build_quality", || Ok(format!("{build_quality:?}")))?;
+    let is_default = *copied_triangles == default.copied_triangles;
+    keys.push_unless(is_default, "copied_triangles", || Ok(copied_triangles.to_string()))?;
     keys.push_unless(aov.is_empty(), "aov", || {
         Ok(if aov[..] == Aov::ALL { "All".to_owned() } else { format!("{aov:?}") })
     })?;
