@@ -112,14 +112,15 @@ impl Few {
         for (way, end) in ends.into_iter().enumerate() {
             let (octant, axis) = (way % OCTANTS, way / OCTANTS);
             for at in (first..end).step_by(width) {
-                let places = &ways.order()[at..at + width];
                 let lanes = width.min(end - at);
                 let mut group = Group::<L::Queue>::load(ways, at, lanes, octant, axis);
                 self.visit::<L::Queue, A>(octant, axis, &mut group);
-                group.answer(&places[..lanes], answers);
+                let Best { t, u, v, primitive } = group.best;
+                ways.keep(at, [t, u, v], primitive);
             }
             first = end;
         }
+        ways.answer::<L::Queue, A>(rays.len(), answers);
     }
 
     #[inline(always)]
@@ -271,12 +272,5 @@ impl<F: Float> Group<F> {
         let mut hits = sphere::meet(center, F::splat(sphere.radius), origin, direction, self.t_min);
         hits.mask = hits.mask & entered;
         self.best.take::<A>(&hits, sphere.primitive, near, self.t_min);
-    }
-
-    #[inline(always)]
-    fn answer<A: Answers>(&self, places: &[u32], answers: &mut A) {
-        for (hit, place) in self.best.hits().iter().zip(places) {
-            answers.put(*place as usize, hit);
-        }
     }
 }

@@ -1,7 +1,9 @@
 //! Queues in the order of the ways that rays go.
 
 use super::Rays;
+use super::query::{Answers, Hits};
 use super::triangle::Longest;
+use crate::math::NONE;
 use crate::simd::{Float, Int};
 
 /// Ways that a ray can go: along each axis forwards or backwards, and along which of them farthest.
@@ -14,20 +16,15 @@ pub(super) const OCTANTS: usize = 8;
 pub(super) struct Ways {
     /// The way that each ray of the queue goes.
     ways: Vec<u32>,
-    /// The rays' places in the queue, one way's after another's.
-    order: Vec<u32>,
+    /// The place of each ray of the queue if one way's rays come after another's.
+    places: Vec<u32>,
     /// In that order two rows a ray: origin and `t_min`, direction and `t_max`.
     rows: Vec<[f32; 4]>,
+    /// In that order what the rays have hit: t, u, v and primitive.
+    hits: Vec<[f32; 4]>,
 }
 
 impl Ways {
-    /// The rays' places in the queue, one way's after another's, and behind them as many zeros as a
-    /// register has lanes.
-    #[inline(always)]
-    pub fn order(&self) -> &[u32] {
-        &self.order
-    }
-
     /// The way that each ray of the queue goes, once it has been classified.
     #[inline(always)]
     pub fn ways(&self) -> &[u32] {
@@ -45,13 +42,46 @@ impl Ways {
         ([ox, oy, oz], [dx, dy, dz], t_min, t_max)
     }
 
+    /// Keeps what the rays from one place in the order on have hit; what is kept for places behind the last
+    /// of them must come later.
+    #[inline(always)]
+    pub fn keep<F: Float>(&mut self, at: usize, [t, u, v]: [F; 3], primitive: F::Int) {
+        F::store_rows([t, u, v, primitive.reinterpret()], &mut self.hits[at..]);
+    }
+
+    /// Answers a queue, of which everything has been kept and nothing hit in an instance.
+    #[inline(always)]
+    pub fn answer<F: Float, A: Answers>(&self, count: usize, answers: &mut A) {
+        for at in (0..count).step_by(F::WIDTH) {
+            let columns = F::load_rows(&self.hits, F::Int::load(&self.places[at..]));
+            let (mut hits, mut primitive) = ([[0.0; 16]; 3], [0; 16]);
+            for (hits, column) in hits.iter_mut().zip(columns) {
+                column.store(hits);
+            }
+            columns[3].to_bits().store(&mut primitive);
+            let [t, u, v] = &hits;
+            let lanes = F::WIDTH.min(count - at);
+            answers.put_all(
+                at,
+                &Hits {
+                    t: &t[..lanes],
+                    u: &u[..lanes],
+                    v: &v[..lanes],
+                    primitive: &primitive[..lanes],
+                    instance: &[NONE; 16][..lanes],
+                },
+            );
+        }
+    }
+
     /// Orders a queue; returns the end of each way. (A counting sort: rays of one way keep their order.)
     #[inline(always)]
     pub fn sort<F: Float>(&mut self, rays: &Rays) -> [usize; WAYS] {
         let count = rays.len();
         let ends = self.classify::<F>(rays);
-        if self.order.len() < count + F::WIDTH {
-            self.order.resize(count + F::WIDTH, 0);
+        if self.places.len() < count + F::WIDTH {
+            self.places.resize(count + F::WIDTH, 0);
+            self.hits.resize(count + F::WIDTH, [0.0; 4]);
             self.rows.resize(2 * (count + F::WIDTH), [0.0; 4]);
         }
         let mut next = starts(&ends);
@@ -67,13 +97,13 @@ impl Ways {
             F::store_rows([direction[0], direction[1], direction[2], t_max], &mut second);
             for lane in 0..F::WIDTH.min(count - at) {
                 let place = &mut next[self.ways[at + lane] as usize % WAYS];
-                self.order[*place] = (at + lane) as u32;
+                self.places[at + lane] = *place as u32;
                 let rows = &mut self.rows[2 * *place..][..2];
                 (rows[0], rows[1]) = (first[lane & 15], second[lane & 15]);
                 *place += 1;
             }
         }
-        self.order[count..count + F::WIDTH].fill(0);
+        self.places[count..count + F::WIDTH].fill(0);
         ends
     }
 
