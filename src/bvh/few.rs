@@ -16,7 +16,7 @@ use super::ray::slab_scales;
 use super::sphere;
 use super::triangle::{Asked, ExactRays, Plane, Shear, intersect_rays, seen_from};
 use super::ways::{OCTANTS, Ways};
-use crate::math::{NONE, Vector};
+use crate::math::NONE;
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// More blocks than this are walked. (Measured on cut-down bumpy meshes.)
@@ -180,6 +180,7 @@ impl Leaf {
     }
 }
 
+/// A triangle's plane and rays.
 struct OnPlane<'a, F> {
     plane: &'a Plane,
     origin: &'a [F; 3],
@@ -264,13 +265,8 @@ impl<F: Float> Group<F> {
     /// One sphere against all rays that have entered its leaf.
     #[inline(always)]
     fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask) {
-        let [x, y, z] = sphere.center;
-        let center = Vector::new(F::splat(x), F::splat(y), F::splat(z));
-        let [ox, oy, oz] = self.origin;
-        let [dx, dy, dz] = self.direction;
-        let (origin, direction) = (Vector::new(ox, oy, oz), Vector::new(dx, dy, dz));
-        let mut hits = sphere::meet(center, F::splat(sphere.radius), origin, direction, self.t_min);
-        hits.mask = hits.mask & entered;
+        let placed = (sphere.center, sphere.radius);
+        let hits = sphere::intersect_rays(placed, self.origin, self.direction, self.t_min, entered);
         self.best.take::<A>(&hits, sphere.primitive, near, self.t_min);
     }
 }

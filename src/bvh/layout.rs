@@ -180,6 +180,13 @@ impl SphereBlock {
     /// No sphere.
     pub const EMPTY: SphereBlock =
         SphereBlock { center: [[0.0; BLOCK]; 3], radius: [f32::NAN; BLOCK], primitive: [NONE; BLOCK] };
+
+    /// The centre and the radius of one of the spheres.
+    #[inline(always)]
+    pub fn sphere(&self, place: usize) -> ([f32; 3], f32) {
+        let [x, y, z] = &self.center;
+        ([x[place], y[place], z[place]], self.radius[place])
+    }
 }
 
 /// A subtree placed somewhere: rays enter it through `to_local`, and t means the same

@@ -18,8 +18,7 @@ pub(super) struct Visit {
     pub instance: u32,
 }
 
-/// The best hits of rays in lanes, below 0 for a ray that is done. None of them is in an instance: their
-/// kernels leave those to others.
+/// The best hits of rays in lanes; `t` is below 0 for a ray that is done.
 #[derive(Clone, Copy)]
 pub(super) struct Best<F: Float> {
     pub t: F,
@@ -42,7 +41,7 @@ impl<F: Float> Best<F> {
         better
     }
 
-    /// One after another; there are as many as lanes.
+    /// One after another, as many as lanes, none of them in an instance.
     #[inline(always)]
     pub fn hits(&self) -> [Hit; 16] {
         let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
@@ -59,8 +58,8 @@ impl<F: Float> Best<F> {
 }
 
 /// Where rays in lanes hit a primitive, and which of these hits are better than their best ones so far, of
-/// which t and primitive are given. At equal distance the smaller number counts; what is in an instance has
-/// the larger one.
+/// which t and primitive are given. At equal distance the smaller number counts. (No primitive is both in the
+/// world and in an instance, so that of the instance is never asked for.)
 #[inline(always)]
 pub(super) fn better_in_lanes<F: Float>(
     hits: &BlockHits<F>,
@@ -69,10 +68,8 @@ pub(super) fn better_in_lanes<F: Float>(
     t_min: F,
     (best, best_primitive): (F, F::Int),
 ) -> (F, F::Mask) {
-    // NaN distances fail the first comparison.
-    let t = hits.t.max(near);
-    let beyond = hits.mask & hits.t.gt(t_min) & t.le(best);
-    (t, beyond & (t.lt(best) | primitive.lt(best_primitive)))
+    let (t, acceptable) = acceptable(hits, near, t_min, best);
+    (t, acceptable & (t.lt(best) | primitive.lt(best_primitive)))
 }
 
 /// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.
@@ -107,7 +104,8 @@ pub(super) fn hits_triangles<L: Lanes>(
     let mut found = false;
     for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
         let hits = triangle::intersect_all::<L::Block>(block, lane, ray, shear, &asked);
-        found |= acceptable(&hits, visit, limit).1.any();
+        let (near, t_min) = (L::Block::splat(visit.near), L::Block::splat(visit.t_min));
+        found |= acceptable(&hits, near, t_min, L::Block::splat(limit)).1.any();
     }
     found
 }
@@ -129,18 +127,19 @@ pub(super) fn spheres<L: Lanes, A: Answers>(
     false
 }
 
-/// Where a block's hits count, and which of them lie no farther than `limit`.
+/// Where hits count, and which of them lie no farther than `limit`.
 #[inline(always)]
-fn acceptable<T: Float>(hits: &BlockHits<T>, visit: Visit, limit: f32) -> (T, T::Mask) {
+fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit: T) -> (T, T::Mask) {
     // NaN distances fail the first comparison.
-    let t = hits.t.max(T::splat(visit.near));
-    (t, hits.mask & hits.t.gt(T::splat(visit.t_min)) & t.le(T::splat(limit)))
+    let t = hits.t.max(near);
+    (t, hits.mask & hits.t.gt(t_min) & t.le(limit))
 }
 
 /// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
 #[inline(always)]
 fn accept<T: Float, A: Answers>(hits: &BlockHits<T>, ids: &[u32], visit: Visit, best: &mut Hit) -> bool {
-    let (t, mask) = acceptable(hits, visit, best.t);
+    let (near, t_min) = (T::splat(visit.near), T::splat(visit.t_min));
+    let (t, mask) = acceptable(hits, near, t_min, T::splat(best.t));
     let mut bits = mask.bits();
     if bits == 0 {
         return false;

@@ -48,7 +48,7 @@ mod tests;
 pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
 pub use layout::{BuildStatistics, Bvh, Instance, Root, SPHERE};
-pub use query::{Coherence, Stack, any, closest};
+pub use query::{Coherence, QUEUE, Stack, any, closest};
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]

@@ -9,7 +9,7 @@ use super::traverse;
 use super::ways::Ways;
 use super::{Bvh, HitsMut, Rays};
 use crate::math::{Hit, NONE};
-use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +23,9 @@ pub enum Coherence {
     /// They go anywhere.
     Scattered,
 }
+
+/// Rays of which a query makes the most: longer queues are answered in parts.
+pub const QUEUE: usize = stream::RAYS;
 
 /// A thread's buffers for queries on one tree, made once, so that no query allocates.
 pub struct Stack {
@@ -93,6 +96,33 @@ pub(super) struct Hits<'a> {
     pub v: &'a [f32],
     pub primitive: &'a [u32],
     pub instance: &'a [u32],
+}
+
+/// Answers `count` rays that follow each other, a lane each: t, u, v; primitive and instance.
+#[inline(always)]
+pub(super) fn put_lanes<F: Float, A: Answers>(
+    answers: &mut A,
+    first: usize,
+    count: usize,
+    weights: [F; 3],
+    numbers: [F::Int; 2],
+) {
+    let (mut columns, mut ids) = ([[0.0; 16]; 3], [[0; 16]; 2]);
+    for (column, values) in columns.iter_mut().zip(weights) {
+        values.store(column);
+    }
+    for (column, values) in ids.iter_mut().zip(numbers) {
+        values.store(column);
+    }
+    let ([t, u, v], [primitive, instance]) = (&columns, &ids);
+    let hits = Hits {
+        t: &t[..count],
+        u: &u[..count],
+        v: &v[..count],
+        primitive: &primitive[..count],
+        instance: &instance[..count],
+    };
+    answers.put_all(first, &hits);
 }
 
 /// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of

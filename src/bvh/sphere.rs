@@ -20,6 +20,21 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> 
     meet(center, radius, origin, direction, T::splat(ray.t_min))
 }
 
+/// Tests one sphere against a ray in each of some lanes: [`meet`].
+#[inline(always)]
+pub fn intersect_rays<T: Float>(
+    (center, radius): ([f32; 3], f32),
+    [ox, oy, oz]: [T; 3],
+    [dx, dy, dz]: [T; 3],
+    t_min: T,
+    lanes: T::Mask,
+) -> BlockHits<T> {
+    let center = Vector::new(T::splat(center[0]), T::splat(center[1]), T::splat(center[2]));
+    let (origin, direction) = (Vector::new(ox, oy, oz), Vector::new(dx, dy, dz));
+    let hits = meet(center, T::splat(radius), origin, direction, t_min);
+    BlockHits { mask: hits.mask & lanes, ..hits }
+}
+
 /// The test itself, for a sphere and a ray in each lane.
 ///
 /// The discriminant is taken about the point of the ray nearest to the centre, which stays exact

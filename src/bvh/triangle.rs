@@ -343,7 +343,7 @@ impl Plane {
             origin[axis].store(&mut from[axis]);
             direction[axis].store(&mut along[axis]);
         }
-        // In registers again, if the compiler is any good.
+        // The same operations in every lane, without a branch: compilers do them a register at a time.
         let mut exact = [0.0; 16];
         for (i, exact) in exact.iter_mut().enumerate() {
             *exact = self.meet([from[0][i], from[1][i], from[2][i]], [along[0][i], along[1][i], along[2][i]]);

@@ -1,7 +1,7 @@
 //! Queues in the order of the ways that rays go.
 
 use super::Rays;
-use super::query::{Answers, Hits};
+use super::query::{Answers, put_lanes};
 use super::triangle::Longest;
 use crate::math::NONE;
 use crate::simd::{Float, Int};
@@ -53,24 +53,9 @@ impl Ways {
     #[inline(always)]
     pub fn answer<F: Float, A: Answers>(&self, count: usize, answers: &mut A) {
         for at in (0..count).step_by(F::WIDTH) {
-            let columns = F::load_rows(&self.hits, F::Int::load(&self.places[at..]));
-            let (mut hits, mut primitive) = ([[0.0; 16]; 3], [0; 16]);
-            for (hits, column) in hits.iter_mut().zip(columns) {
-                column.store(hits);
-            }
-            columns[3].to_bits().store(&mut primitive);
-            let [t, u, v] = &hits;
-            let lanes = F::WIDTH.min(count - at);
-            answers.put_all(
-                at,
-                &Hits {
-                    t: &t[..lanes],
-                    u: &u[..lanes],
-                    v: &v[..lanes],
-                    primitive: &primitive[..lanes],
-                    instance: &[NONE; 16][..lanes],
-                },
-            );
+            let [t, u, v, primitive] = F::load_rows(&self.hits, F::Int::load(&self.places[at..]));
+            let numbers = [primitive.to_bits(), F::Int::splat(NONE)];
+            put_lanes(answers, at, F::WIDTH.min(count - at), [t, u, v], numbers);
         }
     }
 

@@ -16,8 +16,8 @@ use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::{Camera, World};
 
-/// Rays that a thread takes at a time: as many as a stream has room for.
-const CHUNK: usize = 16_384;
+/// Rays that a thread takes at a time.
+const CHUNK: usize = bvh::QUEUE;
 
 pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;

@@ -288,7 +288,7 @@ fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u3
     }
 }
 
-/// The emitters of a mesh that is placed several times, in its own space.
+/// The emitters of a mesh with instances, in its own space.
 #[derive(Default)]
 struct Shared {
     lamps: Vec<Lamp>,

@@ -250,7 +250,7 @@ impl Builder {
         }
     }
 
-    /// Adds the subtrees of what is placed several times, then the world's tree.
+    /// Adds the subtrees of what has instances, then the world's tree.
     fn finish(
         mut self,
         world: &World,

@@ -63,7 +63,7 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     scene.warnings = warnings(&scene, world);
     if left_out > 0 && world.settings.transport == Transport::Path {
         scene.warnings.push(format!(
-            "meshes that shine are placed so often that {left_out} of their places are found by chance alone, \
+            "meshes that shine have so many instances that {left_out} of them are found by chance alone, \
              which is noisier: more than {} triangles would be lights",
             emitters::MOST_PLACED
         ));

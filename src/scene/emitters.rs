@@ -51,7 +51,7 @@ pub struct Emitters {
     /// How many stand in finite places.
     pub finite: u32,
     /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
-    /// [`NONE`]; behind these, for meshes that are placed several times, which of an instance's
+    /// [`NONE`]; behind these, for meshes with instances, which of an instance's
     /// emitters a triangle is. Empty if there is none.
     pub of_primitive: Vec<u32>,
     /// For each instance its first emitter, or [`NONE`] if it has none. Empty if none has any, as

@@ -49,7 +49,7 @@ pub struct Settings {
     /// How much work goes into the acceleration structure.
     pub build_quality: BuildQuality,
     /// Triangles that copies of meshes which are placed several times may take besides the first copies: what
-    /// would take more is placed as instances, which need no memory for each place and are slower to trace.
+    /// would take more is placed as instances, which need little memory for each place and are slower to trace.
     /// At most [`Settings::MOST_COPIED_TRIANGLES`].
     pub copied_triangles: u32,
     /// What else the image holds than light, each once.
@@ -57,8 +57,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The most triangles that copies may take: beyond, the ids of all would not fit.
-    pub const MOST_COPIED_TRIANGLES: u32 = 1 << 28;
+    /// The most triangles that copies may take, so that no scene file takes more than some gigabytes for them.
+    pub const MOST_COPIED_TRIANGLES: u32 = 1 << 24;
 }
 
 impl Default for Settings {

@@ -13,7 +13,8 @@ use crate::support;
 /// Every kind of shape, flat and smooth, once and several times, mirrored and stretched,
 /// under lights without a surface.
 pub const SHAPES: &str = r#"(
-    settings: (size: (24, 18), samples: 4, background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9)), ambient: 0.02),
+    settings: (size: (24, 18), samples: 4, background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9)), ambient: 0.02,
+               copied_triangles: 0),
     materials: {
         "paper": (diffuse: Image("noise.png"), specular: 0.2, shininess: 40),
         "phong": (diffuse: (0.7, 0.3, 0.1), specular: (0.5, 0.6, 0.7), shininess: 12.5, highlight: Phong, kr: 0.2),
@@ -44,6 +45,7 @@ pub const SHAPES: &str = r#"(
 /// Glass within glass within glass, beneath a water surface that reflects totally, deep.
 pub const GLASS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 256, min_throughput: 0.004, filter: Gaussian(radius: 1.2),
+               copied_triangles: 0,
                background: Gradient(bottom: (0.9, 0.4, 0.1), top: (0.1, 0.3, 0.9))),
     materials: {
         "glass": (ior: 1.5), "water": (ior: 1.33, kt: (0.8, 0.9, 1), specular: 0.3),

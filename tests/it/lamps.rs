@@ -86,6 +86,9 @@ fn a_lamp_placed_three_times_is_three_lamps() {
         // Moved corners may be too inexact for two triangles to be one parallelogram.
         assert!((1..=emitters(&apart(three(mesh, materials)))).contains(&emitters(&shared)));
         let (placed, apart) = (film(&shared, true), film(&apart(three(mesh, materials)), true));
+        let mut copied = three(mesh, materials);
+        copied.settings.copied_triangles = 1000;
+        assert!(film(&copied, true) == apart, "{mesh} {materials:?}: copies are meshes like others");
         assert!((mean(&placed) / mean(&apart) - 1.0).abs() < 0.01, "{} {}", mean(&placed), mean(&apart));
         let by_chance = film(&shared, false);
         assert!(

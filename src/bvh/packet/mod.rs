@@ -26,7 +26,7 @@ use super::ray::Slabs;
 use super::sphere;
 use super::traverse::{self, Keys, Part};
 use super::triangle::{self, Asked, BlockHits, ExactRays, Plane};
-use crate::math::{Hit, NONE, Vector};
+use crate::math::{Hit, NONE};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 use beam::Beam;
@@ -81,7 +81,7 @@ struct Entry {
 /// A triangle and a group of rays.
 struct OfGroup<'a> {
     rays: &'a Columns,
-    at: usize,
+    group: usize,
     block: &'a TriangleBlock,
     place: usize,
 }
@@ -89,11 +89,7 @@ struct OfGroup<'a> {
 impl<F: Float> ExactRays<F> for OfGroup<'_> {
     #[inline(always)]
     fn t(&self, lanes: F::Mask, t: F) -> F {
-        let (mut origin, mut direction) = ([F::zero(); 3], [F::zero(); 3]);
-        for axis in 0..3 {
-            origin[axis] = F::load(&self.rays.origin[axis].0[self.at..]);
-            direction[axis] = F::load(&self.rays.direction[axis].0[self.at..]);
-        }
+        let (origin, direction) = self.rays.lines::<F>(self.group);
         Plane::new(self.block.corners(self.place)).t_in_lanes(&origin, &direction, lanes, t)
     }
 }
@@ -341,7 +337,7 @@ impl Packet {
             t_min: F::load(&self.rays.t_min.0[at..]),
             t_max: F::load(&self.rays.t.0[at..]),
         };
-        let exact = OfGroup { rays: &self.rays, at, block, place };
+        let exact = OfGroup { rays: &self.rays, group, block, place };
         let hits = triangle::intersect_rays(seen, &shear, &asked, &exact);
         if hits.mask.any() {
             self.take::<F, A>(&hits, block.primitive[place], group, active);
@@ -356,20 +352,16 @@ impl Packet {
         groups: u32,
         active: &mut Active,
     ) -> bool {
-        for place in 0..BLOCK {
-            let primitive = block.primitive[place];
-            let todo = if primitive == NONE { 0 } else { groups & active.groups };
-            let [x, y, z] = [block.center[0][place], block.center[1][place], block.center[2][place]];
-            let center = Vector::new(F::splat(x), F::splat(y), F::splat(z));
-            for group in Bits(todo) {
+        for (place, primitive) in block.primitive.into_iter().enumerate() {
+            if primitive == NONE {
+                break;
+            }
+            for group in Bits(groups & active.groups) {
                 let group = group % GROUPS;
-                let at = group * F::WIDTH;
-                let Columns { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, .. } = &self.rays;
-                let origin = Vector::new(F::load(&ox.0[at..]), F::load(&oy.0[at..]), F::load(&oz.0[at..]));
-                let direction = Vector::new(F::load(&dx.0[at..]), F::load(&dy.0[at..]), F::load(&dz.0[at..]));
-                let radius = F::splat(block.radius[place]);
-                let mut hits = sphere::meet(center, radius, origin, direction, F::load(&t_min.0[at..]));
-                hits.mask = hits.mask & F::Mask::from_bits(active.lanes[group]);
+                let (origin, direction) = self.rays.lines::<F>(group);
+                let t_min = F::load(&self.rays.t_min.0[group * F::WIDTH..]);
+                let lanes = F::Mask::from_bits(active.lanes[group]);
+                let hits = sphere::intersect_rays(block.sphere(place), origin, direction, t_min, lanes);
                 if hits.mask.any() {
                     self.take::<F, A>(&hits, primitive, group, active);
                 }

@@ -213,6 +213,18 @@ impl Columns {
         }
     }
 
+    /// The origins and directions of a group.
+    #[inline(always)]
+    pub fn lines<F: Float>(&self, group: usize) -> ([F; 3], [F; 3]) {
+        let at = group * F::WIDTH;
+        let (mut origin, mut direction) = ([F::zero(); 3], [F::zero(); 3]);
+        for axis in 0..3 {
+            origin[axis] = F::load(&self.origin[axis].0[at..]);
+            direction[axis] = F::load(&self.direction[axis].0[at..]);
+        }
+        (origin, direction)
+    }
+
     /// One of the rays; it ends at its best hit.
     pub fn ray(&self, i: usize) -> Ray<f32> {
         let of = |c: &[Column<f32>; 3]| Vector { x: c[0].0[i], y: c[1].0[i], z: c[2].0[i] };

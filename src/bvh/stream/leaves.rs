@@ -9,11 +9,11 @@ use super::super::triangle::{self, Asked, Exact, ExactRays, Shear};
 use super::super::ways::OCTANTS;
 use super::rows::{LANES, Quad, ROW, best, finish, put_best};
 use super::{Scene, Walk, numbers};
-use crate::math::{NONE, Ray, Vector};
+use crate::math::{NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// Rays of a list, a ray a lane.
-struct Group<F: Float> {
+struct AtLeaf<F: Float> {
     /// Their numbers, and the first quads of their rows.
     ids: [u32; LANES],
     row: F::Int,
@@ -27,7 +27,7 @@ struct Group<F: Float> {
     found: F::Mask,
 }
 
-impl<F: Float> Group<F> {
+impl<F: Float> AtLeaf<F> {
     /// Those from one place of a list on.
     #[inline(always)]
     fn load(walk: &Walk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Self {
@@ -81,23 +81,25 @@ impl Walk {
         let block = &bvh.triangles[block];
         let axes = Shear::AXES[way / OCTANTS];
         for at in (0..count).step_by(F::WIDTH) {
-            let mut group = Group::<F>::load(self, rows, (start, count), at);
+            let mut group = AtLeaf::<F>::load(self, rows, (start, count), at);
             if !group.entered.any() {
                 continue;
             }
             let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], group.row);
             let shear = [shear_x, shear_y, shear_z];
             group.best.primitive = primitive.to_bits();
+            let origin = [group.origin[axes[0]], group.origin[axes[1]], group.origin[axes[2]]];
             for place in 0..BLOCK {
                 if block.primitive[place] == NONE {
                     break;
                 }
-                let mut seen = [[F::zero(); 3]; 3];
-                for (corner, seen) in seen.iter_mut().enumerate() {
-                    for (axis, seen) in axes.into_iter().zip(seen) {
-                        *seen = F::splat(block.vertex[axis][corner][place]) - group.origin[axis];
+                let mut corners = [[0.0; 3]; 3];
+                for (corner, values) in corners.iter_mut().enumerate() {
+                    for (axis, value) in axes.into_iter().zip(values) {
+                        *value = block.vertex[axis][corner][place];
                     }
                 }
+                let seen = triangle::seen_from(&corners, &origin);
                 let asked = Asked { lanes: group.entered, t_min: group.t_min, t_max: group.best.t };
                 let exact = OfRows { rows, ids: &group.ids, rays, block, place };
                 let hits = triangle::intersect_rays(seen, &shear, &asked, &exact);
@@ -123,7 +125,7 @@ impl Walk {
         let Scene { bvh, rays, .. } = scene;
         let block = &bvh.spheres[block];
         for at in (0..count).step_by(F::WIDTH) {
-            let mut group = Group::<F>::load(self, rows, (start, count), at);
+            let mut group = AtLeaf::<F>::load(self, rows, (start, count), at);
             if !group.entered.any() {
                 continue;
             }
@@ -134,17 +136,13 @@ impl Walk {
             for (direction, column) in direction.iter_mut().zip(rays.direction) {
                 *direction = F::gather(column, queued.to_bits(), group.entered);
             }
-            let ([ox, oy, oz], [dx, dy, dz]) = (group.origin, direction);
-            let (origin, direction) = (Vector::new(ox, oy, oz), Vector::new(dx, dy, dz));
             for place in 0..BLOCK {
                 if block.primitive[place] == NONE {
                     break;
                 }
-                let [x, y, z] = [block.center[0][place], block.center[1][place], block.center[2][place]];
-                let center = Vector::new(F::splat(x), F::splat(y), F::splat(z));
-                let radius = F::splat(block.radius[place]);
-                let mut hits = sphere::meet(center, radius, origin, direction, group.t_min);
-                hits.mask = hits.mask & group.entered;
+                let placed = block.sphere(place);
+                let hits =
+                    sphere::intersect_rays(placed, group.origin, direction, group.t_min, group.entered);
                 if hits.mask.any() {
                     let better = group.best.take::<A>(&hits, block.primitive[place], group.near, group.t_min);
                     group.found = group.found | better;

@@ -4,7 +4,7 @@
 //! boxes first, and want a node's children in much the same order. So they share one stack,
 //! each entry of which lists the rays that enter a box. A box is tested against 16 rays of a
 //! list at once, and those that enter are packed into the child's list: however few rays of a
-//! register enter a box, its own list is dense again. At a leaf each triangle meets 16 rays in
+//! register enter a box, its own list is dense again. At a leaf each triangle or sphere meets 16 rays in
 //! the canonical test. (After Barringer and Akenine-Möller, "Dynamic ray stream traversal",
 //! 2014, and Wald et al., "SIMD ray stream tracing", 2007, with the order of children known
 //! beforehand.)
@@ -33,7 +33,7 @@ pub(super) const RAYS: usize = 16_384;
 pub(super) const FEWEST: usize = 512;
 /// Rays that enter a node one by one, because so few do.
 const LONE: usize = 6;
-/// Rays that meet a leaf's triangles one by one.
+/// Rays that meet what is in a leaf one by one.
 const LONE_AT_LEAF: usize = 4;
 /// Boxes that rays have entered by themselves, for each ray, from which on rays in flight are faster; with
 /// eight lanes and with more. (Measured: second bounces in the atrium have 1.5, first ones 0.7, first and second

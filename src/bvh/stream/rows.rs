@@ -1,7 +1,7 @@
 //! The rays of a stream, a row each.
 
 use super::super::Rays;
-use super::super::query::{Answers, Hits};
+use super::super::query::{Answers, put_lanes};
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use super::super::ways::{NUMBERS, padded};
@@ -21,8 +21,9 @@ pub const LANES: usize = 16;
 pub const ROW: usize = 1 << 2;
 pub type Quad = [f32; 4];
 
-/// Writes the rows of some rays to the next places of their ways, and where they are to `places`; false if factors for far planes
-/// can't be had from those for near ones, because reciprocals nearly over- or underflow.
+/// Writes the rows of some rays to the next places of their ways, and where they are to `places`;
+/// false if factors for far planes can't be had from those for near ones, because reciprocals
+/// nearly over- or underflow.
 #[inline(always)]
 pub fn load<F: Float>(
     rays: &Rays,
@@ -90,24 +91,10 @@ pub fn answer<F: Float, A: Answers>(rows: &[Quad], places: &[u32], first: usize,
     let mut padded = [0; LANES];
     padded[..count].copy_from_slice(&places[..count]);
     let row = F::Int::load(&padded).shl::<2>();
-    let (mut t, mut u, mut v) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    let (mut primitive, mut instance) = ([0; LANES], [0; LANES]);
-    let [_, _, _, bits] = F::load_rows(&rows[2..], row);
-    bits.to_bits().store(&mut primitive);
-    let [_, _, _, best] = F::load_rows(rows, row);
-    let [weight_u, weight_v, bits, _] = F::load_rows(&rows[3..], row);
-    best.store(&mut t);
-    weight_u.store(&mut u);
-    weight_v.store(&mut v);
-    bits.to_bits().store(&mut instance);
-    let hits = Hits {
-        t: &t[..count],
-        u: &u[..count],
-        v: &v[..count],
-        primitive: &primitive[..count],
-        instance: &instance[..count],
-    };
-    answers.put_all(first, &hits);
+    let [_, _, _, t] = F::load_rows(rows, row);
+    let [_, _, _, primitive] = F::load_rows(&rows[2..], row);
+    let [u, v, instance, _] = F::load_rows(&rows[3..], row);
+    put_lanes(answers, first, count, [t, u, v], [primitive.to_bits(), instance.to_bits()]);
 }
 
 /// The inverse of [`best`].

@@ -236,6 +236,10 @@ fn numbers_out_of_bounds() {
         "the width in pixels must be a whole number from 1 to 65536, not 65537",
     );
     settings_fail("max_depth: ^65536", "max_depth must be a whole number from 0 to 65535, not 65536");
+    settings_fail(
+        "copied_triangles: ^16777217",
+        "copied_triangles must be a whole number from 0 to 16777216, not 16777217",
+    );
     settings_fail("glossy_depth: ^1001", "glossy_depth must be a whole number from 0 to 1000, not 1001");
     settings_fail("min_throughput: ^-1", "min_throughput must be at least 0, not -1");
     settings_fail("filter: Tent(radius: ^0)", "a filter's radius in pixels must be above 0, not 0");
