@@ -73,8 +73,9 @@
 //! - A ray with a NaN anywhere, or with infinity in its origin or direction, misses.
 //!
 //! There is no alignment and no multiple of anything to keep to: columns may begin anywhere
-//! and be of any length, zero too. Many rays at once are faster than one at a time: some
-//! thousands are best, and a few dozen are the least that fill the lanes of the processor.
+//! and be of any length, zero too. Many rays at once are faster than one at a time:
+//! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen the least that fill the lanes
+//! of the processor.
 //! [`Coherence`] is what the caller knows of rays that follow each other. It may change the
 //! time that a query takes and changes nothing else.
 //!
@@ -144,7 +145,7 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
-pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, Rays};
+pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, QUEUE, Rays};
 pub use batch::{HitBatch, RayBatch};
 pub use builder::{InstanceId, MAX_COORDINATE, MAX_PRIMITIVES, SceneBuilder, ShapeId};
 pub use error::{BuildError, LengthMismatch};
