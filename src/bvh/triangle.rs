@@ -128,8 +128,7 @@ fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: us
     if hits.doubtful.any() {
         let mut lanes = [0.0; BLOCK];
         hits.t.store(&mut lanes);
-        let ray = ray.ray();
-        for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray));
+        for_each_bit(hits.doubtful.bits(), |i| lanes[i] = exact_t(block.corners(lane + i), &ray.ray()));
         hits.t = T::load(&lanes);
     }
 }
