@@ -9,9 +9,9 @@
 //! first and rename their axes alike, and leaves come from front to back.
 
 use super::Rays;
+use super::answers::Answers;
 use super::layout::{Bvh, Child, Kind};
 use super::leaf::Best;
-use super::query::Answers;
 use super::ray::slab_scales;
 use super::sphere;
 use super::triangle::{Asked, ExactRays, Plane, Shear, intersect_rays, seen_from};

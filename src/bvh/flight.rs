@@ -10,10 +10,10 @@
 
 use std::hint::select_unpredictable;
 
+use super::answers::Answers;
 use super::layout::{Bvh, Child, Kind, Node, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
-use super::query::Answers;
 use super::ray::{Local, Slabs, is_finite, to_local};
 use super::traverse::LEAVE_INSTANCE;
 use super::triangle::{Exact, Shear};

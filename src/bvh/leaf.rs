@@ -1,7 +1,7 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
+use super::answers::Answers;
 use super::layout::{SphereBlock, TriangleBlock};
-use super::query::Answers;
 use super::triangle::{Asked, BlockHits, Exact, Shear};
 use super::{sphere, triangle};
 use crate::math::{Hit, NONE, Ray};

@@ -14,6 +14,7 @@
 //! of equal hits the smallest (primitive, instance) wins. So the answer is the
 //! minimum of (max(t, entry), primitive, instance) over all primitives.
 
+mod answers;
 pub mod assemble;
 pub mod binary;
 pub mod binning;

@@ -92,7 +92,7 @@ impl Kernel for Walk<'_> {
         for i in 0..self.rays.len() {
             let ray = self.rays.get(i);
             let hit = self.tree.walk::<L>(&ray, &mut stack);
-            super::query::Answers::put(&mut self.hits, i, &hit);
+            super::answers::Answers::put(&mut self.hits, i, &hit);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
+use super::answers::{Answers, Occluded, Shifted};
 use super::few::Few;
 use super::flight::Flight;
 use super::packet::{self, Packet, Verdict};
@@ -8,8 +9,7 @@ use super::stream::{self, Density, Stream};
 use super::traverse;
 use super::ways::Ways;
 use super::{Bvh, HitsMut, Rays};
-use crate::math::{Hit, NONE};
-use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,52 +77,6 @@ pub fn any(
     occluded: &mut [u32],
 ) {
     dispatch(level, Query { bvh, rays, coherence, stack, answers: Occluded(occluded) });
-}
-
-/// Where a query's answers go.
-pub(super) trait Answers {
-    /// Whether the first hit is as good as the nearest.
-    const ANY: bool;
-    /// The answer for a ray. A miss has no primitive.
-    fn put(&mut self, index: usize, hit: &Hit);
-    /// The answers for rays that follow each other.
-    fn put_all(&mut self, first: usize, hits: &Hits);
-}
-
-/// Hits by columns, all of one length.
-pub(super) struct Hits<'a> {
-    pub t: &'a [f32],
-    pub u: &'a [f32],
-    pub v: &'a [f32],
-    pub primitive: &'a [u32],
-    pub instance: &'a [u32],
-}
-
-/// Answers `count` rays that follow each other, a lane each: t, u, v; primitive and instance.
-#[inline(always)]
-pub(super) fn put_lanes<F: Float, A: Answers>(
-    answers: &mut A,
-    first: usize,
-    count: usize,
-    weights: [F; 3],
-    numbers: [F::Int; 2],
-) {
-    let (mut columns, mut ids) = ([[0.0; 16]; 3], [[0; 16]; 2]);
-    for (column, values) in columns.iter_mut().zip(weights) {
-        values.store(column);
-    }
-    for (column, values) in ids.iter_mut().zip(numbers) {
-        values.store(column);
-    }
-    let ([t, u, v], [primitive, instance]) = (&columns, &ids);
-    let hits = Hits {
-        t: &t[..count],
-        u: &u[..count],
-        v: &v[..count],
-        primitive: &primitive[..count],
-        instance: &instance[..count],
-    };
-    answers.put_all(first, &hits);
 }
 
 /// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
@@ -235,63 +189,4 @@ impl<A: Answers> Query<'_, A> {
 #[inline(always)]
 fn is_wide<L: Lanes>() -> bool {
     L::Queue::WIDTH >= packet::LEAST_WIDTH
-}
-
-/// Answers for a part of a queue.
-struct Shifted<'a, A> {
-    answers: &'a mut A,
-    by: usize,
-}
-
-impl<A: Answers> Answers for Shifted<'_, A> {
-    const ANY: bool = A::ANY;
-    #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
-        self.answers.put(self.by + index, hit);
-    }
-    #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
-        self.answers.put_all(self.by + first, hits);
-    }
-}
-
-impl Answers for HitsMut<'_> {
-    const ANY: bool = false;
-    #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
-        let missed = hit.is_miss();
-        self.t[index] = if missed { f32::INFINITY } else { hit.t };
-        self.u[index] = hit.u;
-        self.v[index] = hit.v;
-        self.primitive[index] = hit.primitive;
-        self.instance[index] = hit.instance;
-    }
-    #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
-        let range = first..first + hits.t.len();
-        for ((to, t), primitive) in self.t[range.clone()].iter_mut().zip(hits.t).zip(hits.primitive) {
-            *to = if *primitive == NONE { f32::INFINITY } else { *t };
-        }
-        self.u[range.clone()].copy_from_slice(hits.u);
-        self.v[range.clone()].copy_from_slice(hits.v);
-        self.primitive[range.clone()].copy_from_slice(hits.primitive);
-        self.instance[range].copy_from_slice(hits.instance);
-    }
-}
-
-/// 1 for each ray that is blocked, 0 for the others.
-pub(super) struct Occluded<'a>(&'a mut [u32]);
-
-impl Answers for Occluded<'_> {
-    const ANY: bool = true;
-    #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
-        self.0[index] = u32::from(!hit.is_miss());
-    }
-    #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
-        for (to, primitive) in self.0[first..first + hits.primitive.len()].iter_mut().zip(hits.primitive) {
-            *to = u32::from(*primitive != NONE);
-        }
-    }
 }

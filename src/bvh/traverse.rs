@@ -1,9 +1,10 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
+use super::answers::{Answers, Occluded};
 use super::layout::{Bvh, Child, Kind, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
-use super::query::{Answers, Occluded, Stack};
+use super::query::Stack;
 use super::ray::{Local, Slabs, is_finite, to_local};
 use super::tally::{self, NoTally, Tally};
 use super::{HitsMut, Rays};

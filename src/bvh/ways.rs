@@ -1,7 +1,7 @@
 //! Queues in the order of the ways that rays go.
 
 use super::Rays;
-use super::query::{Answers, put_lanes};
+use super::answers::{Answers, put_lanes};
 use super::triangle::Longest;
 use crate::math::NONE;
 use crate::simd::{Float, Int};

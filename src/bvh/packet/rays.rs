@@ -1,7 +1,7 @@
 //! The rays of a packet, by columns, and which of them take part.
 
 use super::super::Rays;
-use super::super::query::Hits;
+use super::super::answers::Hits;
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use crate::math::{NONE, Ray, Vector};

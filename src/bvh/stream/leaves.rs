@@ -1,11 +1,11 @@
 //! What happens to the rays of a list at a leaf.
 
 use super::super::Rays;
-use super::super::layout::{BLOCK, TriangleBlock};
+use super::super::answers::Answers;
+use super::super::layout::{Child, Kind, SphereBlock, TriangleBlock};
 use super::super::leaf::{self, Best, Visit};
-use super::super::query::Answers;
 use super::super::sphere;
-use super::super::triangle::{self, Asked, Exact, ExactRays, Shear};
+use super::super::triangle::{self, Asked, BlockHits, Exact, ExactRays, Shear};
 use super::super::ways::OCTANTS;
 use super::rows::{LANES, Quad, ROW, best, finish, put_best};
 use super::{Scene, Walk, numbers};
@@ -18,6 +18,7 @@ struct AtLeaf<F: Float> {
     ids: [u32; LANES],
     row: F::Int,
     origin: [F; 3],
+    shear: [F; 3],
     t_min: F,
     /// Where they enter the leaf, and which of them do.
     near: F,
@@ -28,26 +29,79 @@ struct AtLeaf<F: Float> {
 }
 
 impl<F: Float> AtLeaf<F> {
-    /// Those from one place of a list on.
+    /// Those from one place of a list on, if one of them enters the leaf.
     #[inline(always)]
-    fn load(walk: &Walk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Self {
+    fn load(walk: &Walk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Option<Self> {
         let (id, mask) = numbers::<F>((&walk.lists[start..], count), at);
-        let mut ids = [0; LANES];
-        id.store(&mut ids);
         let row = id.shl::<2>();
         let [x, y, z, reached] = F::load_rows(rows, row);
         let [_, _, _, t_min] = F::load_rows(&rows[1..], row);
         let near = F::load(&walk.near[start + at..]).max(t_min);
-        let (zero, none) = (F::zero(), F::Int::splat(NONE));
-        Self {
+        let entered = near.le(reached) & mask;
+        if !entered.any() {
+            return None;
+        }
+        let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], row);
+        let mut ids = [0; LANES];
+        id.store(&mut ids);
+        Some(Self {
             ids,
             row,
             origin: [x, y, z],
+            shear: [shear_x, shear_y, shear_z],
             t_min,
             near,
-            entered: near.le(reached) & mask,
-            best: Best { t: reached, u: zero, v: zero, primitive: none },
+            entered,
+            best: Best { t: reached, u: F::zero(), v: F::zero(), primitive: primitive.to_bits() },
             found: F::Mask::from_bits(0),
+        })
+    }
+
+    /// Tests a block's triangles.
+    #[inline(always)]
+    fn meet_triangles<A: Answers>(&mut self, block: &TriangleBlock, scene: Scene, rows: &[Quad]) {
+        let axes = Shear::AXES[scene.way / OCTANTS];
+        let origin = [self.origin[axes[0]], self.origin[axes[1]], self.origin[axes[2]]];
+        for (place, primitive) in block.primitive.into_iter().enumerate() {
+            if primitive == NONE {
+                break;
+            }
+            let mut corners = [[0.0; 3]; 3];
+            for (corner, values) in corners.iter_mut().enumerate() {
+                for (axis, value) in axes.into_iter().zip(values) {
+                    *value = block.vertex[axis][corner][place];
+                }
+            }
+            let seen = triangle::seen_from(&corners, &origin);
+            let asked = Asked { lanes: self.entered, t_min: self.t_min, t_max: self.best.t };
+            let exact = OfRows { rows, ids: &self.ids, rays: scene.rays, block, place };
+            let hits = triangle::intersect_rays(seen, &self.shear, &asked, &exact);
+            self.take::<A>(&hits, primitive);
+        }
+    }
+
+    /// Tests a block's spheres.
+    #[inline(always)]
+    fn meet_spheres<A: Answers>(&mut self, block: &SphereBlock, scene: Scene, rows: &[Quad]) {
+        let [_, _, _, queued] = F::load_rows(&rows[3..], self.row);
+        let mut direction = [F::zero(); 3];
+        for (direction, column) in direction.iter_mut().zip(scene.rays.direction) {
+            *direction = F::gather(column, queued.to_bits(), self.entered);
+        }
+        for (place, primitive) in block.primitive.into_iter().enumerate() {
+            if primitive == NONE {
+                break;
+            }
+            let placed = block.sphere(place);
+            let hits = sphere::intersect_rays(placed, self.origin, direction, self.t_min, self.entered);
+            self.take::<A>(&hits, primitive);
+        }
+    }
+
+    #[inline(always)]
+    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32) {
+        if hits.mask.any() {
+            self.found = self.found | self.best.take::<A>(hits, primitive, self.near, self.t_min);
         }
     }
 
@@ -67,86 +121,23 @@ impl<F: Float> AtLeaf<F> {
 }
 
 impl Walk {
-    /// Tests a block's triangles against the rays of a list.
+    /// Tests a block against the rays of a list.
     #[inline(always)]
     pub(super) fn test<F: Float, A: Answers>(
         &mut self,
         scene: Scene,
         rows: &mut [Quad],
-        block: usize,
+        child: Child,
         start: usize,
         count: usize,
     ) {
-        let Scene { bvh, rays, way } = scene;
-        let block = &bvh.triangles[block];
-        let axes = Shear::AXES[way / OCTANTS];
+        let bvh = scene.bvh;
         for at in (0..count).step_by(F::WIDTH) {
-            let mut group = AtLeaf::<F>::load(self, rows, (start, count), at);
-            if !group.entered.any() {
-                continue;
-            }
-            let [shear_x, shear_y, shear_z, primitive] = F::load_rows(&rows[2..], group.row);
-            let shear = [shear_x, shear_y, shear_z];
-            group.best.primitive = primitive.to_bits();
-            let origin = [group.origin[axes[0]], group.origin[axes[1]], group.origin[axes[2]]];
-            for place in 0..BLOCK {
-                if block.primitive[place] == NONE {
-                    break;
-                }
-                let mut corners = [[0.0; 3]; 3];
-                for (corner, values) in corners.iter_mut().enumerate() {
-                    for (axis, value) in axes.into_iter().zip(values) {
-                        *value = block.vertex[axis][corner][place];
-                    }
-                }
-                let seen = triangle::seen_from(&corners, &origin);
-                let asked = Asked { lanes: group.entered, t_min: group.t_min, t_max: group.best.t };
-                let exact = OfRows { rows, ids: &group.ids, rays, block, place };
-                let hits = triangle::intersect_rays(seen, &shear, &asked, &exact);
-                if hits.mask.any() {
-                    let better = group.best.take::<A>(&hits, block.primitive[place], group.near, group.t_min);
-                    group.found = group.found | better;
-                }
-            }
-            group.write(rows);
-        }
-    }
-
-    /// Tests a block's spheres against the rays of a list.
-    #[inline(always)]
-    pub(super) fn test_spheres<F: Float, A: Answers>(
-        &mut self,
-        scene: Scene,
-        rows: &mut [Quad],
-        block: usize,
-        start: usize,
-        count: usize,
-    ) {
-        let Scene { bvh, rays, .. } = scene;
-        let block = &bvh.spheres[block];
-        for at in (0..count).step_by(F::WIDTH) {
-            let mut group = AtLeaf::<F>::load(self, rows, (start, count), at);
-            if !group.entered.any() {
-                continue;
-            }
-            let [_, _, _, primitive] = F::load_rows(&rows[2..], group.row);
-            group.best.primitive = primitive.to_bits();
-            let [_, _, _, queued] = F::load_rows(&rows[3..], group.row);
-            let mut direction = [F::zero(); 3];
-            for (direction, column) in direction.iter_mut().zip(rays.direction) {
-                *direction = F::gather(column, queued.to_bits(), group.entered);
-            }
-            for place in 0..BLOCK {
-                if block.primitive[place] == NONE {
-                    break;
-                }
-                let placed = block.sphere(place);
-                let hits =
-                    sphere::intersect_rays(placed, group.origin, direction, group.t_min, group.entered);
-                if hits.mask.any() {
-                    let better = group.best.take::<A>(&hits, block.primitive[place], group.near, group.t_min);
-                    group.found = group.found | better;
-                }
+            let Some(mut group) = AtLeaf::<F>::load(self, rows, (start, count), at) else { continue };
+            if child.kind() == Kind::Spheres {
+                group.meet_spheres::<A>(&bvh.spheres[child.index()], scene, rows);
+            } else {
+                group.meet_triangles::<A>(&bvh.triangles[child.index()], scene, rows);
             }
             group.write(rows);
         }

@@ -19,8 +19,8 @@ mod rows;
 use std::marker::PhantomData;
 
 use super::Rays;
+use super::answers::Answers;
 use super::layout::{Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
-use super::query::Answers;
 use super::traverse::{Keys, Part};
 use super::ways::{OCTANTS, Ways, starts};
 use crate::simd::sixteen::key;
@@ -182,13 +182,10 @@ impl Walk {
             let (start, count) = (start as usize, count as usize);
             match child.kind() {
                 Kind::Node if count > LONE => self.open::<L::Queue>(scene, rows, child.index(), start, count),
-                Kind::Triangles if count > LONE_AT_LEAF => {
-                    self.test::<L::Queue, A>(scene, rows, child.index(), start, count);
+                Kind::Triangles | Kind::Spheres if count > LONE_AT_LEAF => {
+                    self.test::<L::Queue, A>(scene, rows, child, start, count);
                 }
                 Kind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
-                Kind::Spheres if count > LONE_AT_LEAF => {
-                    self.test_spheres::<L::Queue, A>(scene, rows, child.index(), start, count);
-                }
                 _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
             }
         }

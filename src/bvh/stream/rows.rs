@@ -1,7 +1,7 @@
 //! The rays of a stream, a row each.
 
 use super::super::Rays;
-use super::super::query::{Answers, put_lanes};
+use super::super::answers::{Answers, put_lanes};
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use super::super::ways::{NUMBERS, padded};
