@@ -1,0 +1,225 @@
+//! Images in smaller and smaller copies, each texel the mean of those that it covers, in linear
+//! light.
+
+use rayon::prelude::*;
+
+use super::srgb::{CURVE, nearest};
+use crate::world::assets::Texels;
+
+/// Texels of a copy that are worth a job of their own.
+const JOB: usize = 1 << 13;
+
+/// Images of more texels have all threads to themselves, one after the other, because of the
+/// floats that are kept while their copies are made.
+const LARGE: usize = 1 << 20;
+
+/// Width and height in texels.
+pub(super) type Size = [usize; 2];
+
+/// Where the texels of an image and of its copies go.
+pub(super) enum Room<'a> {
+    Bytes(&'a mut [u32]),
+    Floats(&'a mut [[f32; 3]]),
+}
+
+/// An image, the sizes of its levels, and where they go.
+pub(super) struct Work<'a> {
+    pub texels: &'a Texels,
+    /// The image's own, then those of its copies.
+    pub sizes: Vec<Size>,
+    pub room: Room<'a>,
+    /// What bytes of colours and of alpha stand for.
+    pub decode: [&'a [f32]; 2],
+    /// Bytes of colours go through the sRGB curve.
+    pub srgb: bool,
+}
+
+/// An image's size and, if it is to have copies, theirs: halves down to one texel.
+pub(super) fn sizes(own: Size, copies: bool) -> Vec<Size> {
+    let next = |size: &Size| (copies && *size != [1, 1]).then(|| size.map(|s| (s / 2).max(1)));
+    std::iter::successors(Some(own), next).collect()
+}
+
+impl Work<'_> {
+    /// Whether it is more than one thread should do.
+    pub(super) fn is_large(&self) -> bool {
+        self.sizes[0].iter().product::<usize>() > LARGE
+    }
+
+    /// Fills the room.
+    pub(super) fn run(self) {
+        let Self { texels, sizes, room, decode, srgb } = self;
+        match (texels, room) {
+            (Texels::Rgba8(texels), Room::Bytes(room)) => bytes(texels, &sizes, decode, srgb, room),
+            (Texels::Rgb32(texels), Room::Floats(room)) => floats(texels, &sizes, room),
+            _ => {}
+        }
+    }
+}
+
+fn bytes(texels: &[[u8; 4]], sizes: &[Size], decode: [&[f32]; 2], srgb: bool, room: &mut [u32]) {
+    let [colors, alphas] = decode;
+    let read = |t: [u8; 4]| {
+        let color = |c: usize| colors[usize::from(t[c])];
+        [color(0), color(1), color(2), alphas[usize::from(t[3])]]
+    };
+    let curve = &*CURVE;
+    let encode = |c: f32| if srgb { curve.byte(c) } else { nearest(c) };
+    let pack = |[r, g, b, a]: [f32; 4]| u32::from_le_bytes([encode(r), encode(g), encode(b), nearest(a)]);
+    let (own, mut rest) = room.split_at_mut(texels.len());
+    own.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(words, texels)| {
+        for (word, texel) in words.iter_mut().zip(texels) {
+            *word = u32::from_le_bytes(*texel);
+        }
+    });
+    // A copy is made of the one before it as it was before it was rounded. The image itself is
+    // never there as floats: it may fill half of the memory.
+    let mut finer: Vec<[f32; 4]> = Vec::new();
+    for pair in sizes.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let words;
+        (words, rest) = rest.split_at_mut(to[0] * to[1]);
+        let mut means = vec![[0.0; 4]; words.len()];
+        let rows = means.par_chunks_mut(to[0]).zip(words.par_chunks_mut(to[0])).enumerate();
+        rows.with_min_len(JOB.div_ceil(to[0])).for_each(|(y, (means, words))| {
+            match finer.is_empty() {
+                true => halve(texels, read, [from, to], y, means),
+                false => halve(&finer, |texel| texel, [from, to], y, means),
+            }
+            for (word, mean) in words.iter_mut().zip(means) {
+                *word = pack(*mean);
+            }
+        });
+        finer = means;
+    }
+}
+
+fn floats(texels: &[[f32; 3]], sizes: &[Size], room: &mut [[f32; 3]]) {
+    let (mut finer, mut rest) = room.split_at_mut(texels.len());
+    finer.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(to, from)| to.copy_from_slice(from));
+    for pair in sizes.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let level;
+        (level, rest) = rest.split_at_mut(to[0] * to[1]);
+        let rows = level.par_chunks_mut(to[0]).enumerate().with_min_len(JOB.div_ceil(to[0]));
+        rows.for_each(|(y, means)| halve(finer, |texel| texel, [from, to], y, means));
+        finer = level;
+    }
+}
+
+/// A row of an image of half the size. Odd sizes lose no row: the last texel covers three.
+fn halve<T: Copy, const N: usize>(
+    texels: &[T],
+    read: impl Fn(T) -> [f32; N],
+    [from, to]: [Size; 2],
+    y: usize,
+    means: &mut [[f32; N]],
+) {
+    let add = |sum: [f32; N], texel: [f32; N]| std::array::from_fn(|c| sum[c] + texel[c]);
+    if from == to.map(|s| 2 * s) {
+        let (upper, lower) = texels[2 * y * from[0]..][..2 * from[0]].split_at(from[0]);
+        let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        for (mean, (upper, lower)) in means.iter_mut().zip(pairs) {
+            let texels = [upper[0], upper[1], lower[0], lower[1]].map(&read);
+            *mean = texels.into_iter().fold([0.0; N], add).map(|c| c / 4.0);
+        }
+        return;
+    }
+    let covered =
+        |i: usize, axis: usize| i * from[axis] / to[axis]..((i + 1) * from[axis]).div_ceil(to[axis]);
+    for (x, mean) in means.iter_mut().enumerate() {
+        let (mut sum, mut count) = ([0.0; N], 0.0);
+        for row in covered(y, 1) {
+            for column in covered(x, 0) {
+                sum = add(sum, read(texels[row * from[0] + column]));
+                count += 1.0;
+            }
+        }
+        *mean = sum.map(|c| c / count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tonemap::{srgb_decode, srgb_encode};
+
+    /// Bytes without a pattern.
+    fn noise(count: usize) -> Vec<[u8; 4]> {
+        let word = |i: usize| (i as u32).wrapping_mul(2_654_435_761).rotate_left(11);
+        (0..count).map(|i| (word(i) ^ word(i) >> 15).to_le_bytes()).collect()
+    }
+
+    /// The copies by definition: the mean of what each texel covers, of the copy before it.
+    fn copies(own: Vec<[f32; 4]>, sizes: &[Size]) -> Vec<[f32; 4]> {
+        let (mut all, mut finer) = (Vec::new(), own);
+        for pair in sizes.windows(2) {
+            let [[w, h], [columns, rows]] = [pair[0], pair[1]];
+            let mut level = Vec::new();
+            for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+                let (mut sum, mut count) = ([0.0; 4], 0.0);
+                for row in y * h / rows..((y + 1) * h).div_ceil(rows) {
+                    for column in x * w / columns..((x + 1) * w).div_ceil(columns) {
+                        sum = [0, 1, 2, 3].map(|c| sum[c] + finer[row * w + column][c]);
+                        count += 1.0;
+                    }
+                }
+                level.push(sum.map(|c| c / count));
+            }
+            all.extend_from_slice(&level);
+            finer = level;
+        }
+        all
+    }
+
+    const SIZES: [Size; 7] = [[1, 1], [8, 8], [256, 64], [5, 3], [1, 9], [6, 7], [33, 16]];
+
+    #[test]
+    fn sizes_are_halved_to_one_texel() {
+        assert_eq!(sizes([5, 2], true), [[5, 2], [2, 1], [1, 1]]);
+        assert_eq!(sizes([5, 2], false), [[5, 2]]);
+    }
+
+    #[test]
+    fn copies_of_bytes_are_those_of_the_definition() {
+        let unit = |byte: u8| f32::from(byte) / 255.0;
+        let linear: Vec<f32> = (0..=255).map(unit).collect();
+        let curved: Vec<f32> = linear.iter().map(|value| srgb_decode(*value)).collect();
+        for (own, srgb) in SIZES.into_iter().flat_map(|size| [(size, false), (size, true)]) {
+            let (texels, sizes) = (noise(own[0] * own[1]), sizes(own, true));
+            let decode = |[r, g, b, a]: [u8; 4]| {
+                let color = |byte| if srgb { srgb_decode(unit(byte)) } else { unit(byte) };
+                [color(r), color(g), color(b), unit(a)]
+            };
+            let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+            let color = |c: f32| byte(if srgb { srgb_encode(c) } else { c });
+            let copies = copies(texels.iter().map(|t| decode(*t)).collect(), &sizes);
+            let copies = copies.into_iter().map(|[r, g, b, a]| [color(r), color(g), color(b), byte(a)]);
+            let expected: Vec<u32> = texels.iter().copied().chain(copies).map(u32::from_le_bytes).collect();
+            let mut found = vec![0; expected.len()];
+            let decode = [if srgb { &curved[..] } else { &linear }, &linear];
+            let texels = Texels::Rgba8(texels);
+            Work { texels: &texels, sizes, room: Room::Bytes(&mut found), decode, srgb }.run();
+            assert!(found == expected, "{own:?}, {srgb}");
+        }
+    }
+
+    #[test]
+    fn copies_of_floats_are_those_of_the_definition() {
+        for own in SIZES {
+            let texels: Vec<[f32; 3]> = noise(own[0] * own[1])
+                .iter()
+                .map(|[r, g, b, _]| [*r, *g, *b].map(|c| f32::from(c) * 0.37))
+                .collect();
+            let sizes = sizes(own, true);
+            let copies = copies(texels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect(), &sizes);
+            let copies = copies.into_iter().map(|[r, g, b, _]| [r, g, b]);
+            let expected: Vec<[f32; 3]> = texels.iter().copied().chain(copies).collect();
+            let mut found = vec![[0.0; 3]; expected.len()];
+            let texels = Texels::Rgb32(texels);
+            let decode: [&[f32]; 2] = [&[]; 2];
+            Work { texels: &texels, sizes, room: Room::Floats(&mut found), decode, srgb: false }.run();
+            assert!(found == expected, "{own:?}");
+        }
+    }
+}
