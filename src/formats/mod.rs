@@ -13,7 +13,9 @@ mod studio;
 pub mod study;
 pub mod triangulate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
 
 use crate::error::{LoadError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, World};
@@ -79,6 +81,11 @@ pub trait AssetFiles {
 
     /// Reads and decodes a picture.
     fn image(&mut self, path: &Path) -> Result<Image, LoadError>;
+
+    /// Reads and decodes several.
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
+        paths.iter().map(|path| self.image(path)).collect()
+    }
 }
 
 /// Files on disk.
@@ -133,5 +140,9 @@ impl AssetFiles for Files {
 
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
         picture::load(path)
+    }
+
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
+        paths.par_iter().map(|path| picture::load(path)).collect()
     }
 }

@@ -403,3 +403,44 @@ const EXPECTED_FAILURES: &Refusals = &[
         &[("light-invalid-missing-type.gltf", "/extensions/KHR_lights_punctual: missing field `type`")],
     ),
 ];
+
+/// A picture of one texel that is red, and one that is cut off.
+const RED: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP4z8DwHwAFAAH/VscvDQAAAABJRU5ErkJggg==";
+const CUT_OFF: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAf";
+
+#[test]
+fn pictures_are_those_that_visible_materials_ask_for() {
+    use serde_json::json;
+    let shows = |index: usize| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": index}}});
+    let triangle =
+        |material: usize| json!({"primitives": [{"attributes": {"POSITION": 0}, "material": material}]});
+    let mut coated = shows(0);
+    coated["extensions"] =
+        json!({"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatTexture": {"index": 2}}});
+    let mut red = shows(0);
+    red["occlusionTexture"] = json!({"index": 3});
+    let file = json!({
+        "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_clearcoat"], "scene": 0,
+        "scenes": [{"nodes": [0, 2, 3, 4]}, {"nodes": [5]}],
+        "nodes": [{"children": [1]}, {"mesh": 0}, {"mesh": 1}, {"mesh": 2}, {"mesh": 3}, {"mesh": 4}],
+        "meshes": [triangle(0), triangle(1), triangle(1), triangle(2), triangle(3)],
+        // Red; cut off; red with a coat's picture; another scene's.
+        "materials": [red, shows(1), coated, shows(3)],
+        "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
+        "images": [{"uri": RED}, {"uri": CUT_OFF}, {"uri": RED}, {"uri": CUT_OFF}],
+        "accessors": [{"bufferView": 0, "componentType": 5121, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 9}],
+        "buffers": [{"byteLength": 9, "uri": "data:;base64,AAAAAQAAAAEA"}],
+    });
+    let (mut assets, mut warnings) = (rayfront::world::Assets::default(), Vec::new());
+    let (bytes, path) = (file.to_string().into_bytes(), std::path::Path::new("pictures.gltf"));
+    formats::gltf::parse(&bytes, path, &LoadOptions::default(), &mut assets, &mut warnings).unwrap();
+    let red = rayfront::world::Texels::Rgba8(vec![[255, 0, 0, 255]]);
+    assert_eq!(assets.images.iter().map(|image| &image.texels).collect::<Vec<_>>(), [&red; 2]);
+    // Each is complained of once, and what nobody sees is not.
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].starts_with("pictures.gltf: /images/1: the picture cannot be decoded"),
+        "{warnings:?}"
+    );
+}

@@ -37,7 +37,7 @@ const CRATES: [(&str, &[&str]); 26] = [
     ("exr", &["formats"]),
     ("tempfile", &["formats"]),
     ("serde_json", &["cli", "formats"]),
-    ("rayon", &["compile", "bvh", "render", "cli"]),
+    ("rayon", &["compile", "bvh", "formats", "render", "cli"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),

@@ -1,5 +1,6 @@
 //! Pictures in a file or beside it, each decoded once.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,7 @@ use crate::world::{Assets, Image, ImageId, Texels};
 
 /// Where an image's bytes are, the same for the same image.
 #[derive(Clone, PartialEq, Eq, Hash)]
-enum Place {
+pub(super) enum Place {
     File(PathBuf),
     /// Offset and length in a buffer.
     Buffer(usize, u64, u64),
@@ -34,6 +35,8 @@ pub(super) struct Images {
     /// much of little.
     decoded: HashMap<usize, u64>,
     complained: HashSet<Place>,
+    /// Those that `ahead` has decoded and nobody has asked for yet.
+    pub ahead: HashMap<Place, Result<Image, LoadError>>,
 }
 
 impl Images {
@@ -116,34 +119,17 @@ impl Images {
         warnings: &mut Vec<String>,
     ) -> Result<Option<Image>, LoadError> {
         let at = format!("/images/{}", index.value());
-        let image = document.get(&document.root.images, index, &at, "image")?;
-        let decoded = match place {
-            Place::File(file) => std::fs::read(file)
-                .map_err(LoadError::io(file))
-                .and_then(|bytes| basis::decode(&bytes, file))
-                .map(|image| Image { source: Some(file.clone()), ..image }),
-            Place::Uri(_) => {
-                let uri = image.uri.as_deref().unwrap_or_default();
-                let bytes = match uri::resolve(uri, document.folder()) {
-                    Ok(Resource::Data(bytes)) => bytes,
-                    Ok(Resource::File(_)) => Vec::new(),
-                    Err(reason) => return Err(document.error(at, reason)),
-                };
-                basis::decode(&bytes, &inside(document.path, &at))
+        let ahead = self.ahead.remove(place);
+        let encoded = if ahead.is_none() { Encoded::of(document, index, place)? } else { None };
+        if let Place::Buffer(buffer, _, length) = place {
+            // A picture may be wanted for its colours and as it is stored.
+            let decoded = self.decoded.entry(*buffer).or_default();
+            *decoded += length;
+            if *decoded > whole(document, *buffer).saturating_mul(2) {
+                return Err(document.error(at, "the images of this buffer overlap"));
             }
-            Place::Buffer(buffer, _, length) => {
-                let Some(view) = image.buffer_view else { return Ok(None) };
-                let bytes = document.view(view, &at)?;
-                // A picture may be wanted for its colours and as it is stored.
-                let decoded = self.decoded.entry(*buffer).or_default();
-                *decoded += length;
-                let whole = document.root.buffers.get(*buffer).map_or(0, |buffer| buffer.byte_length.0);
-                if *decoded > whole.saturating_mul(2) {
-                    return Err(document.error(at, "the images of this buffer overlap"));
-                }
-                basis::decode(bytes, &inside(document.path, &at))
-            }
-        };
+        }
+        let Some(decoded) = ahead.or_else(|| encoded.map(Encoded::decode)) else { return Ok(None) };
         decoded.map(Some).or_else(|error| {
             if self.complained.insert(place.clone()) {
                 warnings.push(format!("{error} (it is left out)"));
@@ -153,12 +139,64 @@ impl Images {
     }
 }
 
+/// A picture before it is decoded.
+pub(super) enum Encoded<'d> {
+    File(PathBuf),
+    /// Its bytes and what messages call it.
+    Bytes(Cow<'d, [u8]>, PathBuf),
+}
+
+impl<'d> Encoded<'d> {
+    /// That of an image at its place; none where there is nothing.
+    pub(super) fn of(
+        document: &'d Document,
+        index: Index<json::Image>,
+        place: &Place,
+    ) -> Result<Option<Self>, LoadError> {
+        let at = format!("/images/{}", index.value());
+        let image = document.get(&document.root.images, index, &at, "image")?;
+        let bytes = match place {
+            Place::File(file) => return Ok(Some(Self::File(file.clone()))),
+            Place::Uri(_) => {
+                let uri = image.uri.as_deref().unwrap_or_default();
+                match uri::resolve(uri, document.folder()) {
+                    Ok(Resource::Data(bytes)) => Cow::Owned(bytes),
+                    Ok(Resource::File(_)) => Cow::default(),
+                    Err(reason) => return Err(document.error(at, reason)),
+                }
+            }
+            Place::Buffer(..) => {
+                let Some(view) = image.buffer_view else { return Ok(None) };
+                Cow::Borrowed(document.view(view, &at)?)
+            }
+        };
+        Ok(Some(Self::Bytes(bytes, inside(document.path, &at))))
+    }
+
+    /// Its pixels.
+    pub(super) fn decode(self) -> Result<Image, LoadError> {
+        match self {
+            Self::File(file) => {
+                let bytes = std::fs::read(&file).map_err(LoadError::io(&file))?;
+                let image = basis::decode(&bytes, &file)?;
+                Ok(Image { source: Some(file), ..image })
+            }
+            Self::Bytes(bytes, name) => basis::decode(&bytes, &name),
+        }
+    }
+}
+
+/// The length of a buffer.
+pub(super) fn whole(document: &Document, buffer: usize) -> u64 {
+    document.root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0)
+}
+
 /// What messages call a picture within a file.
 fn inside(path: &Path, at: &str) -> PathBuf {
     PathBuf::from(format!("{}: {at}", path.display()))
 }
 
-fn place(document: &Document, index: Index<json::Image>, at: &str) -> Result<Place, LoadError> {
+pub(super) fn place(document: &Document, index: Index<json::Image>, at: &str) -> Result<Place, LoadError> {
     let image = document.get(&document.root.images, index, at, "image")?;
     let at = format!("/images/{}", index.value());
     if let Some(view) = image.buffer_view {

@@ -148,6 +148,16 @@ impl Import<'_> {
 
     /// The material of a primitive under the variant that was asked for.
     fn material_of(&mut self, primitive: &Primitive, at: &str) -> Result<Lowered, LoadError> {
+        let index = self.material_index(primitive, at)?;
+        self.material(index, &format!("{at}/material"))
+    }
+
+    /// The number of a primitive's material, which may depend on the variant that was asked for.
+    pub(super) fn material_index(
+        &self,
+        primitive: &Primitive,
+        at: &str,
+    ) -> Result<Option<Index<json::Material>>, LoadError> {
         let mut index = primitive.material;
         if let Some(variant) = self.variant {
             let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
@@ -156,7 +166,7 @@ impl Import<'_> {
             let mapping = mappings.into_iter().find(|mapping| mapping.variants.contains(&variant));
             index = mapping.map(|mapping| Index::new(mapping.material)).or(index);
         }
-        self.material(index, &format!("{at}/material"))
+        Ok(index)
     }
 }
 

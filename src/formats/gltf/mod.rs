@@ -14,6 +14,7 @@
 //! be had is a warning, and so is what is left out.
 
 mod accessor;
+mod ahead;
 mod animation;
 mod basis;
 mod container;
@@ -151,6 +152,7 @@ pub fn parse(
     };
     let scene = node::scene(&document, options.scene.as_deref())?;
     let roots = node::roots(&document, scene, &import.parents)?;
+    import.decode_ahead(&roots);
     let (mut nodes, bounds) = import.nodes(roots)?;
     nodes.extend(import.environment(scene)?);
     let aspect = import.aspect;

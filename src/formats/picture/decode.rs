@@ -91,6 +91,14 @@ fn texels(image: DynamicImage) -> Texels {
             let words = image.into_rgb16().into_raw();
             Texels::Rgb32(words.as_chunks().0.iter().map(|texel: &[u16; 3]| texel.map(linear)).collect())
         }
+        // The crate would make a copy of four channels first.
+        DynamicImage::ImageRgb8(image) => {
+            let texels = image.as_raw().as_chunks().0;
+            Texels::Rgba8(texels.iter().map(|[r, g, b]: &[u8; 3]| [*r, *g, *b, 255]).collect())
+        }
+        DynamicImage::ImageLuma8(image) => {
+            Texels::Rgba8(image.as_raw().iter().map(|grey| [*grey, *grey, *grey, 255]).collect())
+        }
         _ => Texels::Rgba8(image.into_rgba8().into_raw().as_chunks().0.to_vec()),
     }
 }

@@ -1,4 +1,5 @@
-//! The files that a scene refers to, each read once.
+//! The files that a scene refers to, each read once. Pictures are read when everything else is,
+//! several at once.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -8,10 +9,10 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::gltf::Model;
 use crate::formats::ron::source::{Raw, Source};
-use crate::world::{ImageId, MeshId, Texture, TextureId, World};
+use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, World};
 
 /// What was read so far.
-pub(super) struct AssetCache<'s> {
+pub(super) struct AssetCache<'s, 'a> {
     files: &'s mut dyn AssetFiles,
     /// The scene file's.
     folder: PathBuf,
@@ -19,13 +20,17 @@ pub(super) struct AssetCache<'s> {
     meshes: HashMap<PathBuf, MeshId>,
     models: HashMap<PathBuf, Rc<Model>>,
     images: HashMap<PathBuf, ImageId>,
+    /// Pictures that are still to be read: where they are named, and their ids and paths.
+    named: Vec<Raw<'a>>,
+    wanted: Vec<ImageId>,
+    paths: Vec<PathBuf>,
     textures: HashMap<TextureKey, TextureId>,
 }
 
 /// A [`Texture`] by its bits.
 type TextureKey = (ImageId, [u8; 5], [u32; 8]);
 
-impl<'s> AssetCache<'s> {
+impl<'s, 'a> AssetCache<'s, 'a> {
     pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
         let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
         Self {
@@ -34,12 +39,15 @@ impl<'s> AssetCache<'s> {
             meshes: HashMap::new(),
             models: HashMap::new(),
             images: HashMap::new(),
+            named: Vec::new(),
+            wanted: Vec::new(),
+            paths: Vec::new(),
             textures: HashMap::new(),
         }
     }
 
     /// The mesh of the file that `raw` names.
-    pub(super) fn mesh<'a>(
+    pub(super) fn mesh(
         &mut self,
         source: &Source<'a>,
         raw: Raw<'a>,
@@ -66,7 +74,7 @@ impl<'s> AssetCache<'s> {
     }
 
     /// The model of the glTF file that `raw` names, and the file.
-    pub(super) fn model<'a>(
+    pub(super) fn model(
         &mut self,
         source: &Source<'a>,
         raw: Raw<'a>,
@@ -83,8 +91,8 @@ impl<'s> AssetCache<'s> {
         Ok((model, path))
     }
 
-    /// The picture of the file that `raw` names.
-    pub(super) fn image<'a>(
+    /// The picture of the file that `raw` names, which [`AssetCache::read_images`] will read.
+    pub(super) fn image(
         &mut self,
         source: &Source<'a>,
         raw: Raw<'a>,
@@ -99,15 +107,28 @@ impl<'s> AssetCache<'s> {
         let id = match self.images.get(&file) {
             Some(id) => *id,
             None => {
-                let read = self.files.image(&path);
-                let mut image = read.map_err(|error| source.error(raw.0, error.to_string()))?;
-                image.source.get_or_insert(path);
-                world.assets.add_image(image)
+                let nothing = Texels::Rgba8(vec![[0; 4]]);
+                let id = world.assets.add_image(Image { source: None, width: 1, height: 1, texels: nothing });
+                self.named.push(raw);
+                self.wanted.push(id);
+                self.paths.push(path);
+                id
             }
         };
         self.images.insert(file, id);
         self.images.insert(written, id);
         Ok(id)
+    }
+
+    /// Reads all pictures that were asked for.
+    pub(super) fn read_images(self, source: &Source<'a>, world: &mut World) -> Result<(), LoadError> {
+        let read = self.files.images(&self.paths);
+        for (((image, id), path), raw) in read.into_iter().zip(self.wanted).zip(self.paths).zip(self.named) {
+            let mut image = image.map_err(|error| source.error(raw.0, error.to_string()))?;
+            image.source.get_or_insert(path);
+            world.assets.images[id.0 as usize] = image;
+        }
+        Ok(())
     }
 
     /// The id of this texture, the same for the same one. (The store's own search

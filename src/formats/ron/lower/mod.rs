@@ -28,7 +28,7 @@ use crate::world::{MaterialId, World};
 struct Lowering<'s, 'a> {
     source: &'s Source<'a>,
     world: World,
-    assets: AssetCache<'s>,
+    assets: AssetCache<'s, 'a>,
     /// The scene's own named materials; those that a mesh brought along have no say.
     materials: HashMap<String, MaterialId>,
 }
@@ -50,5 +50,7 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
         lowering.named_materials(materials)?;
     }
     lowering.entities(scene.entities)?;
-    Ok(lowering.world)
+    let Lowering { mut world, assets, .. } = lowering;
+    assets.read_images(source, &mut world)?;
+    Ok(world)
 }

@@ -141,11 +141,11 @@ fn entities_keep_the_files_order_and_parents_may_follow() {
 fn every_file_is_read_once_relative_to_the_scene() {
     let mut files = Fake::default();
     let world = parse(EVERYTHING, Path::new("scenes/test.ron"), &mut files).unwrap();
-    let paths = ["scenes/../assets/checker.png", "scenes/../assets/knot.ply"].map(PathBuf::from);
+    let paths = ["scenes/../assets/knot.ply", "scenes/../assets/checker.png"].map(PathBuf::from);
     assert_eq!(files.loaded, paths);
     assert_eq!((world.assets.images.len(), world.assets.meshes.len()), (1, 1));
     assert_eq!(world.assets.textures.len(), 4);
-    assert_eq!(world.assets.meshes[0].source.as_deref(), Some(paths[1].as_path()));
+    assert_eq!(world.assets.meshes[0].source.as_deref(), Some(paths[0].as_path()));
     assert_eq!(world.warnings.len(), 1);
     // However a path is written, the file is the same.
     let folder = tempfile::tempdir().unwrap();
