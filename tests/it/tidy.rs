@@ -45,7 +45,7 @@ const CRATES: [(&str, &[&str]); 26] = [
     ("perf_event", &["study"]),
     ("plotters", &["study"]),
     ("dejavu", &["study"]),
-    ("rand", &["sampling"]),
+    ("rand", &["sampling", "study"]),
     ("xxhash_rust", &["film", "study"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "formats", "query"]),

@@ -2,8 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use rand::RngExt;
+
 use crate::math::Vec3;
 use crate::query::RayBatch;
+use crate::sampling::Stream;
 use crate::world::Mesh;
 
 /// A unit ball with bumps, of about as many triangles.
@@ -35,11 +38,11 @@ pub(super) fn ball(triangles: u32) -> Mesh {
 /// many there are.
 pub(super) fn cloud(triangles: u32) -> Mesh {
     let mut mesh = Mesh { name: "cloud".into(), ..Mesh::default() };
-    let (places, turns) = (Spread::<3>::new(), Spread::<6>::new());
+    let mut random = Stream::new(0);
     let edge = 1.5 / f64::from(triangles.max(1)).sqrt();
     for i in 0..triangles {
-        let center = places.at(i).map(|c| 2.0 * c - 1.0);
-        let turn = turns.at(i.wrapping_add(triangles));
+        let center: [f64; 3] = std::array::from_fn(|_| random.random_range(-1.0..1.0));
+        let turn: [f64; 6] = random.random();
         for corner in 0..3 {
             let offset =
                 |axis: usize| edge * libm::sin(TAU * (turn[axis] + turn[axis + 3] + f64::from(corner) / 3.0));
@@ -54,41 +57,17 @@ pub(super) fn cloud(triangles: u32) -> Mesh {
 /// Rays from a sphere around the unit ball to places in it, in no order.
 pub(super) fn rays(count: u32, seed: u32) -> RayBatch {
     let mut rays = RayBatch::with_capacity(count as usize);
-    let places = Spread::<5>::new();
-    for i in 0..count {
-        let [u, v, x, y, z] = places.at(i.wrapping_add(seed.wrapping_mul(7919)));
-        let (height, angle) = (2.0 * u - 1.0, TAU * v);
+    let mut random = Stream::new(seed.into());
+    for _ in 0..count {
+        let (height, angle): (f64, f64) = (random.random_range(-1.0..1.0), random.random_range(0.0..TAU));
         let ring = (1.0 - height * height).max(0.0).sqrt();
         let from = [3.0 * ring * libm::cos(angle), 3.0 * height, 3.0 * ring * libm::sin(angle)];
-        let to = [x, y, z].map(|c| 1.4 * c - 0.7);
+        let to: [f64; 3] = std::array::from_fn(|_| random.random_range(-0.7..0.7));
         let origin = Vec3::from_array(from.map(|c| c as f32));
         let direction = Vec3::from_array([0, 1, 2].map(|axis| (to[axis] - from[axis]) as f32));
         rays.push(origin, direction.normalize(), 0.0, f32::INFINITY);
     }
     rays
-}
-
-/// Points that fill a cube evenly: Martin Roberts's additive sequence (2018), by the positive
-/// root g of g^(N + 1) = g + 1.
-struct Spread<const N: usize>([f64; N]);
-
-impl<const N: usize> Spread<N> {
-    fn new() -> Self {
-        let mut root = 1.5;
-        for _ in 0..40 {
-            root = libm::pow(1.0 + root, 1.0 / (N as f64 + 1.0));
-        }
-        let mut step = 1.0;
-        Self(std::array::from_fn(|_| {
-            step /= root;
-            step
-        }))
-    }
-
-    /// The i-th.
-    fn at(&self, i: u32) -> [f64; N] {
-        self.0.map(|step| (0.5 + step * f64::from(i)).fract())
-    }
 }
 
 #[cfg(test)]
@@ -107,5 +86,19 @@ mod tests {
             assert!(mesh.triangles.iter().flatten().all(|i| (*i as usize) < mesh.positions.len()));
         }
         assert_eq!(rays(100, 1).len(), 100);
+    }
+
+    #[test]
+    fn clouds_fill_their_cube_and_rays_come_from_all_sides() {
+        let (mesh, batch) = (cloud(8000), rays(8000, 1));
+        let mut octants = [[0; 8]; 2];
+        let octant = |p: Vec3| (0..3).map(|axis| usize::from(p[axis] > 0.0) << axis).sum::<usize>();
+        for i in 0..8000 {
+            octants[0][octant(mesh.positions[3 * i])] += 1;
+            octants[1][octant(Vec3::from_array(batch.rays().origin.map(|column| column[i])))] += 1;
+        }
+        assert!(octants.as_flattened().iter().all(|count| (850..1150).contains(count)), "{octants:?}");
+        let same = |a: &RayBatch, b: &RayBatch| a.rays().origin[0] == b.rays().origin[0];
+        assert!(same(&batch, &rays(8000, 1)) && !same(&batch, &rays(8000, 2)));
     }
 }
