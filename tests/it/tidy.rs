@@ -1,7 +1,11 @@
 //! The code keeps to the architecture: this reads the sources.
 
-use std::path::{Path, PathBuf};
+mod lanes;
+mod source;
 
+use std::path::PathBuf;
+
+use self::source::{Source, is_word, root, sources, words_after};
 use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
@@ -63,141 +67,8 @@ const LONGEST_FUNCTION: usize = 90;
 /// Files and functions that may be longer, and why.
 const MAY_BE_LONG: [(&str, &str); 0] = [];
 
-/// A source file without its tests: lines as they are, and with comments and strings blanked.
-struct Source {
-    /// Below `src/`, with forward slashes.
-    name: String,
-    lines: Vec<String>,
-    code: Vec<String>,
-}
-
-impl Source {
-    fn module(&self) -> &str {
-        let first = self.name.split('/').next().unwrap_or_default();
-        first.trim_end_matches(".rs")
-    }
-
-    /// Numbers (from 1) and code of the lines.
-    fn numbered(&self) -> impl Iterator<Item = (usize, &str)> {
-        self.code.iter().enumerate().map(|(i, line)| (i + 1, line.as_str()))
-    }
-}
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder of sources").flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            rust_files(&path, files);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            files.push(path);
-        }
-    }
-}
-
-fn sources() -> Vec<Source> {
-    let src = root().join("src");
-    let mut files = Vec::new();
-    rust_files(&src, &mut files);
-    files.sort();
-    assert!(files.len() > 50, "the sources were not found");
-    let mut sources = Vec::new();
-    for file in files {
-        let name = file.strip_prefix(&src).expect("below src").to_string_lossy().replace('\\', "/");
-        let is_test = name.split('/').any(|part| part == "tests" || part == "tests.rs");
-        if !is_test {
-            let text = std::fs::read_to_string(&file).expect("a source");
-            let text = without_tests(&text);
-            let code = blank(text).lines().map(str::to_owned).collect();
-            sources.push(Source { name, lines: text.lines().map(str::to_owned).collect(), code });
-        }
-    }
-    sources
-}
-
-/// The text up to the tests, which are last in every file (else this would hide code: it panics).
-fn without_tests(text: &str) -> &str {
-    let Some(at) = text.find("#[cfg(test)]\nmod tests {") else { return text };
-    let rest = &text[at..];
-    let end = rest.find("\n}\n").map_or(rest.len(), |end| end + 3);
-    assert!(rest[end..].trim().is_empty(), "code behind the tests:\n{}", &rest[end..]);
-    &text[..at]
-}
-
-/// Comments, strings and characters replaced by blanks; lines stay lines.
-fn blank(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let length = skipped(rest);
-        if length == 0 {
-            out.push(c);
-            rest = &rest[c.len_utf8()..];
-        } else {
-            out.extend(rest[..length].chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
-            rest = &rest[length..];
-        }
-    }
-    out
-}
-
-/// The bytes of the comment, string or character that `text` begins with, or 0.
-fn skipped(text: &str) -> usize {
-    let until =
-        |end: &str, from: usize| text[from..].find(end).map_or(text.len(), |at| from + at + end.len());
-    if text.starts_with("//") {
-        return until("\n", 0) - text.contains('\n') as usize;
-    }
-    if text.starts_with("/*") {
-        return until("*/", 2);
-    }
-    for hashes in 1..3 {
-        let mark = "#".repeat(hashes);
-        if text.starts_with(&format!("r{mark}\"")) {
-            return until(&format!("\"{mark}"), hashes + 2);
-        }
-    }
-    let mut characters = text.char_indices();
-    match characters.next() {
-        Some((_, '"')) => {
-            let mut escaped = false;
-            for (at, c) in characters {
-                match c {
-                    '"' if !escaped => return at + 1,
-                    _ => escaped = c == '\\' && !escaped,
-                }
-            }
-            text.len()
-        }
-        // A character, not a lifetime.
-        Some((_, '\'')) if text[1..].starts_with('\\') => until("'", 3),
-        Some((_, '\'')) => match (characters.next(), characters.next()) {
-            (Some(_), Some((at, '\''))) => at + 1,
-            _ => 0,
-        },
-        _ => 0,
-    }
-}
-
-/// The words that follow `before` in a line, as whole words.
-fn words_after<'a>(line: &'a str, before: &'a str) -> impl Iterator<Item = &'a str> {
-    line.match_indices(before).filter_map(move |(at, _)| {
-        let starts_word = !line[..at].ends_with(is_word);
-        let rest = &line[at + before.len()..];
-        let end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
-        (starts_word && end > 0).then(|| &rest[..end])
-    })
-}
-
-fn is_word(c: char) -> bool {
-    c.is_alphanumeric() || c == '_'
-}
-
 #[track_caller]
-fn none(problems: Vec<String>) {
+pub(super) fn none(problems: Vec<String>) {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 
@@ -364,24 +235,46 @@ fn no_large_file_is_tracked() {
     none(problems);
 }
 
-#[test]
-fn the_crates_of_the_specification_are_used() {
-    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
-    let dependencies = manifest.split("[dependencies]").nth(1).and_then(|rest| rest.split("\n[").next());
-    let dependencies = dependencies.expect("dependencies");
-    for name in ["hecs", "glam", "rayon", "image", "gltf", "tobj", "ron", "rand", "smallvec"] {
-        let declared = dependencies.lines().any(|line| line.starts_with(&format!("{name} =")));
-        assert!(declared, "{name} is not declared");
-    }
+/// Whether code of a file calls into a crate. A module of ours may have its name; and to implement
+/// a crate's trait is no use that anybody makes of it.
+fn uses(source: &Source, name: &str) -> bool {
+    let is_ours = source.code.iter().map(|line| line.trim()).any(|line| {
+        let declared = words_after(line, "mod ").next() == Some(name);
+        let imported = ["use crate::", "use super::", "use self::"].iter().any(|start| {
+            let rest = line.split_once(start).map_or("", |(_, rest)| rest);
+            let ends = |part: &str| part.trim().rsplit("::").next() == Some(name);
+            rest.split(['{', '}', ',', ';']).any(ends)
+        });
+        declared || imported
+    });
+    let in_path = |line: &str| {
+        line.match_indices(&format!("{name}::"))
+            .any(|(at, _)| !line[..at].ends_with(|c| is_word(c) || c == ':'))
+    };
+    !is_ours && source.code.iter().any(|line| !line.trim_start().starts_with("impl") && in_path(line))
 }
 
 #[test]
-fn comments_and_strings_are_not_code() {
-    let text = "let a = \"unsafe \\\" {\"; // unsafe\nlet b = 'x'; let c: &'a str = r#\"panic!(\"\"#; /* a\nb */ done";
-    let code = blank(text);
-    assert_eq!(code.lines().count(), 3);
-    assert!(
-        !code.contains("unsafe") && !code.contains("panic") && !code.contains('b') || code.contains("let b")
-    );
-    assert!(code.contains("let a =") && code.contains("&'a str") && code.contains("done"));
+fn the_crates_of_the_specification_are_used() {
+    let sources = sources();
+    let used = |name: &str| sources.iter().any(|source| uses(source, name));
+    for name in ["hecs", "glam", "rayon", "image", "gltf", "tobj", "ron", "rand", "smallvec"] {
+        assert!(used(name), "nothing but tests uses {name}");
+    }
+    for name in ["proptest", "criterion", "png_encoder"] {
+        assert!(!used(name), "{name} is for tests: the search finds what is not there");
+    }
+    let made_up = |text: &str| uses(&Source::new("formats/a.rs".into(), text), "ron");
+    assert!(made_up("use ron::Options;") && made_up("fn f() { let a = ron::to_string(&1); }"));
+    for text in [
+        "mod ron;\nfn f() { ron::load() }",
+        "use super::ron;\nfn f() { ron::load() }",
+        "use crate::formats::{obj, ron};\nfn f() { ron::load() }",
+        "// ron::load()\nconst A: &str = \"ron::load()\";",
+        "impl ron::Trait for A {}",
+        "fn f() { super::ron::load(); macron::load() }",
+        "#[cfg(test)]\nmod tests {\n    use ron::Options;\n}\n",
+    ] {
+        assert!(!made_up(text), "{text}");
+    }
 }
