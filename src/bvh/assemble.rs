@@ -8,7 +8,8 @@ use smallvec::SmallVec;
 use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
 use super::collapse::{Plan, open};
-use super::layout::{Bvh, Node, Root, SPHERE, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
+use super::layout::{Bvh, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
+use super::presence::{Presence, Word};
 use super::primitives::Primitives;
 use crate::math::{Aabb, Vec3};
 
@@ -19,7 +20,7 @@ pub struct Geometry<'a> {
     pub positions: &'a [[f32; 3]],
     /// Triangles by vertex indices; a triangle's id is its place here.
     pub triangles: &'a [[u32; 3]],
-    /// Centres and radii; a sphere's id is its place here with the [`SPHERE`] bit.
+    /// Centres and radii; a sphere's id is its place here with the [`super::SPHERE`] bit.
     pub spheres: &'a [[f32; 4]],
 }
 
@@ -119,7 +120,7 @@ fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
             block.center[axis][lane] = value;
         }
         block.radius[lane] = radius;
-        block.primitive[lane] = *id | SPHERE;
+        block.words[lane] = Word::new(*id, Presence::Always).0;
     }
     block
 }

@@ -1,6 +1,7 @@
 //! Every triangle for every ray: what a tree is measured against.
 
 use super::leaf::{self, Visit};
+use super::presence::Asker;
 use super::ray::Local;
 use super::{Bvh, HitsMut};
 use crate::math::{Hit, NONE, Ray};
@@ -23,7 +24,8 @@ impl Kernel for Everything<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Hit {
         let local = Local::new(*self.ray);
-        let visit = Visit { near: self.ray.t_min, t_min: self.ray.t_min, instance: NONE };
+        let t_min = self.ray.t_min;
+        let visit = Visit::new(self.bvh, t_min, t_min, NONE, Asker::CREDULOUS);
         let mut best = Hit { t: self.ray.t_max, ..Hit::MISS };
         for block in self.bvh.triangles.iter() {
             leaf::triangles::<L, HitsMut>(block, &local.ray, &local.shear, visit, &mut best);

@@ -104,7 +104,7 @@ impl Bvh {
                 let content = |lane: usize| {
                     let corners = block.corners(lane).map(Vec3::from_array);
                     let bounds = Aabb::around(corners);
-                    Content { id: block.primitive[lane], bounds, corners: Some(corners) }
+                    Content { id: block.id(lane), bounds, corners: Some(corners) }
                 };
                 (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
@@ -114,7 +114,7 @@ impl Bvh {
                     let center = Vec3::from_array(block.center.map(|axis| axis[lane]));
                     let radius = Vec3::splat(block.radius[lane]);
                     let bounds = Aabb { min: center - radius, max: center + radius };
-                    Content { id: block.primitive[lane], bounds, corners: None }
+                    Content { id: block.id(lane), bounds, corners: None }
                 };
                 (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }

@@ -11,13 +11,14 @@
 use super::Rays;
 use super::answers::Answers;
 use super::layout::{Bvh, Child, Kind};
-use super::leaf::Best;
+use super::leaf::{Askers, Best};
+use super::presence::{Asker, Candidate, Word};
 use super::ray::slab_scales;
 use super::sphere;
 use super::triangle::{Asked, ExactRays, Plane, Shear, intersect_rays, seen_from};
 use super::ways::{OCTANTS, Ways};
 use crate::math::NONE;
-use crate::simd::{Float, Int, Lanes, Mask};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
 /// More blocks than this are walked. (Measured on cut-down bumpy meshes.)
 const MOST_BLOCKS: usize = 12;
@@ -27,6 +28,24 @@ pub(super) struct Few {
     leaves: Vec<Leaf>,
     /// For each octant the leaves from front to back.
     front_to_back: [Vec<u8>; OCTANTS],
+    /// Whether rays may have to ask.
+    conditional: bool,
+}
+
+/// [`Few::trace`].
+pub(super) struct Query<'a, 'r, A> {
+    pub few: &'a Few,
+    pub rays: &'a Rays<'r>,
+    pub ways: &'a mut Ways,
+    pub answers: &'a mut A,
+}
+
+impl<A: Answers> Kernel for Query<'_, '_, A> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.few.trace::<L, A>(self.rays, self.ways, self.answers);
+    }
 }
 
 /// The planes of a leaf's box, lower ones first, and its triangles, for each axis along which a ray
@@ -40,7 +59,7 @@ struct Leaf {
 struct Sphere {
     center: [f32; 3],
     radius: f32,
-    primitive: u32,
+    candidate: Candidate,
 }
 
 /// A triangle with renamed axes.
@@ -48,7 +67,7 @@ struct Triangle {
     corners: [[f32; 3]; 3],
     /// Axes as they are.
     plane: Plane,
-    primitive: u32,
+    candidate: Candidate,
 }
 
 /// Rays that go one way.
@@ -100,21 +119,22 @@ impl Few {
             });
             order
         });
-        Some(Self { leaves, front_to_back })
+        Some(Self { leaves, front_to_back, conditional: bvh.conditional })
     }
 
     /// Answers all rays.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, ways: &mut Ways, answers: &mut A) {
+    fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, ways: &mut Ways, answers: &mut A) {
         let width = L::Queue::WIDTH;
-        let ends = ways.sort::<L::Queue>(rays);
+        let ends = ways.sort::<L::Queue>(rays, self.conditional);
         let mut first = 0;
         for (way, end) in ends.into_iter().enumerate() {
             let (octant, axis) = (way % OCTANTS, way / OCTANTS);
             for at in (first..end).step_by(width) {
                 let lanes = width.min(end - at);
                 let mut group = Group::<L::Queue>::load(ways, at, lanes, octant, axis);
-                self.visit::<L::Queue, A>(octant, axis, &mut group);
+                let askers = Waiting { rays, ways, at };
+                self.visit::<L::Queue, A>(octant, axis, &mut group, &askers);
                 let Best { t, u, v, primitive } = group.best;
                 ways.keep(at, [t, u, v], primitive);
             }
@@ -124,7 +144,13 @@ impl Few {
     }
 
     #[inline(always)]
-    fn visit<F: Float, A: Answers>(&self, octant: usize, axis: usize, group: &mut Group<F>) {
+    fn visit<F: Float, A: Answers>(
+        &self,
+        octant: usize,
+        axis: usize,
+        group: &mut Group<F>,
+        askers: &Waiting,
+    ) {
         for leaf in &self.front_to_back[octant] {
             let leaf = &self.leaves[usize::from(*leaf)];
             let (near, entered) = group.enter(&leaf.planes);
@@ -132,10 +158,10 @@ impl Few {
                 continue;
             }
             for triangle in &leaf.triangles[axis] {
-                group.test::<A>(triangle, near, entered);
+                group.test::<A>(triangle, near, entered, askers);
             }
             for sphere in &leaf.spheres {
-                group.test_sphere::<A>(sphere, near, entered);
+                group.test_sphere::<A>(sphere, near, entered, askers);
             }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
                 return;
@@ -148,24 +174,24 @@ impl Leaf {
     fn new(bvh: &Bvh, child: Child, planes: [[f32; 3]; 2]) -> Self {
         if child.kind() == Kind::Spheres {
             let block = &bvh.spheres[child.index()];
-            let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
+            let places = (0..block.words.len()).filter(|place| Word(block.words[*place]).is_used());
             let spheres = places.map(|place| Sphere {
                 center: block.center.map(|axis| axis[place]),
                 radius: block.radius[place],
-                primitive: block.primitive[place],
+                candidate: Candidate::sphere(Word(block.words[place])),
             });
             return Self { planes, triangles: Default::default(), spheres: spheres.collect() };
         }
         let block = &bvh.triangles[child.index()];
         let triangles = std::array::from_fn(|longest| {
             let [x, y, z] = Shear::AXES[longest];
-            let places = (0..block.primitive.len()).filter(|place| block.primitive[*place] != NONE);
+            let places = (0..block.words.len()).filter(|place| Word(block.words[*place]).is_used());
             let renamed = places.map(|place| {
                 let corners = block.corners(place);
                 Triangle {
                     corners: corners.map(|corner| [corner[x], corner[y], corner[z]]),
                     plane: Plane::new(corners),
-                    primitive: block.primitive[place],
+                    candidate: Candidate::triangle(Word(block.words[place])),
                 }
             });
             renamed.collect()
@@ -177,6 +203,19 @@ impl Leaf {
     fn depth(&self, octant: usize) -> f32 {
         let [low, high] = &self.planes;
         (0..3).map(|axis| if octant >> axis & 1 == 0 { low[axis] } else { -high[axis] }).sum()
+    }
+}
+
+/// The rays of a group in their queue.
+struct Waiting<'a> {
+    rays: &'a Rays<'a>,
+    ways: &'a Ways,
+    at: usize,
+}
+
+impl Askers for Waiting<'_> {
+    fn asker(&self, lane: usize) -> Asker<'_> {
+        self.rays.asker(self.ways.number(self.at + lane))
     }
 }
 
@@ -251,22 +290,22 @@ impl<F: Float> Group<F> {
 
     /// One triangle against all rays that have entered its leaf.
     #[inline(always)]
-    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask) {
+    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask, askers: &Waiting) {
         let seen = seen_from(&triangle.corners, &self.renamed);
         let best = self.best.t;
         let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
         let exact = OnPlane { plane: &triangle.plane, origin: &self.origin, direction: &self.direction };
         let hits = intersect_rays(seen, &self.shear, &asked, &exact);
         if hits.mask.any() {
-            self.best.take::<A>(&hits, triangle.primitive, near, self.t_min);
+            self.best.take::<A>(&hits, triangle.candidate, near, self.t_min, askers);
         }
     }
 
     /// One sphere against all rays that have entered its leaf.
     #[inline(always)]
-    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask) {
+    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask, askers: &Waiting) {
         let placed = (sphere.center, sphere.radius);
         let hits = sphere::intersect_rays(placed, self.origin, self.direction, self.t_min, entered);
-        self.best.take::<A>(&hits, sphere.primitive, near, self.t_min);
+        self.best.take::<A>(&hits, sphere.candidate, near, self.t_min, askers);
     }
 }

@@ -20,7 +20,7 @@ use super::triangle::{Exact, Shear};
 use super::{HitsMut, Rays, triangle};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::{key, key_distance};
-use crate::simd::{Lanes, Sixteen, prefetch};
+use crate::simd::{Kernel, Lanes, Sixteen, prefetch};
 
 /// Rays in flight.
 const RAYS: usize = 32;
@@ -37,6 +37,22 @@ const END: u32 = u32::MAX - 1;
 pub(super) struct Flight {
     rays: Box<[InFlight; RAYS]>,
     prepared: Box<Prepared>,
+}
+
+/// [`Flight::trace`].
+pub(super) struct Query<'a, 'r, A> {
+    pub flight: &'a mut Flight,
+    pub bvh: &'a Bvh,
+    pub rays: Rays<'r>,
+    pub answers: &'a mut A,
+}
+
+impl<A: Answers> Kernel for Query<'_, '_, A> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.flight.trace::<L, A>(self.bvh, self.rays, self.answers);
+    }
 }
 
 /// A ray on its way.
@@ -151,7 +167,7 @@ impl Flight {
 
     /// Answers a queue.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: Rays, answers: &mut A) {
+    fn trace<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: Rays, answers: &mut A) {
         let mut lists = Lists::new(bvh);
         let flight = &mut *self.rays;
         let mut queue = Queue { bvh, rays, next: 0, prepared: &mut self.prepared };
@@ -243,7 +259,7 @@ fn first_hit_round<L: Lanes, A: Answers>(
     for i in 0..lists.take(TRIANGLES) {
         let ray = lists.get(TRIANGLES, i);
         let f = &mut flight[ray % RAYS];
-        f.look_for_triangles::<L>(bvh, rays);
+        f.look_for_triangles::<L, A>(bvh, rays);
         f.pop::<L, A>();
         lists.send(ray, f.current);
     }
@@ -275,23 +291,25 @@ impl InFlight {
     #[inline(always)]
     fn test_triangles<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
         let block = &bvh.triangles[self.child().index()];
-        let visit = self.visit();
+        let visit = self.visit(bvh, rays);
         let source = Source { bvh, rays, index: self.index, instance: self.instance };
         leaf::triangles::<L, HitsMut>(block, &source, &self.shear, visit, &mut self.best);
     }
 
     /// Whether there is a hit in a block, without a branch on it.
     #[inline(always)]
-    fn look_for_triangles<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
+    fn look_for_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays) {
         let block = &bvh.triangles[self.child().index()];
         let source = Source { bvh, rays, index: self.index, instance: self.instance };
-        let found = leaf::hits_triangles::<L>(block, &source, &self.shear, self.visit(), self.best.t);
+        let visit = self.visit(bvh, rays);
+        let found = leaf::hits_triangles::<L, A>(block, &source, &self.shear, visit, self.best.t);
         self.best.primitive = select_unpredictable(found, 0, self.best.primitive);
     }
 
     #[inline(always)]
-    fn visit(&self) -> Visit {
-        Visit { near: key_distance(self.current), t_min: self.t_min, instance: self.instance }
+    fn visit<'a>(&self, bvh: &'a Bvh, rays: &Rays<'a>) -> Visit<'a> {
+        let asker = rays.asker(self.index as usize);
+        Visit::new(bvh, key_distance(self.current), self.t_min, self.instance, asker)
     }
 
     /// The next key on the stack and how many are below it. For the nearest hit those beyond
@@ -323,7 +341,7 @@ impl InFlight {
     #[inline(always)]
     fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
         let source = Source { bvh, rays, index: self.index, instance: self.instance };
-        let visit = self.visit();
+        let visit = self.visit(bvh, rays);
         leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
     }
 
@@ -417,7 +435,7 @@ impl Queue<'_> {
     fn prepare<L: Lanes, A: Answers>(&mut self, answers: &mut A) {
         let count = (self.rays.len() - self.next).min(BATCH);
         let (first, rays) = (self.next, &self.rays);
-        L::apart(Fill { prepared: self.prepared, bvh: self.bvh, rays, first, count });
+        L::outlined(Fill { prepared: self.prepared, bvh: self.bvh, rays, first, count });
         let mut missed = !self.prepared.waiting & (((1u64 << count) - 1) as u32);
         while missed != 0 {
             answers.put(self.next + missed.trailing_zeros() as usize, &Hit::MISS);

@@ -1,5 +1,6 @@
 //! The flattened tree as it lies in memory.
 
+use super::presence::{Presence, Word};
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
 use crate::world::BuildQuality;
@@ -131,14 +132,14 @@ pub fn back_to_front(order: &Order, octant: usize) -> impl Iterator<Item = usize
 pub struct TriangleBlock {
     /// Axis, then corner, then triangle.
     pub vertex: [[[f32; BLOCK]; 3]; 3],
-    /// Primitive ids, [`NONE`] where unused.
-    pub primitive: [u32; BLOCK],
+    /// Which triangles, and from where they are there: [`Word`]s.
+    pub words: [u32; BLOCK],
 }
 
 impl TriangleBlock {
     /// No triangle.
     pub const EMPTY: TriangleBlock =
-        TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], primitive: [NONE; BLOCK] };
+        TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], words: [Word::UNUSED.0; BLOCK] };
 
     /// Puts a triangle in one of the places.
     pub fn set(&mut self, place: usize, corners: [[f32; 3]; 3], primitive: u32) {
@@ -147,7 +148,13 @@ impl TriangleBlock {
                 self.vertex[axis][corner][place] = value;
             }
         }
-        self.primitive[place] = primitive;
+        self.words[place] = Word::new(primitive, Presence::Always).0;
+    }
+
+    /// The id of one of the triangles, [`NONE`] where there is none.
+    pub fn id(&self, place: usize) -> u32 {
+        let word = Word(self.words[place]);
+        if word.is_used() { word.number() } else { NONE }
     }
 
     /// The corners of one of the triangles.
@@ -172,14 +179,20 @@ pub struct SphereBlock {
     pub center: [[f32; BLOCK]; 3],
     /// In metres.
     pub radius: [f32; BLOCK],
-    /// Primitive ids, [`NONE`] where unused.
-    pub primitive: [u32; BLOCK],
+    /// Which spheres, and from where they are there: [`Word`]s.
+    pub words: [u32; BLOCK],
 }
 
 impl SphereBlock {
     /// No sphere.
     pub const EMPTY: SphereBlock =
-        SphereBlock { center: [[0.0; BLOCK]; 3], radius: [f32::NAN; BLOCK], primitive: [NONE; BLOCK] };
+        SphereBlock { center: [[0.0; BLOCK]; 3], radius: [f32::NAN; BLOCK], words: [Word::UNUSED.0; BLOCK] };
+
+    /// The id of one of the spheres, [`NONE`] where there is none.
+    pub fn id(&self, place: usize) -> u32 {
+        let word = Word(self.words[place]);
+        if word.is_used() { word.number() | SPHERE } else { NONE }
+    }
 
     /// The centre and the radius of one of the spheres.
     #[inline(always)]
@@ -199,6 +212,8 @@ pub struct Instance {
     pub to_world: [[f32; 4]; 3],
     /// The subtree; never another instance.
     pub root: Child,
+    /// From where its primitives are there, if that is not their own to say.
+    pub presence: Option<Presence>,
 }
 
 impl Instance {
@@ -208,7 +223,7 @@ impl Instance {
             let (c, t) = (m.matrix3, m.translation);
             [0, 1, 2].map(|r| [c.x_axis[r] as f32, c.y_axis[r] as f32, c.z_axis[r] as f32, t[r] as f32])
         };
-        Self { to_local: rows(&to_world.inverse()), to_world: rows(to_world), root }
+        Self { to_local: rows(&to_world.inverse()), to_world: rows(to_world), root, presence: None }
     }
 }
 
@@ -225,6 +240,8 @@ pub struct Bvh {
     pub spheres: Vec<SphereBlock>,
     /// Subtrees placed in the world.
     pub instances: Vec<Instance>,
+    /// Whether some primitive is not [`Presence::Always`] there.
+    pub conditional: bool,
     /// The world's tree, if there is anything at all.
     pub root: Option<Root>,
     /// The most entries that a traversal's stack can hold.
@@ -262,6 +279,7 @@ impl Default for Bvh {
             triangles: Vec::new(),
             spheres: Vec::new(),
             instances: Vec::new(),
+            conditional: false,
             root: None,
             stack_size: WIDTH,
             quality: BuildQuality::Default,
@@ -281,6 +299,26 @@ impl Bvh {
             }
             _ => {}
         }
+    }
+
+    /// Says from where each primitive of the trees is there, and those that instances place.
+    pub fn set_presence(&mut self, of: impl Fn(u32) -> Presence, placed: &[Option<Presence>]) {
+        let mut conditional = false;
+        let mut set = |word: &mut u32, flag: u32| {
+            let number = Word(*word).number();
+            if Word(*word).is_used() {
+                let presence = of(number | flag);
+                conditional |= presence != Presence::Always;
+                *word = Word::new(number, presence).0;
+            }
+        };
+        self.triangles.iter_mut().flat_map(|block| &mut block.words).for_each(|word| set(word, 0));
+        self.spheres.iter_mut().flat_map(|block| &mut block.words).for_each(|word| set(word, SPHERE));
+        for (instance, presence) in self.instances.iter_mut().zip(placed) {
+            conditional |= presence.is_some_and(|presence| presence != Presence::Always);
+            instance.presence = *presence;
+        }
+        self.conditional = conditional;
     }
 
     /// Bytes that it takes.

@@ -1,21 +1,49 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
 use super::answers::Answers;
-use super::layout::{SphereBlock, TriangleBlock};
+use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
+use super::presence::{Asker, Candidate, Presence, Word};
 use super::triangle::{Asked, BlockHits, Exact, Shear};
-use super::{sphere, triangle};
+use super::{Bvh, sphere, triangle};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// Where a ray is when it comes to a leaf.
 #[derive(Clone, Copy)]
-pub(super) struct Visit {
+pub(super) struct Visit<'a> {
     /// Where it enters the leaf's box: no hit in it counts as nearer.
     pub near: f32,
     /// Hits count beyond.
     pub t_min: f32,
     /// The instance that it is in.
     pub instance: u32,
+    /// Asks what is there.
+    pub asker: Asker<'a>,
+    /// Whether anything may not be.
+    conditional: bool,
+    instances: &'a [Instance],
+}
+
+impl<'a> Visit<'a> {
+    /// At a leaf of a tree.
+    #[inline(always)]
+    pub fn new(bvh: &'a Bvh, near: f32, t_min: f32, instance: u32, asker: Asker<'a>) -> Self {
+        let Bvh { conditional, instances, .. } = bvh;
+        Self { near, t_min, instance, asker, conditional: *conditional, instances }
+    }
+
+    /// In a tree of whose primitives all are there.
+    #[inline(always)]
+    pub fn everywhere(near: f32, t_min: f32) -> Visit<'static> {
+        let asker = Asker::CREDULOUS;
+        Visit { near, t_min, instance: NONE, asker, conditional: false, instances: &[] }
+    }
+
+    /// From where primitives are there, if their instance says it for all.
+    #[inline(always)]
+    fn given(&self) -> Option<Presence> {
+        self.instances.get(self.instance as usize).and_then(|instance| instance.presence)
+    }
 }
 
 /// The best hits of rays in lanes; `t` is below 0 for a ray that is done.
@@ -31,9 +59,17 @@ impl<F: Float> Best<F> {
     /// Takes those hits with a primitive that are better; says which. `near` is where each ray enters the
     /// primitive's leaf.
     #[inline(always)]
-    pub fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32, near: F, t_min: F) -> F::Mask {
-        let id = F::Int::splat(primitive);
-        let (t, better) = better_in_lanes(hits, id, near, t_min, (self.t, self.primitive));
+    pub fn take<A: Answers>(
+        &mut self,
+        hits: &BlockHits<F>,
+        candidate: Candidate,
+        near: F,
+        t_min: F,
+        askers: &impl Askers,
+    ) -> F::Mask {
+        let id = F::Int::splat(candidate.id);
+        let before = (self.t, self.primitive);
+        let (t, better) = better_in_lanes(hits, candidate, near, t_min, before, askers);
         self.t = F::select(better, if A::ANY { F::splat(-1.0) } else { t }, self.t);
         self.u = F::select(better, hits.u, self.u);
         self.v = F::select(better, hits.v, self.v);
@@ -57,19 +93,78 @@ impl<F: Float> Best<F> {
     }
 }
 
+/// Rays in lanes that can ask. (No closure: it would be compiled without the instruction set.)
+pub(super) trait Askers {
+    /// The ray in a lane.
+    fn asker(&self, lane: usize) -> Asker<'_>;
+}
+
 /// Where rays in lanes hit a primitive, and which of these hits are better than their best ones so far, of
 /// which t and primitive are given. At equal distance the smaller number counts. (No primitive is both in the
 /// world and in an instance, so that of the instance is never asked for.)
 #[inline(always)]
 pub(super) fn better_in_lanes<F: Float>(
     hits: &BlockHits<F>,
-    primitive: F::Int,
+    candidate: Candidate,
     near: F,
     t_min: F,
-    (best, best_primitive): (F, F::Int),
+    best: (F, F::Int),
+    askers: &impl Askers,
 ) -> (F, F::Mask) {
-    let (t, acceptable) = acceptable(hits, near, t_min, best);
-    (t, acceptable & (t.lt(best) | primitive.lt(best_primitive)))
+    let (t, acceptable) = acceptable(hits, near, t_min, best.0);
+    let better = acceptable & precedes(t, candidate.id, best);
+    let front = hits.side.gt(F::zero());
+    match candidate.presence {
+        Presence::Always => (t, better),
+        Presence::Front => (t, better & front),
+        Presence::Back | Presence::Asked => {
+            let far = hits.far.max(near);
+            let leaves = front & hits.far.gt(hits.t) & far.le(best.0) & precedes(far, candidate.id, best);
+            if candidate.presence == Presence::Back {
+                return (F::select(front, far, t), better & (leaves | !front));
+            }
+            ask(hits, candidate.id, [t, far], [better, leaves], askers)
+        }
+    }
+}
+
+/// Where hits with a primitive, no farther than the best ones so far, are better.
+#[inline(always)]
+fn precedes<F: Float>(t: F, primitive: u32, (best, best_primitive): (F, F::Int)) -> F::Mask {
+    t.lt(best) | F::Int::splat(primitive).lt(best_primitive)
+}
+
+/// Which of the better hits are there, each at the first of its two distances at which it is. (Most
+/// have but one: a sphere that is not there where a ray enters it may be where it leaves.)
+#[inline(always)]
+fn ask<F: Float>(
+    hits: &BlockHits<F>,
+    id: u32,
+    [near, far]: [F; 2],
+    [better, leaves]: [F::Mask; 2],
+    askers: &impl Askers,
+) -> (F, F::Mask) {
+    let (mut t, mut ts) = ([0.0; 16], [0.0; 16]);
+    let (mut u, mut v, mut side) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    near.store(&mut t);
+    far.store(&mut ts);
+    hits.u.store(&mut u);
+    hits.v.store(&mut v);
+    hits.side.store(&mut side);
+    let (mut bits, mut there) = (better.bits(), 0);
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % 16;
+        bits &= bits - 1;
+        let hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: id, instance: NONE };
+        let asker = askers.asker(lane);
+        let mut met = asker.meets(&hit, side[lane] > 0.0);
+        if !met && leaves.bits() >> lane & 1 == 1 && asker.meets(&Hit { t: ts[lane], ..hit }, false) {
+            t[lane] = ts[lane];
+            met = true;
+        }
+        there |= u32::from(met) << lane;
+    }
+    (F::load(&t), F::Mask::from_bits(there))
 }
 
 /// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.
@@ -81,28 +176,32 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     visit: Visit,
     best: &mut Hit,
 ) -> bool {
-    for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
+    for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
         let asked = Asked::between(visit.t_min, best.t);
         let hits = triangle::intersect::<L::Block>(block, lane, ray, shear, &asked);
-        if accept::<_, A>(&hits, &block.primitive[lane..], visit, best) {
+        if accept::<_, A>(&hits, &block.words[lane..], 0, visit, best) {
             return true;
         }
     }
     false
 }
 
-/// Whether one of a block's triangles is hit no farther than `limit`, without a branch on it.
+/// Whether one of a block's triangles is hit no farther than `limit`, without a branch on it where
+/// all of them are there.
 #[inline(always)]
-pub(super) fn hits_triangles<L: Lanes>(
+pub(super) fn hits_triangles<L: Lanes, A: Answers>(
     block: &TriangleBlock,
     ray: &impl Exact,
     shear: &Shear,
     visit: Visit,
     limit: f32,
 ) -> bool {
+    if visit.conditional {
+        return triangles::<L, A>(block, ray, shear, visit, &mut Hit { t: limit, ..Hit::MISS });
+    }
     let asked = Asked::between(visit.t_min, limit);
     let mut found = false;
-    for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
+    for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
         let hits = triangle::intersect_all::<L::Block>(block, lane, ray, shear, &asked);
         let (near, t_min) = (L::Block::splat(visit.near), L::Block::splat(visit.t_min));
         found |= acceptable(&hits, near, t_min, L::Block::splat(limit)).1.any();
@@ -110,7 +209,7 @@ pub(super) fn hits_triangles<L: Lanes>(
     found
 }
 
-/// The same for spheres.
+/// The same as [`triangles`] for spheres.
 #[inline(always)]
 pub(super) fn spheres<L: Lanes, A: Answers>(
     block: &SphereBlock,
@@ -118,9 +217,9 @@ pub(super) fn spheres<L: Lanes, A: Answers>(
     visit: Visit,
     best: &mut Hit,
 ) -> bool {
-    for lane in (0..block.primitive.len()).step_by(L::Block::WIDTH) {
+    for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
         let hits = sphere::intersect::<L::Block>(block, lane, ray);
-        if accept::<_, A>(&hits, &block.primitive[lane..], visit, best) {
+        if accept::<_, A>(&hits, &block.words[lane..], SPHERE, visit, best) {
             return true;
         }
     }
@@ -136,31 +235,80 @@ fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit: T) -> (T,
 }
 
 /// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
+/// `flag` is that of the primitives' ids.
 #[inline(always)]
-fn accept<T: Float, A: Answers>(hits: &BlockHits<T>, ids: &[u32], visit: Visit, best: &mut Hit) -> bool {
+fn accept<T: Float, A: Answers>(
+    hits: &BlockHits<T>,
+    words: &[u32],
+    flag: u32,
+    visit: Visit,
+    best: &mut Hit,
+) -> bool {
     let (near, t_min) = (T::splat(visit.near), T::splat(visit.t_min));
     let (t, mask) = acceptable(hits, near, t_min, T::splat(best.t));
     let mut bits = mask.bits();
     if bits == 0 {
         return false;
     }
-    if A::ANY {
+    if A::ANY && !visit.conditional {
         return true;
     }
     let (mut ts, mut us, mut vs) = ([0.0; 8], [0.0; 8], [0.0; 8]);
     t.store(&mut ts);
     hits.u.store(&mut us);
     hits.v.store(&mut vs);
+    let (mut sides, mut fars) = ([0.0; 8], [0.0; 8]);
+    if visit.conditional {
+        hits.side.store(&mut sides);
+        hits.far.store(&mut fars);
+    }
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize;
         bits &= bits - 1;
-        let found =
-            Hit { t: ts[lane], u: us[lane], v: vs[lane], primitive: ids[lane], instance: visit.instance };
-        if found.t < best.t
-            || (found.t == best.t && (found.primitive, found.instance) < (best.primitive, best.instance))
-        {
+        let word = Word(words[lane]);
+        let mut found = Hit {
+            t: ts[lane],
+            u: us[lane],
+            v: vs[lane],
+            primitive: word.number() | flag,
+            instance: visit.instance,
+        };
+        if visit.conditional && !is_there(&mut found, word, sides[lane], fars[lane], &visit, best) {
+            continue;
+        }
+        if A::ANY {
+            return true;
+        }
+        if is_better(&found, best) {
             *best = found;
         }
     }
     false
+}
+
+/// Of equally distant hits that with the smaller numbers counts.
+#[inline(always)]
+fn is_better(found: &Hit, best: &Hit) -> bool {
+    found.t < best.t
+        || (found.t == best.t && (found.primitive, found.instance) < (best.primitive, best.instance))
+}
+
+/// Whether the ray meets something, perhaps where it leaves a sphere.
+#[inline(always)]
+fn is_there(hit: &mut Hit, word: Word, side: f32, far: f32, visit: &Visit, best: &Hit) -> bool {
+    let front = side > 0.0;
+    let presence = visit.given().unwrap_or(word.presence());
+    let here = match presence {
+        Presence::Always => true,
+        Presence::Front => front,
+        Presence::Back => !front,
+        // What would not be taken need not be asked for.
+        Presence::Asked => is_better(hit, best) && visit.asker.meets(hit, front),
+    };
+    if here || presence == Presence::Front || !front || far.is_nan() || far <= hit.t {
+        return here;
+    }
+    hit.t = Float::max(far, visit.near);
+    let counts = hit.t <= best.t && is_better(hit, best);
+    counts && (presence == Presence::Back || visit.asker.meets(hit, false))
 }

@@ -12,7 +12,8 @@
 //! inside it; a hit's `t` is raised to the ray's entry into its leaf box where rounding
 //! put it before; a node is skipped only if the ray enters it beyond the best hit;
 //! of equal hits the smallest (primitive, instance) wins. So the answer is the
-//! minimum of (max(t, entry), primitive, instance) over all primitives.
+//! minimum of (max(t, entry), primitive, instance) over all primitives that are there for the
+//! ray ([`presence`]).
 
 mod answers;
 pub mod assemble;
@@ -31,6 +32,7 @@ mod leaf;
 pub mod narrow;
 mod packet;
 mod prepare;
+pub mod presence;
 pub mod primitives;
 pub mod query;
 mod ray;
@@ -49,7 +51,8 @@ mod tests;
 pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
 pub use layout::{BuildStatistics, Bvh, Instance, Root, SPHERE};
-pub use query::{Coherence, QUEUE, Stack, any, closest};
+pub use presence::{Asker, Crossing, Presence, Surfaces};
+pub use query::{Coherence, QUEUE, Stack, any, any_ray, closest, closest_ray};
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]
@@ -62,6 +65,8 @@ pub struct Rays<'a> {
     pub t_min: &'a [f32],
     /// Infinity where nothing bounds the ray.
     pub t_max: &'a [f32],
+    /// Asks for the first of them what is there.
+    pub asker: Asker<'a>,
 }
 
 impl<'a> Rays<'a> {
@@ -75,6 +80,12 @@ impl<'a> Rays<'a> {
         self.get(i)
     }
 
+    /// What one of them asks by.
+    #[inline(always)]
+    pub(crate) fn asker(&self, i: usize) -> Asker<'a> {
+        self.asker.after(i)
+    }
+
     /// Some of them.
     pub fn range(&self, range: std::ops::Range<usize>) -> Self {
         let part = |column: &'a [f32]| &column[range.clone()];
@@ -83,6 +94,7 @@ impl<'a> Rays<'a> {
             direction: self.direction.map(part),
             t_min: part(self.t_min),
             t_max: part(self.t_max),
+            asker: self.asker.after(range.start),
         }
     }
 

@@ -12,7 +12,7 @@ use super::leaf::{self, Visit};
 use super::primitives::Primitives;
 use super::ray::Local;
 use super::{HitsMut, Rays};
-use crate::math::{Aabb, Hit, NONE, Ray};
+use crate::math::{Aabb, Hit, Ray};
 use crate::simd::{Kernel, Lanes, Level, dispatch};
 use crate::world::BuildQuality;
 
@@ -114,7 +114,7 @@ impl Narrow {
                     break;
                 };
                 if node.axis == LEAF {
-                    let visit = Visit { near, t_min: ray.t_min, instance: NONE };
+                    let visit = Visit::everywhere(near, ray.t_min);
                     let block = &self.blocks[node.next as usize];
                     leaf::triangles::<L, HitsMut>(block, ray, &local.shear, visit, &mut best);
                     break;

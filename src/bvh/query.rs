@@ -1,14 +1,17 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
+use std::marker::PhantomData;
+
 use super::answers::{Answers, Occluded, Shifted};
-use super::few::Few;
-use super::flight::Flight;
+use super::few::{self, Few};
+use super::flight::{self, Flight};
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
 use super::stream::{self, Density, Stream};
 use super::traverse;
 use super::ways::Ways;
-use super::{Bvh, HitsMut, Rays};
+use super::{Asker, Bvh, HitsMut, Rays};
+use crate::math::{Hit, Ray};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
@@ -79,6 +82,38 @@ pub fn any(
     dispatch(level, Query { bvh, rays, coherence, stack, answers: Occluded(occluded) });
 }
 
+/// The nearest hit of one ray with t_min < t ≤ t_max: what the recursive schedule asks for.
+pub fn closest_ray(level: Level, bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> Hit {
+    dispatch(level, Alone::<HitsMut> { bvh, ray, asker, stack, answers: PhantomData })
+}
+
+/// Whether one ray hits anything with t_min < t ≤ t_max.
+pub fn any_ray(level: Level, bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> bool {
+    !dispatch(level, Alone::<Occluded> { bvh, ray, asker, stack, answers: PhantomData }).is_miss()
+}
+
+struct Alone<'a, A> {
+    bvh: &'a Bvh,
+    ray: &'a Ray<f32>,
+    asker: Asker<'a>,
+    stack: &'a mut Stack,
+    answers: PhantomData<A>,
+}
+
+impl<A: Answers> Kernel for Alone<'_, A> {
+    type Output = Hit;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Hit {
+        let Self { bvh, ray, asker, stack, .. } = self;
+        if !A::ANY {
+            return traverse::closest_one::<L>(bvh, ray, asker, stack);
+        }
+        let blocked = traverse::any_one::<L>(bvh, ray, asker, stack);
+        // Which one it is, nobody asks.
+        if blocked { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS }
+    }
+}
+
 /// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
 /// scattered ones is looked at here and there only.
 const LONGEST_PAUSE: usize = 15;
@@ -126,7 +161,8 @@ impl<A: Answers> Kernel for Query<'_, A> {
         if is_wide::<L>()
             && let Some(few) = &self.stack.few
         {
-            return few.trace::<L, A>(&self.rays, &mut self.stack.ways, &mut self.answers);
+            let (rays, ways, answers) = (&self.rays, &mut self.stack.ways, &mut self.answers);
+            return L::outlined(few::Query { few, rays, ways, answers });
         }
         // The first ray that no packet has taken.
         let mut behind = 0;
@@ -135,7 +171,9 @@ impl<A: Answers> Kernel for Query<'_, A> {
         while first < count {
             let size = (count - first).min(packet::RAYS);
             let Stack { single, packet, .. } = &mut *self.stack;
-            let verdict = packet.trace::<L, A>(self.bvh, &self.rays, first, size, single, &mut self.answers);
+            let (bvh, rays, answers) = (self.bvh, &self.rays, &mut self.answers);
+            let query = packet::Query { packet, bvh, rays, first, count: size, keys: single, answers };
+            let verdict = L::outlined(query);
             if verdict != Verdict::Refused {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
@@ -169,14 +207,15 @@ impl<A: Answers> Query<'_, A> {
                 &mut *self.stack;
             let pause = &mut stream_pause[usize::from(A::ANY)];
             if rays.len() >= *least_stream && !pause.goes_on() {
-                let density = stream.trace::<L, _>(self.bvh, &rays, ways, single, &mut answers);
+                let (bvh, rays, answers) = (self.bvh, &rays, &mut answers);
+                let density = L::outlined(stream::Query { stream, bvh, rays, ways, keys: single, answers });
                 pause.begin(density == Density::Dense);
                 if density != Density::Refused {
                     continue;
                 }
             }
             if Flight::holds(self.bvh) {
-                flight.trace::<L, _>(self.bvh, rays, &mut answers);
+                L::outlined(flight::Query { flight, bvh: self.bvh, rays, answers: &mut answers });
             } else {
                 traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
             }

@@ -60,9 +60,11 @@ pub fn meet<T: Float>(
     let c = from_center.dot(from_center) - radius * radius;
     let (t0, t1) = (c / q, q / a);
     let (first, second) = (t0.min(t1), t0.max(t1));
-    let t = T::select(first.gt(t_min), first, second);
+    let outside = first.gt(t_min);
+    let t = T::select(outside, first, second);
+    let side = T::select(outside, T::one(), -T::one());
     // NaN radii (unused lanes) and NaN distances compare false.
     let mask = discriminant.ge(T::zero()) & t.eq(t);
     let doubtful = T::Mask::from_bits(0);
-    BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero() }
+    BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second }
 }

@@ -3,9 +3,10 @@
 
 use super::Bvh;
 use super::layout::{SphereBlock, TriangleBlock};
+use super::presence::{Asker, Word};
 use super::query::Stack;
 use super::traverse::{any_counted, closest_counted};
-use crate::math::{NONE, Ray};
+use crate::math::Ray;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
 
 /// Is told where a ray goes.
@@ -72,13 +73,13 @@ impl Tally for Visits {
 /// How many places of a block are taken.
 #[inline(always)]
 pub(super) fn triangles(block: &TriangleBlock) -> usize {
-    block.primitive.iter().filter(|id| **id != NONE).count()
+    block.words.iter().filter(|word| Word(**word).is_used()).count()
 }
 
 /// The same for spheres.
 #[inline(always)]
 pub(super) fn spheres(block: &SphereBlock) -> usize {
-    block.primitive.iter().filter(|id| **id != NONE).count()
+    block.words.iter().filter(|word| Word(**word).is_used()).count()
 }
 
 /// What it costs to find a ray's nearest hit, or with `any` whether there is one, by itself.
@@ -99,9 +100,9 @@ impl Kernel for Count<'_> {
     fn run<L: Lanes>(self) -> Visits {
         let mut visits = Visits::default();
         if self.any {
-            any_counted::<L, _>(self.bvh, self.ray, self.stack, &mut visits);
+            any_counted::<L, _>(self.bvh, self.ray, Asker::CREDULOUS, self.stack, &mut visits);
         } else {
-            closest_counted::<L, _>(self.bvh, self.ray, self.stack, &mut visits);
+            closest_counted::<L, _>(self.bvh, self.ray, Asker::CREDULOUS, self.stack, &mut visits);
         }
         visits
     }

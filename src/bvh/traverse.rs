@@ -4,6 +4,7 @@ use super::answers::{Answers, Occluded};
 use super::layout::{Bvh, Child, Kind, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
+use super::presence::Asker;
 use super::query::Stack;
 use super::ray::{Local, Slabs, is_finite, to_local};
 use super::tally::{self, NoTally, Tally};
@@ -40,14 +41,14 @@ pub(super) fn each<L: Lanes, A: Answers>(
 ) {
     for first in (0..rays.len()).step_by(BATCH) {
         let count = (rays.len() - first).min(BATCH);
-        L::apart(Fill { prepared, bvh, rays: &rays, first, count });
+        L::outlined(Fill { prepared, bvh, rays: &rays, first, count });
         for place in 0..count {
             let ray = rays.get(first + place);
             let mut best = Hit { t: ray.t_max, ..Hit::MISS };
             if prepared.waiting >> place & 1 == 1 {
                 let local = Local { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
-                let start = prepared.current[place];
-                if walk::<L, A, _>(bvh, local, start, &mut keys.0, &mut best, &mut NoTally) && A::ANY {
+                let (start, asker) = (prepared.current[place], rays.asker(first + place));
+                if walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, &mut best, &mut NoTally) && A::ANY {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
                 }
@@ -67,9 +68,10 @@ pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<u64> {
 
 /// What a ray meets in a part of the tree, if it is better than `best`, as a function of its own.
 /// Says whether the query is answered, since any hit will do.
-pub(super) struct Part<'a, A> {
+pub(super) struct Subtree<'a, A> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray<f32>,
+    pub asker: Asker<'a>,
     /// The part, and where the ray enters it.
     pub start: u64,
     pub keys: &'a mut Keys,
@@ -77,12 +79,13 @@ pub(super) struct Part<'a, A> {
     pub answers: PhantomData<A>,
 }
 
-impl<A: Answers> Kernel for Part<'_, A> {
+impl<A: Answers> Kernel for Subtree<'_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
         let local = Local::new(*self.ray);
-        let found = walk::<L, A, _>(self.bvh, local, self.start, &mut self.keys.0, self.best, &mut NoTally);
+        let Self { bvh, asker, start, keys, .. } = self;
+        let found = walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, self.best, &mut NoTally);
         if found {
             // Which one it is, nobody asks.
             self.best.primitive = 0;
@@ -93,14 +96,14 @@ impl<A: Answers> Kernel for Part<'_, A> {
 
 /// The nearest hit of one ray with t_min < t ≤ t_max.
 #[inline(always)]
-pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> Hit {
-    closest_counted::<L, _>(bvh, ray, stack, &mut NoTally)
+pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> Hit {
+    closest_counted::<L, _>(bvh, ray, asker, stack, &mut NoTally)
 }
 
 /// Whether one ray hits anything with t_min < t ≤ t_max.
 #[inline(always)]
-pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
-    any_counted::<L, _>(bvh, ray, stack, &mut NoTally)
+pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> bool {
+    any_counted::<L, _>(bvh, ray, asker, stack, &mut NoTally)
 }
 
 /// [`closest_one`], counted.
@@ -108,13 +111,14 @@ pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, stack: &mut Stack) -> bool {
 pub(super) fn closest_counted<L: Lanes, T: Tally>(
     bvh: &Bvh,
     ray: &Ray<f32>,
+    asker: Asker,
     stack: &mut Stack,
     tally: &mut T,
 ) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let local = Local::new(*ray);
     if let Some(start) = start(bvh, ray, &local.slabs) {
-        walk::<L, HitsMut, T>(bvh, local, start, &mut stack.single.0, &mut best, tally);
+        walk::<L, HitsMut, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
@@ -124,13 +128,16 @@ pub(super) fn closest_counted<L: Lanes, T: Tally>(
 pub(super) fn any_counted<L: Lanes, T: Tally>(
     bvh: &Bvh,
     ray: &Ray<f32>,
+    asker: Asker,
     stack: &mut Stack,
     tally: &mut T,
 ) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let local = Local::new(*ray);
     match start(bvh, ray, &local.slabs) {
-        Some(start) => walk::<L, Occluded, T>(bvh, local, start, &mut stack.single.0, &mut best, tally),
+        Some(start) => {
+            walk::<L, Occluded, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally)
+        }
         None => false,
     }
 }
@@ -140,6 +147,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
 fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
     mut local: Local,
+    asker: Asker,
     mut current: u64,
     stack: &mut [u64],
     best: &mut Hit,
@@ -172,7 +180,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 }
             }
             Kind::Triangles => {
-                let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
+                let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
                 let block = &bvh.triangles[child.index()];
                 tally.leaf(|| tally::triangles(block));
                 if leaf::triangles::<L, A>(block, &local.ray, &local.shear, visit, best) {
@@ -180,7 +188,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 }
             }
             Kind::Spheres => {
-                let visit = Visit { near: key_distance(current), t_min: world.t_min, instance };
+                let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
                 let block = &bvh.spheres[child.index()];
                 tally.leaf(|| tally::spheres(block));
                 if leaf::spheres::<L, A>(block, &local.ray, visit, best) {

@@ -81,6 +81,10 @@ pub struct BlockHits<T: Float> {
     pub u: T,
     /// Weight of the third corner.
     pub v: T,
+    /// Above 0 where the ray comes from the front (see [`super::Presence::Front`]).
+    pub side: T,
+    /// Where a ray that enters a sphere at t leaves it again; a triangle is crossed once (NaN).
+    pub far: T,
 }
 
 /// Tests the triangles from `lane` on.
@@ -218,7 +222,8 @@ impl<T: Float> Edges<T> {
     fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>) -> BlockHits<T> {
         let mask = self.inside() & asked.lanes;
         if !mask.any() {
-            return BlockHits { mask, doubtful: mask, t: T::zero(), u: T::zero(), v: T::zero() };
+            let zero = T::zero();
+            return BlockHits { mask, doubtful: mask, t: zero, u: zero, v: zero, side: zero, far: zero };
         }
         self.distances(corners, scale, asked, mask)
     }
@@ -228,7 +233,9 @@ impl<T: Float> Edges<T> {
     fn distances(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>, mask: T::Mask) -> BlockHits<T> {
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let reciprocal = T::one() / (self.u + self.v + self.w);
-        let t = (self.u * *az + self.v * *bz + self.w * *cz) * (scale * reciprocal);
+        // As the determinant goes the way of the corners, seen along the axis; the scale, whether the ray does.
+        let side = scale * reciprocal;
+        let t = (self.u * *az + self.v * *bz + self.w * *cz) * side;
         let x = ax.abs().max(bx.abs()).max(cx.abs());
         let y = ay.abs().max(by.abs()).max(cy.abs());
         let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
@@ -237,7 +244,8 @@ impl<T: Float> Edges<T> {
         let margin = error * T::splat(2.0);
         let refused = (t + margin).lt(asked.t_min) | (t - margin).gt(asked.t_max);
         let doubtful = mask & !refused & (t.abs() * T::splat(WANTED)).le(error);
-        BlockHits { mask, doubtful, t, u: self.v * reciprocal, v: self.w * reciprocal }
+        let (u, v) = (self.v * reciprocal, self.w * reciprocal);
+        BlockHits { mask, doubtful, t, u, v, side, far: T::splat(f32::NAN) }
     }
 }
 

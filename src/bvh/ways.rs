@@ -18,6 +18,8 @@ pub(super) struct Ways {
     ways: Vec<u32>,
     /// The place of each ray of the queue if one way's rays come after another's.
     places: Vec<u32>,
+    /// In that order the rays' numbers in the queue, if they were asked for.
+    numbers: Vec<u32>,
     /// In that order two rows a ray: origin and `t_min`, direction and `t_max`.
     rows: Vec<[f32; 4]>,
     /// In that order what the rays have hit: t, u, v and primitive.
@@ -59,10 +61,18 @@ impl Ways {
         }
     }
 
+    /// The number in the queue of the ray at a place of the order, if numbers were asked for.
+    pub fn number(&self, place: usize) -> usize {
+        self.numbers[place] as usize
+    }
+
     /// Orders a queue; returns the end of each way. (A counting sort: rays of one way keep their order.)
     #[inline(always)]
-    pub fn sort<F: Float>(&mut self, rays: &Rays) -> [usize; WAYS] {
+    pub fn sort<F: Float>(&mut self, rays: &Rays, numbered: bool) -> [usize; WAYS] {
         let count = rays.len();
+        if numbered && self.numbers.len() < count {
+            self.numbers.resize(count, 0);
+        }
         let ends = self.classify::<F>(rays);
         if self.places.len() < count + F::WIDTH {
             self.places.resize(count + F::WIDTH, 0);
@@ -83,6 +93,9 @@ impl Ways {
             for lane in 0..F::WIDTH.min(count - at) {
                 let place = &mut next[self.ways[at + lane] as usize % WAYS];
                 self.places[at + lane] = *place as u32;
+                if numbered {
+                    self.numbers[*place] = (at + lane) as u32;
+                }
                 let rows = &mut self.rows[2 * *place..][..2];
                 (rows[0], rows[1]) = (first[lane & 15], second[lane & 15]);
                 *place += 1;

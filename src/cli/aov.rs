@@ -95,7 +95,7 @@ pub fn manifest(
         let Values::Whole(ids) = values else { continue };
         let name_of = |number: u32| match *name {
             "entity.id" => entities.get(&number),
-            "material.id" => scene.materials.names.get(number as usize),
+            "material.id" => scene.material_names.get(number as usize),
             _ => None,
         };
         let ids: BTreeSet<u32> = ids.iter().copied().filter(|id| *id > 0).collect();

@@ -11,7 +11,7 @@ use super::{Failure, args};
 use crate::film::Film;
 use crate::integrator::Frame;
 use crate::integrator::bounces::Kind;
-use crate::integrator::look::Fate;
+use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
 use crate::study::explain::{Followed, Life, Lit, Names, Step, explain};
@@ -161,15 +161,13 @@ fn step_lines(step: &Step) -> Vec<String> {
         lines.push(format!("      gives off   {}{}", triple(vertex.own), share(vertex.own_share)));
     }
     lines.extend(vertex.lights.iter().map(|lit| light_line(lit, vertex.fate.is_some())));
-    match vertex.fate {
-        Some(Fate::Passes) => lines.push("      passes      the surface is not there".into()),
-        Some(Fate::Drawn { kind, through, exact }) => lines.push(format!(
+    if let Some(Fate::Drawn { kind, through, exact }) = vertex.fate {
+        lines.push(format!(
             "      draws       from {} {} lobe{}",
             if exact { "an exact" } else { "a" },
             kind.name(),
             if through && kind == Kind::Diffuse { ", to the other side" } else { "" }
-        )),
-        _ => {}
+        ));
     }
     lines
 }
@@ -235,7 +233,6 @@ fn step_json(step: &Step) -> Value {
             "gives_off_weight": vertex.own_share,
             "lights": vertex.lights.iter().map(lit_json).collect::<Vec<_>>(),
             "lobe": vertex.fate.and_then(lobe_json),
-            "passes": vertex.fate == Some(Fate::Passes),
         })
     });
     json!({

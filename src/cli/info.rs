@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 
 use super::{Failure, args};
 use crate::math::Vec3;
-use crate::scene::{CompiledScene, Light};
+use crate::scene::emitters::kind;
+use crate::scene::{CompiledScene, LightSamples};
 use crate::world::World;
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
@@ -52,8 +53,8 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
             "triangle_blocks": scene.bvh.triangles.len(),
             "sphere_blocks": scene.bvh.spheres.len(),
         },
-        "materials": scene.materials.names,
-        "lights": scene.lights.iter().map(describe_light).collect::<Vec<_>>(),
+        "materials": scene.material_names,
+        "lights": scene.lights.iter().map(|light| describe_light(scene, light)).collect::<Vec<_>>(),
         "cameras": crate::compile::camera_names(world),
         "images": images,
         "memory_bytes": {
@@ -74,20 +75,22 @@ fn rounded(v: Vec3) -> [f64; 3] {
     v.to_array().map(significant)
 }
 
-fn describe_light(light: &Light) -> String {
+fn describe_light(scene: &CompiledScene, light: &LightSamples) -> String {
+    let (kind, row) = scene.emitters.row(light.emitter);
+    let vector = |at: usize| Vec3::from_slice(&row[at..]);
     let place = |v: Vec3| {
         let [x, y, z] = rounded(v);
         format!("({x}, {y}, {z})")
     };
-    match light {
-        Light::Point { position, .. } => format!("point at {}", place(*position)),
-        Light::Spot { position, axis, .. } => {
-            format!("spot at {} along {}", place(*position), place(*axis))
-        }
-        Light::Directional { to_light, .. } => format!("directional along {}", place(-*to_light)),
-        Light::Area { corner, edge_u, edge_v, samples, pattern, .. } => {
-            let center = place(*corner + (*edge_u + *edge_v) * 0.5);
-            let (w, h) = (significant(edge_u.length()), significant(edge_v.length()));
+    match kind {
+        kind::POINT => format!("point at {}", place(vector(0))),
+        kind::SPOT => format!("spot at {} along {}", place(vector(0)), place(vector(3))),
+        kind::DIRECTIONAL => format!("directional along {}", place(-vector(0))),
+        _ => {
+            let (up, across) = (vector(3), vector(6));
+            let center = place(vector(0) + (up + across) * 0.5);
+            let (w, h) = (significant(across.length()), significant(up.length()));
+            let LightSamples { samples, pattern, .. } = light;
             format!("area of {w} x {h} m at {center}, {samples} samples, {pattern:?}")
         }
     }

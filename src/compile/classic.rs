@@ -15,13 +15,15 @@
 //!   exponent.
 //! - *Transmission* t lets b t through and leaves 1 − t of the diffuse part. Only what has a
 //!   volume bends light; a thin wall (an ior of 1) bends and mirrors nothing.
-//! - *Unlit* surfaces give their colour off.
+//! - *Unlit* surfaces answer no light.
 
 use std::f32::consts::PI;
 
+use super::materials::color;
 use crate::math::Rgb;
+use crate::scene::material::{Classic, ColorParam};
 use crate::world::assets::{Assets, Texels};
-use crate::world::{BlinnPhong, Channel, ColorInput, Principled, ScalarInput};
+use crate::world::{Channel, ColorInput, Principled, ScalarInput};
 
 /// Below this roughness lights have this size: the points of a perfect mirror would be found by
 /// no ray.
@@ -31,20 +33,19 @@ const DULL: f32 = 0.3;
 /// F₀ of what is no metal.
 const DIELECTRIC: f32 = 0.04;
 
-/// A material, and the factors on what its textures say.
-pub(super) struct Classic {
-    pub material: BlinnPhong,
-    pub diffuse: Rgb,
-    pub specular: Rgb,
-    pub kr: Rgb,
-}
-
 pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
-    let black = ColorInput::default();
-    let plain = BlinnPhong { diffuse: black, ..BlinnPhong::default() };
-    let none = Classic { material: plain, diffuse: Rgb::BLACK, specular: Rgb::BLACK, kr: Rgb::BLACK };
+    let black = ColorParam::constant([0.0; 3]);
+    let plain = Classic {
+        diffuse: black,
+        specular: black,
+        shininess: 0.0,
+        phong: false,
+        kr: black,
+        kt: [0.0; 3],
+        ior: 0.0,
+    };
     if m.unlit {
-        return Classic { material: BlinnPhong { emission: m.base_color, ..none.material }, ..none };
+        return plain;
     }
     let mean = |input: ScalarInput| input.factor * channel_mean(input, assets);
     let (metallic, roughness) = (mean(m.metallic).clamp(0.0, 1.0), mean(m.roughness).clamp(0.0, 1.0));
@@ -54,35 +55,30 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
     let peak = (shininess + 2.0) / (8.0 * PI);
     let mirror = metallic * (1.0 - alpha);
     // One factor for a texture: what is hardly metal takes grey, what is mostly metal its colour.
-    let (tint, specular) = if metallic > 0.5 {
-        (m.base_color, (mirror + DIELECTRIC * (1.0 - metallic)) * peak)
-    } else {
-        (ColorInput::Constant(Rgb::WHITE), (mirror + DIELECTRIC * (1.0 - metallic)) * peak)
-    };
+    let tint = if metallic > 0.5 { m.base_color } else { ColorInput::Constant(Rgb::WHITE) };
     let image = metallic * (1.0 - roughness / DULL).max(0.0);
-    let base = |input: ColorInput, weight: f32| match input {
-        ColorInput::Constant(color) => color * weight,
-        ColorInput::Texture(_) => Rgb::splat(weight),
+    let weighed = |input: ColorInput, weight: f32| {
+        let param = color(input);
+        ColorParam { factor: param.factor.map(|c| c * weight), ..param }
     };
-    let bends = m.volume.is_some();
+    let white = ColorInput::Constant(Rgb::WHITE);
     let glass = through > 0.0;
     Classic {
-        material: BlinnPhong {
-            diffuse: m.base_color,
-            specular: tint,
-            shininess,
-            kr: if glass { ColorInput::Constant(Rgb::WHITE) } else { m.base_color },
-            kt: match m.base_color {
-                ColorInput::Constant(color) => color * through,
-                ColorInput::Texture(_) => Rgb::splat(through),
-            },
-            ior: glass.then_some(if bends && m.ior > 0.0 { m.ior } else { 1.0 }),
-            emission: m.emission,
-            ..BlinnPhong::default()
+        diffuse: weighed(m.base_color, ((1.0 - metallic) * (1.0 - through) + metallic * alpha) / PI),
+        specular: weighed(tint, (mirror + DIELECTRIC * (1.0 - metallic)) * peak),
+        shininess,
+        kr: if glass { color(white) } else { weighed(m.base_color, image) },
+        kt: match m.base_color {
+            ColorInput::Constant(color) => color * through,
+            ColorInput::Texture(_) => Rgb::splat(through),
+        }
+        .to_array(),
+        ior: match (glass, m.volume) {
+            (false, _) => 0.0,
+            (true, Some(_)) if m.ior > 0.0 => m.ior,
+            _ => 1.0,
         },
-        diffuse: base(m.base_color, ((1.0 - metallic) * (1.0 - through) + metallic * alpha) / PI),
-        specular: base(tint, specular),
-        kr: if glass { Rgb::WHITE } else { base(m.base_color, image) },
+        ..plain
     }
 }
 

@@ -4,59 +4,67 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::light_tree::{self, LightBounds};
+use super::lights::Lamp;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
+use crate::sampling::pattern::Grid;
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
-use crate::scene::principled::Principled;
-use crate::scene::{Geometry, Light};
+use crate::scene::material::{Coverage, Material};
+use crate::scene::{Geometry, LightSamples};
+use crate::world::Pattern;
 
-/// A visible area light: its material and its place among the lights.
-pub(super) struct VisibleArea {
-    pub material: u32,
-    pub light: u32,
-}
-
-/// Most emitters of instances. With its place in the light tree one takes about 200 bytes.
+/// Most emitters of meshes that are placed several times. With its place in the light tree one takes
+/// about 200 bytes.
 pub(super) const MOST_PLACED: usize = 1 << 20;
 
 /// What can be hit and may shine.
 pub(super) struct Surfaces<'a> {
     pub geometry: &'a Geometry,
-    pub materials: &'a [Principled],
+    pub materials: &'a [Material],
     /// The triangles of each instance.
     pub placed: &'a [Range<u32>],
 }
 
-/// The emitters, and how many instances would be too many of them.
-pub(super) fn compile(
-    surfaces: &Surfaces,
-    lights: &[Light],
-    angles: &[f32],
-    visible: &[VisibleArea],
-    environment: &Environment,
-) -> (Emitters, usize) {
+/// What shines.
+pub(super) struct Compiled {
+    pub emitters: Emitters,
+    pub lights: Vec<LightSamples>,
+    /// How many instances would be too many emitters.
+    pub left_out: usize,
+}
+
+pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environment) -> Compiled {
     let mut out = Emitters::default();
-    let mut areas = HashMap::new();
-    for (index, light) in lights.iter().enumerate() {
-        let seen = visible.iter().find(|area| area.light as usize == index);
-        if let Some(emitter) = finite(&mut out, light, seen.is_some()) {
+    let (mut areas, mut lights) = (HashMap::new(), Vec::new());
+    for (index, lamp) in lamps.iter().enumerate() {
+        let mut light = LightSamples { emitter: NONE, samples: 1, grid: None, pattern: Pattern::default() };
+        if let Some(emitter) = finite(&mut out, lamp) {
             out.primitive[emitter as usize] = index as u32;
-            if let Some(area) = seen {
-                areas.insert(area.material, emitter);
-            }
+            light.emitter = emitter;
         }
+        if let Lamp::Area { samples, pattern, material, .. } = lamp {
+            light = LightSamples {
+                samples: *samples,
+                grid: Some(Grid::new(*samples)),
+                pattern: *pattern,
+                ..light
+            };
+            areas.extend(material.map(|material| (material, light.emitter)));
+        }
+        lights.push(light);
     }
     in_the_world(&mut out, surfaces, &areas);
     let left_out = instances(&mut out, surfaces, MOST_PLACED);
     out.finite = out.len() as u32;
     let bounds: Vec<LightBounds> = (0..out.len()).map(|emitter| bounds(&out, emitter)).collect();
     out.tree = light_tree::build(&bounds);
-    for (index, light) in lights.iter().enumerate() {
-        if let Light::Directional { to_light, irradiance } = light {
+    for (index, lamp) in lamps.iter().enumerate() {
+        if let Lamp::Directional { to_light, irradiance, angle } = lamp {
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
-            row[3] = (1.0 - libm::cos(angles[index] as f64 / 2.0)) as f32;
+            row[3] = (1.0 - libm::cos(*angle as f64 / 2.0)) as f32;
             let emitter = push(&mut out, kind::DIRECTIONAL, 0, row);
             out.primitive[emitter as usize] = index as u32;
+            lights[index].emitter = emitter;
         }
     }
     // What is nearly even all around is found by drawn directions as well as by any other way.
@@ -64,7 +72,7 @@ pub(super) fn compile(
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
     }
-    (out, left_out)
+    Compiled { emitters: out, lights, left_out }
 }
 
 fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
@@ -133,26 +141,21 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
 }
 
 /// The emitter of a light that stands somewhere.
-fn finite(out: &mut Emitters, light: &Light, visible: bool) -> Option<u32> {
-    let (kind, flags, row) = match light {
-        Light::Directional { .. } => return None,
-        Light::Point { position, intensity, falloff } => {
-            let mut row = row_of(*position, Vec3::ZERO, Vec3::ZERO, *intensity);
-            row[9] = f32::from(*falloff);
-            (kind::POINT, 0, row)
+fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
+    let (kind, flags, row) = match lamp {
+        Lamp::Directional { .. } => return None,
+        Lamp::Point { place, intensity, falls, cone } => {
+            let (axis, angles) = match cone {
+                Some(cone) => (cone.axis, Vec3::new(cone.cos_outer, cone.scale, 0.0)),
+                None => (Vec3::ZERO, Vec3::ZERO),
+            };
+            let mut row = row_of(*place, axis, angles, *intensity);
+            row[9] = f32::from(*falls);
+            (if cone.is_some() { kind::SPOT } else { kind::POINT }, 0, row)
         }
-        Light::Spot { position, intensity, falloff, axis, cos_outer, scale } => {
-            let mut row = row_of(*position, *axis, Vec3::new(*cos_outer, *scale, 0.0), *intensity);
-            row[9] = f32::from(*falloff);
-            (kind::SPOT, 0, row)
-        }
-        Light::Area { corner, edge_u, edge_v, normal, intensity, samples, .. } => {
-            let cross = edge_u.as_dvec3().cross(edge_v.as_dvec3());
-            let radiance = *intensity * (*samples as f32 / cross.length() as f32);
-            let turned = cross.dot(normal.as_dvec3()) < 0.0;
-            let (first, second) = if turned { (*edge_v, *edge_u) } else { (*edge_u, *edge_v) };
-            let flags = if visible { flag::VISIBLE } else { 0 };
-            (kind::QUAD, flags, row_of(*corner, first, second, radiance))
+        Lamp::Area { corner, edges: [first, second], radiance, material, .. } => {
+            let flags = if material.is_some() { flag::VISIBLE } else { 0 };
+            (kind::QUAD, flags, row_of(*corner, *first, *second, *radiance))
         }
     };
     Some(push(out, kind, flags, row))
@@ -179,9 +182,22 @@ fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3
     None
 }
 
+/// What a surface's material says of the emitter that it is.
+fn flags_of(material: &Material) -> u32 {
+    let textured = material.emission.texture != NONE;
+    let covered = material.coverage != Coverage::Whole;
+    let flags = [
+        (true, flag::VISIBLE),
+        (!material.one_sided_emission && !material.hides_back, flag::TWO_SIDED),
+        (textured, flag::TEXTURED),
+        (covered, flag::COVERED),
+    ];
+    flags.into_iter().filter(|(set, _)| *set).fold(0, |all, (_, flag)| all | flag)
+}
+
 /// An emitter that is a triangle, or two.
 #[derive(Clone, Copy)]
-struct Lamp {
+struct Shining {
     kind: u32,
     flags: u32,
     row: [f32; 13],
@@ -189,10 +205,10 @@ struct Lamp {
     primitive: u32,
 }
 
-impl Lamp {
+impl Shining {
     /// What a triangle gives off that has a material, together with the next one before `end` if
     /// both make a parallelogram.
-    fn new(surfaces: &Surfaces, index: usize, end: usize, material: u32) -> Option<Lamp> {
+    fn new(surfaces: &Surfaces, index: usize, end: usize, material: u32) -> Option<Shining> {
         let Surfaces { geometry, materials, .. } = surfaces;
         let record = &materials[material as usize];
         let part = geometry.triangle_parts[index];
@@ -201,19 +217,13 @@ impl Lamp {
         if e1.cross(e2).length_squared() == 0.0 {
             return None;
         }
-        let textured = record.emission.texture != NONE;
-        let mut flags = flag::VISIBLE;
-        if !record.one_sided_emission {
-            flags |= flag::TWO_SIDED;
-        }
+        let mut flags = flags_of(record);
         if geometry.parts.sign[part as usize] < 0.0 {
             flags |= flag::REVERSED;
         }
-        if textured {
-            flags |= flag::TEXTURED;
-        }
         let light = record.emission.factor.into();
-        let (kind, row) = if !textured
+        let even = flags & (flag::TEXTURED | flag::COVERED) == 0;
+        let (kind, row) = if even
             && index + 1 < end
             && geometry.triangle_parts[index + 1] == part
             && let Some([corner, e1, e2]) = parallelogram(geometry, index, e1.cross(e2))
@@ -222,7 +232,7 @@ impl Lamp {
         } else {
             (kind::TRIANGLE, row_of(a, e1, e2, light))
         };
-        Some(Lamp { kind, flags, row, material, primitive: index as u32 })
+        Some(Shining { kind, flags, row, material, primitive: index as u32 })
     }
 
     fn triangles(&self) -> usize {
@@ -230,7 +240,7 @@ impl Lamp {
     }
 
     /// As an instance places it.
-    fn placed(&self, instance: &[f32; 24]) -> Lamp {
+    fn placed(&self, instance: &[f32; 24], sign: f32) -> Shining {
         let rows: [Vec3; 3] = std::array::from_fn(|i| Vec3::from_slice(&instance[4 * i..]));
         let offset = Vec3::new(instance[3], instance[7], instance[11]);
         let turn = |v: Vec3| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
@@ -238,8 +248,8 @@ impl Lamp {
         let (corner, e1, e2) = (turn(at(0)) + offset, turn(at(3)), turn(at(6)));
         let mut row = row_of(corner, e1, e2, Rgb::BLACK);
         row[10..].copy_from_slice(&self.row[10..]);
-        let mirrored = rows[0].dot(rows[1].cross(rows[2])) < 0.0;
-        Lamp { row, flags: self.flags | if mirrored { flag::REVERSED } else { 0 }, ..*self }
+        // In world space its edges go around the other way.
+        Shining { row, flags: self.flags | if sign < 0.0 { flag::REVERSED } else { 0 }, ..*self }
     }
 
     fn push(&self, out: &mut Emitters) -> u32 {
@@ -270,7 +280,7 @@ fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u3
         }
         if let Some(area) = areas.get(&material) {
             out.of_primitive[index] = *area;
-        } else if let Some(lamp) = Lamp::new(surfaces, index, triangles, material) {
+        } else if let Some(lamp) = Shining::new(surfaces, index, triangles, material) {
             let emitter = lamp.push(out);
             out.of_primitive[index..index + lamp.triangles()].fill(emitter);
         }
@@ -281,9 +291,9 @@ fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u3
         let [x, y, z, radius] = geometry.spheres[index];
         let mut row = row_of(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ZERO, record.emission.factor.into());
         row[9] = radius;
-        let flags = flag::VISIBLE | if record.emission.texture == NONE { 0 } else { flag::TEXTURED };
+        let flags = flags_of(record);
         let primitive = index as u32 | crate::bvh::SPHERE;
-        let emitter = Lamp { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
+        let emitter = Shining { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
         out.of_primitive[triangles + index] = emitter;
     }
 }
@@ -291,7 +301,7 @@ fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u3
 /// The emitters of a mesh with instances, in its own space.
 #[derive(Default)]
 struct Shared {
-    lamps: Vec<Lamp>,
+    lamps: Vec<Shining>,
     /// Which of them each triangle is.
     of_triangle: Vec<u32>,
     /// Where these begin in [`Emitters::of_primitive`], once they are there.
@@ -310,7 +320,7 @@ impl Shared {
             if shared.of_triangle[index - first] != NONE || !materials[material as usize].emits() {
                 continue;
             }
-            if let Some(lamp) = Lamp::new(surfaces, index, end, material) {
+            if let Some(lamp) = Shining::new(surfaces, index, end, material) {
                 let place = index - first;
                 shared.of_triangle[place..place + lamp.triangles()].fill(shared.lamps.len() as u32);
                 shared.lamps.push(lamp);
@@ -351,7 +361,8 @@ fn instances(out: &mut Emitters, surfaces: &Surfaces, most: usize) -> usize {
         out.instance_places[instance] = (begin as u32).wrapping_sub(range.start);
         out.instance_first[instance] = out.len() as u32;
         for lamp in &shared.lamps {
-            lamp.placed(&surfaces.geometry.instances[instance]).push(out);
+            lamp.placed(&surfaces.geometry.instances[instance], surfaces.geometry.instance_signs[instance])
+                .push(out);
         }
     }
     left_out

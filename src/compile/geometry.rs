@@ -11,7 +11,8 @@ use std::ops::Range;
 
 use hecs::Entity;
 
-use super::lights::Emitter;
+use super::lights::Rectangle;
+use super::materials::Sheets;
 use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::bvh::{Bvh, Instance, Root};
 use crate::error::CompileError;
@@ -31,7 +32,8 @@ pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
-    emitters: &[Emitter],
+    rectangles: &[Rectangle],
+    sheets: &mut Sheets,
 ) -> Result<Compiled, CompileError> {
     let mut builder = Builder::default();
     let mut placed = Vec::new();
@@ -60,7 +62,9 @@ pub(super) fn compile(
             }
             Shape::Plane { corners } => {
                 let mesh = plane_mesh(*corners).map_err(|reason| entity_error(world, entity, reason))?;
-                builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
+                // Its corners go around as its author liked: a sheet is seen from both sides.
+                let material = sheets.of(own.unwrap_or(MaterialId::DEFAULT));
+                builder.mesh(&mesh, matrix, |_| part(material));
             }
             Shape::Mesh(id) if copied[id.0 as usize] => {
                 builder.mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material)));
@@ -71,9 +75,9 @@ pub(super) fn compile(
             }
         }
     }
-    for emitter in emitters {
-        let mesh = quad_mesh(emitter.corners);
-        let part = Part { entity: emitter.entity.id(), ..plain_part(MaterialId(emitter.material)) };
+    for rectangle in rectangles {
+        let mesh = quad_mesh(rectangle.corners);
+        let part = Part { entity: rectangle.entity.id(), ..plain_part(MaterialId(rectangle.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
     builder.finish(world, placed)
@@ -271,6 +275,7 @@ impl Builder {
             rows[..12].copy_from_slice(instance.to_world.as_flattened());
             rows[12..].copy_from_slice(instance.to_local.as_flattened());
             self.geometry.instances.push(rows);
+            self.geometry.instance_signs.push(if matrix.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 });
             self.geometry.instance_materials.push(material.0);
             self.geometry.instance_entities.push(entity);
             bvh.instances.push(instance);

@@ -1,20 +1,60 @@
-//! Light entities to compiled lights, and visible area lights to surfaces that shine.
+//! Light entities in world space, and visible area lights as surfaces that shine.
 
 use hecs::Entity;
 
-use super::emitters::VisibleArea;
+use super::materials;
 use super::transforms::{WorldTransforms, direction, entity_error, point};
-use super::{materials, principled};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
-use crate::sampling::pattern::{Grid, MAX_STRATA};
-use crate::scene::materials::flag;
-use crate::scene::principled::Principled;
-use crate::scene::{Light, Materials};
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, Material, World};
+use crate::sampling::pattern::MAX_STRATA;
+use crate::scene::Material;
+use crate::world::{self, BlinnPhong, ColorInput, Falloff, Pattern, World};
 
-/// The rectangle of a visible area light.
-pub(super) struct Emitter {
+/// A light entity in world space.
+pub(super) enum Lamp {
+    /// From one point, perhaps within a cone.
+    Point {
+        place: Vec3,
+        /// Φ/4π, W sr⁻¹.
+        intensity: Rgb,
+        /// Whether irradiance falls with the square of the distance.
+        falls: bool,
+        cone: Option<Cone>,
+    },
+    /// Parallel.
+    Directional {
+        /// Unit vector towards the light.
+        to_light: Vec3,
+        /// W m⁻² on a surface across it.
+        irradiance: Rgb,
+        /// The full angle that it takes up in the sky.
+        angle: f32,
+    },
+    /// A rectangle.
+    Area {
+        /// A corner, and the edges from there, up and across: their product points to the side that shines.
+        corner: Vec3,
+        edges: [Vec3; 2],
+        radiance: Rgb,
+        samples: u32,
+        pattern: Pattern,
+        /// The material of its surface, if rays can hit it.
+        material: Option<u32>,
+    },
+}
+
+/// Where a spot shines.
+pub(super) struct Cone {
+    /// Unit vector along its axis, away from the light.
+    pub axis: Vec3,
+    /// Cosine of the angle beyond which nothing arrives.
+    pub cos_outer: f32,
+    /// 1 / (cosine of the inner angle − cosine of the outer one).
+    pub scale: f32,
+}
+
+/// The surface of a visible area light.
+pub(super) struct Rectangle {
     /// In order around it, counter-clockwise seen from the side that shines.
     pub corners: [Vec3; 4],
     /// Black, but for what it gives off to the front.
@@ -36,127 +76,104 @@ pub fn light_names(world: &World) -> Vec<String> {
 /// What light entities come to.
 #[derive(Default)]
 pub(super) struct Compiled {
-    pub lights: Vec<Light>,
-    /// Rectangles that rays can hit.
-    pub rectangles: Vec<Emitter>,
-    /// Which lights these are.
-    pub visible: Vec<VisibleArea>,
-    /// Full angle of each light in the sky, 0 for all that are not there.
-    pub angles: Vec<f32>,
+    pub lamps: Vec<Lamp>,
+    /// Those that rays can hit.
+    pub rectangles: Vec<Rectangle>,
 }
 
+/// Materials of lights that can be seen are added to those of the assets.
 pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
-    materials: &mut Materials,
-    principled: &mut Vec<Principled>,
+    materials: &mut Vec<Material>,
+    names: &mut Vec<String>,
 ) -> Result<Compiled, CompileError> {
     let mut out = Compiled::default();
-    let Compiled { lights, rectangles: emitters, visible: seen, angles } = &mut out;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
         let matrix = &transforms[&entity];
         match &*light {
             world::Light::Area { power_w, size_m, samples, pattern, visible } => {
-                if *samples == 0 || *samples > MAX_STRATA {
-                    let reason = format!("an area light takes 1 to {MAX_STRATA} samples, not {samples}");
-                    return Err(entity_error(world, entity, reason));
-                }
-                let half = *size_m * 0.5;
-                let corner = |x: f32, y: f32| point(matrix, Vec3::new(x * half.x, y * half.y, 0.0));
-                let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-                let (edge_u, edge_v) = (corners[2] - corners[3], corners[0] - corners[3]);
-                let area = edge_u.as_dvec3().cross(edge_v.as_dvec3()).length() as f32;
-                if area <= 0.0 || !area.is_finite() {
-                    return Err(entity_error(world, entity, "its area light has no area: give it a size_m"));
-                }
-                // A uniform Lambertian emitter: Φ = π A L.
-                let radiance = *power_w * (1.0 / (std::f32::consts::PI * area));
-                let normal = face_normal(edge_u, edge_v, direction(matrix, Vec3::NEG_Z));
-                lights.push(Light::Area {
-                    corner: corners[3],
-                    edge_u,
-                    edge_v,
-                    normal,
-                    intensity: radiance * (area / *samples as f32),
-                    samples: *samples,
-                    grid: Grid::new(*samples),
-                    pattern: *pattern,
+                let (corners, radiance) = rectangle(world, entity, matrix, (*power_w, *size_m, *samples))?;
+                let material = visible.then(|| {
+                    let material = materials.len() as u32;
+                    materials.push(surface(radiance));
+                    names.push(format!("light of {}", world.name_of(entity)));
+                    out.rectangles.push(Rectangle { corners, material, entity });
+                    material
                 });
-                if *visible {
-                    let mut corners = corners;
-                    if edge_u.cross(edge_v).dot(normal) > 0.0 {
-                        corners.reverse();
-                    }
-                    let emitter = emitter(world, entity, corners, radiance, materials, principled);
-                    let light = lights.len() as u32 - 1;
-                    seen.push(VisibleArea { material: emitter.material, light });
-                    emitters.push(emitter);
-                }
+                let [corner, first, _, second] = corners;
+                let edges = [first - corner, second - corner];
+                let (samples, pattern) = (*samples, *pattern);
+                out.lamps.push(Lamp::Area { corner, edges, radiance, samples, pattern, material });
             }
             world::Light::Environment { .. } => {}
-            other => lights.push(punctual(other, matrix)),
+            other => out.lamps.push(punctual(other, matrix)),
         }
-        let angle = match &*light {
-            world::Light::Directional { angle, .. } => *angle,
-            _ => 0.0,
-        };
-        angles.resize(lights.len(), angle);
     }
     Ok(out)
 }
 
-/// Perpendicular to both edges on the side of `hint`; a sheared rectangle's is not its −Z.
-fn face_normal(edge_u: Vec3, edge_v: Vec3, hint: Vec3) -> Vec3 {
-    let normal = edge_u.as_dvec3().cross(edge_v.as_dvec3()).normalize();
-    (normal * normal.dot(hint.as_dvec3()).signum()).as_vec3()
-}
-
-fn emitter(
+/// The corners of an area light, counter-clockwise seen from the side that shines, and its radiance.
+fn rectangle(
     world: &World,
     entity: Entity,
-    corners: [Vec3; 4],
-    radiance: Rgb,
-    materials: &mut Materials,
-    principled: &mut Vec<Principled>,
-) -> Emitter {
-    let material_of_light = BlinnPhong {
+    matrix: &DAffine3,
+    (power_w, size_m, samples): (Rgb, crate::math::Vec2, u32),
+) -> Result<([Vec3; 4], Rgb), CompileError> {
+    if samples == 0 || samples > MAX_STRATA {
+        let reason = format!("an area light takes 1 to {MAX_STRATA} samples, not {samples}");
+        return Err(entity_error(world, entity, reason));
+    }
+    let half = size_m * 0.5;
+    let corner = |x: f32, y: f32| point(matrix, Vec3::new(x * half.x, y * half.y, 0.0));
+    let mut corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    let cross = (corners[1] - corners[0]).as_dvec3().cross((corners[3] - corners[0]).as_dvec3());
+    let area = cross.length() as f32;
+    if area <= 0.0 || !area.is_finite() {
+        return Err(entity_error(world, entity, "its area light has no area: give it a size_m"));
+    }
+    // To the side of −Z, which it need not be perpendicular to where it is sheared.
+    if cross.dot(direction(matrix, Vec3::NEG_Z).as_dvec3()) < 0.0 {
+        corners.swap(1, 3);
+    }
+    // A uniform Lambertian emitter: Φ = π A L.
+    Ok((corners, power_w * (1.0 / (std::f32::consts::PI * area))))
+}
+
+/// Black, but for what it gives off to the front.
+fn surface(radiance: Rgb) -> Material {
+    let material = BlinnPhong {
         diffuse: ColorInput::Constant(Rgb::BLACK),
         emission: ColorInput::Constant(radiance),
         ..BlinnPhong::default()
     };
-    let material =
-        materials::push(materials, &material_of_light, format!("light of {}", world.name_of(entity)));
-    materials.flags[material as usize] |= flag::ONE_SIDED_EMISSION;
-    let record = principled::record(&Material::BlinnPhong(material_of_light));
-    principled.push(Principled { one_sided_emission: true, ..record });
-    Emitter { corners, material, entity }
+    Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
 }
 
-fn punctual(light: &world::Light, matrix: &DAffine3) -> Light {
+fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
     let intensity = |power: Rgb| power * (1.0 / (4.0 * std::f32::consts::PI));
-    let position = point(matrix, Vec3::ZERO);
+    let place = point(matrix, Vec3::ZERO);
     match light {
-        world::Light::Point { power_w, falloff } => Light::Point {
-            position,
-            intensity: intensity(*power_w),
-            falloff: *falloff == Falloff::InverseSquare,
-        },
+        world::Light::Point { power_w, falloff } => {
+            let falls = *falloff == Falloff::InverseSquare;
+            Lamp::Point { place, intensity: intensity(*power_w), falls, cone: None }
+        }
         world::Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
             let cos = |angle: f32| libm::cos(angle as f64);
             let width = (cos(*inner_angle) - cos(*outer_angle)).max(1e-6);
-            Light::Spot {
-                position,
-                intensity: intensity(*power_w),
-                falloff: *falloff == Falloff::InverseSquare,
+            let cone = Cone {
                 axis: direction(matrix, Vec3::NEG_Z),
                 cos_outer: cos(*outer_angle) as f32,
                 scale: (1.0 / width) as f32,
-            }
+            };
+            let falls = *falloff == Falloff::InverseSquare;
+            Lamp::Point { place, intensity: intensity(*power_w), falls, cone: Some(cone) }
         }
-        world::Light::Directional { irradiance, .. } => {
-            Light::Directional { to_light: -direction(matrix, Vec3::NEG_Z), irradiance: *irradiance }
+        world::Light::Directional { irradiance, angle } => {
+            let to_light = -direction(matrix, Vec3::NEG_Z);
+            Lamp::Directional { to_light, irradiance: *irradiance, angle: *angle }
         }
         world::Light::Area { .. } | world::Light::Environment { .. } => {
             unreachable!("what is not a point is handled by the caller")

@@ -1,54 +1,239 @@
-//! Materials to columns of the Whitted transport.
+//! Materials to records.
+
+use std::collections::HashMap;
 
 use super::classic;
 use crate::math::{NONE, Rgb};
-use crate::scene::Materials;
-use crate::scene::materials::{ColorColumn, flag};
+use crate::scene::Material;
+use crate::scene::material::{Classic, ColorParam, Coverage, NormalParam, ScalarParam, ThinFilmParam};
 use crate::world::assets::Assets;
-use crate::world::{BlinnPhong, ColorInput, Highlight, Material};
+use crate::world::{
+    self, AlphaMode, BlinnPhong, Channel, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
+    ScalarInput,
+};
 
-pub(super) fn compile(assets: &Assets) -> Materials {
-    let mut out = Materials::default();
-    for (index, named) in assets.materials.iter().enumerate() {
-        let name = named.name.clone().unwrap_or_else(|| match index {
-            0 => "default".into(),
-            _ => format!("material {index}"),
-        });
-        match &named.material {
-            Material::BlinnPhong(material) => {
-                push(&mut out, material, name);
-            }
-            Material::Principled(material) => {
-                let classic = classic::from_principled(material, assets);
-                let row = push(&mut out, &classic.material, name) as usize;
-                out.diffuse.constant[row] = classic.diffuse.to_array();
-                out.specular.constant[row] = classic.specular.to_array();
-                out.kr.constant[row] = classic.kr.to_array();
-            }
-        }
-    }
-    out
-}
-
-/// Adds a row to every column; returns its index.
-pub(super) fn push(out: &mut Materials, material: &BlinnPhong, name: String) -> u32 {
-    push_color(&mut out.diffuse, material.diffuse);
-    push_color(&mut out.specular, material.specular);
-    push_color(&mut out.kr, material.kr);
-    push_color(&mut out.emission, material.emission);
-    out.kt.push(material.kt.to_array());
-    out.shininess.push(material.shininess);
-    out.flags.push(if material.highlight == Highlight::Phong { flag::PHONG } else { 0 });
-    out.ior.push(material.ior.unwrap_or(0.0));
-    out.names.push(name);
-    out.names.len() as u32 - 1
-}
-
-fn push_color(column: &mut ColorColumn, input: ColorInput) {
-    let (constant, texture) = match input {
-        ColorInput::Constant(color) => (color, NONE),
-        ColorInput::Texture(texture) => (Rgb::WHITE, texture.0),
+/// Records, and what people call them.
+pub(super) fn compile(assets: &Assets) -> (Vec<Material>, Vec<String>) {
+    let record = |material: &world::Material| match material {
+        world::Material::BlinnPhong(material) => from_blinn_phong(material),
+        world::Material::Principled(material) => from_principled(material, assets),
     };
-    column.constant.push(constant.to_array());
-    column.texture.push(texture);
+    let name = |(index, name): (usize, &Option<String>)| match (name, index) {
+        (Some(name), _) => name.clone(),
+        (None, 0) => "default".into(),
+        (None, _) => format!("material {index}"),
+    };
+    let records = assets.materials.iter().map(|named| record(&named.material));
+    let finish = |record: Material| Material { textured: record.looks_up(), ..record };
+    let records = records.map(finish);
+    (records.collect(), assets.materials.iter().map(|named| &named.name).enumerate().map(name).collect())
+}
+
+/// Materials of sheets that have no front: those that have one get a second record, without.
+pub(super) struct Sheets<'a> {
+    pub materials: &'a mut Vec<Material>,
+    pub names: &'a mut Vec<String>,
+    /// By the first records' ids.
+    known: HashMap<MaterialId, MaterialId>,
+}
+
+impl<'a> Sheets<'a> {
+    pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>) -> Self {
+        Self { materials, names, known: HashMap::new() }
+    }
+
+    /// The material of a sheet.
+    pub fn of(&mut self, id: MaterialId) -> MaterialId {
+        let record = self.materials[id.0 as usize];
+        if !record.hides_back && !record.one_sided_emission {
+            return id;
+        }
+        *self.known.entry(id).or_insert_with(|| {
+            self.materials.push(Material { hides_back: false, one_sided_emission: false, ..record });
+            self.names.push(self.names[id.0 as usize].clone());
+            MaterialId(self.materials.len() as u32 - 1)
+        })
+    }
+}
+
+pub(super) fn color(input: ColorInput) -> ColorParam {
+    match input {
+        ColorInput::Constant(color) => ColorParam::constant(color.to_array()),
+        ColorInput::Texture(texture) => ColorParam { factor: [1.0; 3], texture: texture.0 },
+    }
+}
+
+fn scalar(input: ScalarInput) -> ScalarParam {
+    let (texture, channel) = match input.texture {
+        None => (NONE, 0),
+        Some((texture, channel)) => (texture.0, self::channel(channel)),
+    };
+    ScalarParam { factor: input.factor, texture, channel }
+}
+
+fn channel(channel: Channel) -> u32 {
+    match channel {
+        Channel::Red => 0,
+        Channel::Green => 1,
+        Channel::Blue => 2,
+        Channel::Alpha => 3,
+    }
+}
+
+fn normal(map: Option<NormalMap>) -> Option<NormalParam> {
+    map.map(|map| NormalParam { texture: map.texture.0, scale: map.scale })
+}
+
+/// Reflectance straight on between air and a dielectric (PBRT 4th ed., 9.3.5).
+fn reflectance(ior: f32) -> f32 {
+    // KHR_materials_ior: 0 stands for a reflectance of 1.
+    if ior == 0.0 {
+        return 1.0;
+    }
+    let ratio = (ior - 1.0) / (ior + 1.0);
+    ratio * ratio
+}
+
+fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
+    let volume = m.volume.filter(|_| !m.transmission.factor.eq(&0.0) || m.diffuse_transmission.factor != 0.0);
+    let solid = volume.is_some() && m.transmission.factor > 0.0;
+    let absorption = volume.map_or([0.0; 3], |v| {
+        let per_metre = |c: f32| {
+            // White after infinity is no absorption; black is as near to it as floats go.
+            if v.attenuation_distance.is_finite() && v.attenuation_distance > 0.0 {
+                (-libm::log(c.clamp(1e-6, 1.0) as f64) / v.attenuation_distance as f64) as f32
+            } else {
+                0.0
+            }
+        };
+        v.attenuation_color.map(per_metre).to_array()
+    });
+    Material {
+        base_color: color(m.base_color),
+        alpha: scalar(m.alpha),
+        coverage: match m.alpha_mode {
+            AlphaMode::Opaque => Coverage::Whole,
+            AlphaMode::Mask { cutoff } => Coverage::Mask(cutoff),
+            AlphaMode::Blend => Coverage::Blend,
+        },
+        // Light inside a body meets its back: that is there.
+        hides_back: !m.double_sided && !solid,
+        metallic: scalar(m.metallic),
+        roughness: scalar(m.roughness),
+        normal: normal(m.normal),
+        emission: color(m.emission),
+        one_sided_emission: !m.double_sided,
+        unlit: m.unlit,
+        // Below 1: what is thinner than its surroundings, as air in glass.
+        ior: if m.ior == 0.0 { 1e3 } else { bending(m.ior.max(1e-3), m.roughness) },
+        specular: scalar(m.specular),
+        specular_color: color(m.specular_color),
+        f0: reflectance(m.ior),
+        constant_fresnel: false,
+        transmission: scalar(m.transmission),
+        thin: !solid,
+        dispersion: if solid { m.dispersion } else { 0.0 },
+        absorption,
+        diffuse_transmission: scalar(m.diffuse_transmission),
+        diffuse_transmission_color: color(m.diffuse_transmission_color),
+        coat: scalar(m.clearcoat),
+        coat_roughness: scalar(m.clearcoat_roughness),
+        coat_normal: normal(m.clearcoat_normal),
+        coat_f0: [0.04; 3],
+        coat_f90: [1.0; 3],
+        sheen_color: color(m.sheen_color),
+        sheen_roughness: scalar(m.sheen_roughness),
+        anisotropy: m.anisotropy.strength,
+        anisotropy_direction: {
+            let angle = m.anisotropy.rotation as f64;
+            [libm::cos(angle) as f32, libm::sin(angle) as f32]
+        },
+        anisotropy_texture: m.anisotropy.texture.map_or(NONE, |t| t.0),
+        film: (m.iridescence.factor.factor > 0.0).then(|| film(&m.iridescence)),
+        classic: classic::from_principled(m, assets),
+        textured: false,
+    }
+}
+
+/// An index that rough glass can have: at exactly 1 its microfacets, which bend nothing, would have no
+/// half vector.
+fn bending(ior: f32, roughness: ScalarInput) -> f32 {
+    const LEAST: f32 = 1e-4;
+    if roughness.factor > 0.0 && (ior - 1.0).abs() < LEAST { 1.0 + LEAST } else { ior }
+}
+
+fn film(m: &Iridescence) -> ThinFilmParam {
+    // Nothing interferes in a film of a tenth of a millimetre, and phases stay within floats.
+    let thickness = |nm: f32| nm.clamp(0.0, 1e5);
+    ThinFilmParam {
+        factor: scalar(m.factor),
+        ior: m.ior.clamp(1.0, 10.0),
+        thickness: scalar(ScalarInput { factor: 1.0, texture: m.thickness }),
+        thinnest: thickness(m.thickness_minimum),
+        thickest: thickness(m.thickness_maximum),
+    }
+}
+
+/// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a
+/// GGX lobe of the same width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance
+/// ks; the mirror image a smooth one of reflectance kr; what has an ior is smooth glass.
+pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
+    let none = ScalarParam::constant(0.0);
+    let one = ScalarParam::constant(1.0);
+    let is_black = |input: ColorInput| matches!(input, ColorInput::Constant(c) if c.is_black());
+    let width = (2.0 / (m.shininess as f64 + 2.0)).sqrt().sqrt() as f32;
+    let mirror = !is_black(m.kr);
+    let shines = !is_black(m.specular);
+    let glass = m.ior.is_some();
+    // One of the two is the base's own reflection; with a mirror the highlight lies above it.
+    let (reflection, roughness) = if mirror || glass { (m.kr, 0.0) } else { (m.specular, width) };
+    let layer = match m.specular {
+        ColorInput::Constant(c) if mirror && shines => c,
+        _ => Rgb::BLACK,
+    };
+    let white = ColorParam::constant([1.0; 3]);
+    Material {
+        base_color: if glass { ColorParam::constant(m.kt.to_array()) } else { color(m.diffuse) },
+        alpha: one,
+        coverage: Coverage::Whole,
+        hides_back: false,
+        metallic: none,
+        roughness: ScalarParam::constant(roughness),
+        normal: None,
+        emission: color(m.emission),
+        one_sided_emission: false,
+        unlit: false,
+        ior: m.ior.unwrap_or(1.5),
+        specular: if mirror || shines || glass { one } else { none },
+        specular_color: if glass { white } else { color(reflection) },
+        f0: if glass { reflectance(m.ior.unwrap_or(1.5)) } else { 1.0 },
+        constant_fresnel: !glass,
+        transmission: if glass { one } else { none },
+        thin: false,
+        dispersion: 0.0,
+        absorption: [0.0; 3],
+        diffuse_transmission: none,
+        diffuse_transmission_color: white,
+        coat: if layer.is_black() { none } else { one },
+        coat_roughness: ScalarParam::constant(width),
+        coat_normal: None,
+        coat_f0: layer.to_array(),
+        coat_f90: layer.to_array(),
+        sheen_color: ColorParam::constant([0.0; 3]),
+        sheen_roughness: none,
+        anisotropy: 0.0,
+        anisotropy_direction: [1.0, 0.0],
+        anisotropy_texture: NONE,
+        film: None,
+        classic: Classic {
+            diffuse: color(m.diffuse),
+            specular: color(m.specular),
+            shininess: m.shininess,
+            phong: m.highlight == Highlight::Phong,
+            kr: color(m.kr),
+            kt: m.kt.to_array(),
+            ior: m.ior.unwrap_or(0.0),
+        },
+        textured: false,
+    }
 }

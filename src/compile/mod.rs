@@ -9,16 +9,14 @@ mod geometry;
 pub mod light_tree;
 mod lights;
 mod materials;
-mod principled;
 mod textures;
 pub mod transforms;
 
-use std::collections::BTreeSet;
-
+use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
-use crate::scene::CompiledScene;
-use crate::world::{AlphaMode, Material, Principled, Transport, World};
+use crate::scene::{CompiledScene, Geometry, Material};
+use crate::world::{Light, Settings, Transport, World};
 
 pub use camera::camera_names;
 pub use lights::light_names;
@@ -29,33 +27,28 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let transforms = transforms::compile(world, &order)?;
     let camera = camera::compile(world, &order, &transforms, camera)?;
     let textures = textures::compile(&world.assets)?;
-    let mut materials = materials::compile(&world.assets);
-    let mut principled = principled::compile(&world.assets);
-    let lights::Compiled { lights, rectangles, visible, angles } =
-        lights::compile(world, &order, &transforms, &mut materials, &mut principled)?;
-    let geometry::Compiled { geometry, bvh, placed } =
-        geometry::compile(world, &order, &transforms, &rectangles)?;
+    let (mut materials, mut material_names) = materials::compile(&world.assets);
+    let lights::Compiled { lamps, rectangles } =
+        lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
+    let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
+    let geometry::Compiled { geometry, mut bvh, placed } =
+        geometry::compile(world, &order, &transforms, &rectangles, &mut sheets)?;
+    set_presence(&mut bvh, &geometry, &materials);
     let environment = environment::compile(world, &order, &transforms);
-    let surfaces = emitters::Surfaces { geometry: &geometry, materials: &principled, placed: &placed };
-    let (emitters, left_out) = emitters::compile(&surfaces, &lights, &angles, &visible, &environment);
-    let has_cutouts = geometry
-        .parts
-        .material
-        .iter()
-        .chain(&geometry.instance_materials)
-        .any(|m| principled.get(*m as usize).is_some_and(|m| m.may_pass()));
+    let surfaces = emitters::Surfaces { geometry: &geometry, materials: &materials, placed: &placed };
+    let emitters::Compiled { emitters, lights, left_out } =
+        emitters::compile(&surfaces, &lamps, &environment);
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
         camera,
         geometry,
         bvh,
         materials,
+        material_names,
         textures,
-        lights,
-        principled,
         emitters,
+        lights,
         environment,
-        has_cutouts,
         ambient: world.settings.ambient,
         bounds,
         warnings: Vec::new(),
@@ -71,20 +64,26 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     Ok(scene)
 }
 
+/// Says from where each surface is there, by its material.
+fn set_presence(bvh: &mut Bvh, geometry: &Geometry, materials: &[Material]) {
+    let of = |primitive: u32| {
+        let material = geometry.parts.material[geometry.part_of(primitive) as usize];
+        materials[material as usize].presence(geometry.is_mirrored(primitive))
+    };
+    let given = geometry.instance_materials.iter();
+    let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.presence(false))).collect();
+    bvh.set_presence(of, &placed);
+}
+
 /// What a person should know before waiting for the image.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
-    if world.settings.transport == Transport::Whitted {
-        warnings.extend(ignored_alpha(scene, world));
-    }
-    let emits = |m: &crate::scene::materials::ColorColumn| {
-        m.is_textured() || m.constant.iter().any(|c| *c != [0.0; 3])
-    };
+    warnings.extend(ignored(world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     } else if scene.lights.is_empty()
         && scene.ambient.is_black()
-        && !emits(&scene.materials.emission)
+        && !scene.materials.iter().any(|m| m.emits() || m.unlit)
         && (world.settings.transport == Transport::Whitted || scene.environment.is_black())
     {
         let dark = world.settings.background == crate::world::Background::default();
@@ -94,64 +93,65 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings
 }
 
-/// Surfaces that are partly there are all there under Whitted's transport.
-fn ignored_alpha(scene: &CompiledScene, world: &World) -> Option<String> {
-    let geometry = &scene.geometry;
-    let used: BTreeSet<u32> =
-        geometry.parts.material.iter().chain(&geometry.instance_materials).copied().collect();
-    let whole = |m: &Principled| {
-        let all = m.alpha.texture.is_none() && m.alpha.factor >= 1.0 && geometry.alphas.is_empty();
-        all || m.alpha_mode == AlphaMode::Opaque
+/// What the world says that its transport has no use for.
+fn ignored(world: &World) -> Option<String> {
+    let (settings, usual) = (&world.settings, Settings::default());
+    let mut names: Vec<&str> = Vec::new();
+    let mut note = |name: &'static str, is_said: bool| names.extend(is_said.then_some(name));
+    let (transport, other) = match settings.transport {
+        Transport::Whitted => {
+            settings.depth_limits.given().for_each(|(name, _)| note(name, true));
+            note("roulette_depth", settings.roulette_depth != usual.roulette_depth);
+            note("clamp", settings.clamp.is_some());
+            note("sampler", settings.sampler != usual.sampler);
+            let lights = &mut world.entities.query::<&Light>();
+            let wide = |light: &Light| matches!(light, Light::Directional { angle, .. } if *angle > 0.0);
+            note("the angle of directional lights", lights.iter().any(wide));
+            ("Whitted", "Path")
+        }
+        Transport::Path => {
+            note("ambient", !settings.ambient.is_black());
+            note("min_throughput", settings.min_throughput != usual.min_throughput);
+            note("pixel_pattern", settings.pixel_pattern != usual.pixel_pattern);
+            ("path", "Whitted")
+        }
     };
-    let names: Vec<&str> = (0_u32..)
-        .zip(&world.assets.materials)
-        .filter(|(id, named)| {
-            used.contains(id) && matches!(&named.material, Material::Principled(m) if !whole(m))
-        })
-        .map(|(id, _)| scene.materials.names[id as usize].as_str())
-        .collect();
-    let (first, more) = (names.first()?, names.len() - 1);
-    let more = if more == 0 { String::new() } else { format!(" (and {more} more)") };
-    Some(format!(
-        "material \"{first}\"{more} has an alpha, which the Whitted transport ignores: its surfaces are all \
-         there (transport: Path renders it)"
-    ))
+    let list = names.join(", ");
+    (!names.is_empty())
+        .then(|| format!("the {transport} transport makes no use of {list} (transport: {other} does)"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{ScalarInput, Shape, Transform};
+    use crate::math::Rgb;
+    use crate::world::{Camera, Transform};
 
     #[test]
-    fn whitted_says_that_it_ignores_alpha() {
-        let said = |alpha: f32, alpha_mode: AlphaMode, transport: Transport, uses: u32| {
+    fn what_a_transport_ignores_it_says() {
+        let said = |change: fn(&mut World)| {
             let mut world = World::default();
-            world.settings.transport = transport;
-            for name in ["leaf", "veil"] {
-                let alpha = ScalarInput::constant(alpha);
-                let material = Principled { alpha, alpha_mode, ..Principled::default() };
-                let id =
-                    world.assets.add_material(Some(name.into()), Material::Principled(Box::new(material)));
-                if name == "leaf" || uses > 1 {
-                    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY, id));
-                }
-            }
-            world.entities.spawn((crate::world::Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
-            let warnings = compile(&world, None).unwrap().warnings;
-            warnings.into_iter().find(|warning| warning.contains("alpha"))
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+            change(&mut world);
+            let warnings = compile(&world, None).expect("a scene").warnings;
+            warnings.into_iter().find(|warning| warning.contains("makes no use of"))
         };
-        let (blend, mask) = (AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 });
-        let one = said(0.4, blend, Transport::Whitted, 1).unwrap();
-        assert!(one.starts_with("material \"leaf\" has") && one.contains("transport: Path"), "{one}");
-        let two = said(0.4, mask, Transport::Whitted, 2).unwrap();
-        assert!(two.starts_with("material \"leaf\" (and 1 more) has"), "{two}");
-        for (alpha, mode, transport) in [
-            (0.4, blend, Transport::Path),
-            (1.0, blend, Transport::Whitted),
-            (0.4, AlphaMode::Opaque, Transport::Whitted),
-        ] {
-            assert_eq!(said(alpha, mode, transport, 2), None);
-        }
+        assert_eq!(said(|_| ()), None);
+        assert_eq!(said(|world| world.settings.transport = Transport::Path), None);
+        let whitted = said(|world| {
+            world.settings.clamp = Some(3.0);
+            world.settings.depth_limits.glossy = Some(1);
+            let sun = Light::Directional { irradiance: Rgb::WHITE, angle: 0.01 };
+            world.entities.spawn((sun, Transform::IDENTITY));
+        });
+        let expected = "the Whitted transport makes no use of glossy_depth, clamp, the angle of directional \
+                        lights (transport: Path does)";
+        assert_eq!(whitted.as_deref(), Some(expected));
+        let path = said(|world| {
+            world.settings.transport = Transport::Path;
+            world.settings.ambient = Rgb::WHITE;
+        });
+        let expected = "the path transport makes no use of ambient (transport: Whitted does)";
+        assert_eq!(path.as_deref(), Some(expected));
     }
 }

@@ -9,7 +9,7 @@ use self::mips::{Room, Work};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
-use crate::scene::textures::{Sampled, flag};
+use crate::scene::textures::Sampled;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
 
 pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
@@ -99,17 +99,9 @@ fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u3
     let blends = texture.filter != TextureFilter::Nearest;
     let srgb = texture.color_space == ColorSpace::Srgb;
     let float = matches!(image.texels, Texels::Rgb32(_));
-    let bits = [(blends, flag::BILINEAR), (!srgb, flag::LINEAR), (float, flag::FLOAT)];
-    let flags = bits.into_iter().filter(|(set, _)| *set).fold(0, |all, (_, bit)| all | bit);
     let wrap = texture.wrap.map(mode);
     let first_level = first_levels[texture.image.0 as usize];
     let (width, height) = (image.width as f32, image.height as f32);
-    out.flags.push(flags | wrap[0] << flag::WRAP_U | wrap[1] << flag::WRAP_V);
-    out.size.push([width, height]);
-    out.first.push(out.levels.first[first_level as usize]);
-    out.transform.push([texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y]);
-    out.factor.push(texture.factor.to_array());
-
     let (sin, cos) = (libm::sin(texture.rotation as f64) as f32, libm::cos(texture.rotation as f64) as f32);
     let (sx, sy) = (texture.scale.x, texture.scale.y);
     let next = first_levels.get(texture.image.0 as usize + 1).copied();

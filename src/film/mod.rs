@@ -12,10 +12,46 @@ pub use channel::{Channel, Values};
 pub use features::{Features, FirstHit, Gathering};
 pub use moments::Moments;
 
-/// Sums are whole multiples of this radiance: integers add up to the same in any order.
+/// Sums are whole multiples of this radiance, times the film's unit: integers add up to the same in any
+/// order.
 pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
-/// A sample's components are cut off here, so that 2²¹ samples of each parity fit 63 bits.
+/// A sample's components are cut off here, times the film's unit, so that 2²¹ samples of each parity fit
+/// 63 bits.
 pub const MAX_RADIANCE: f32 = 262_143.0;
+
+/// The unit in which a film counts radiance: a power of two, so that counting rounds nothing more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unit(i32);
+
+impl Unit {
+    /// Scenes whose brightest thing lies between these powers of two are counted as they are.
+    const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
+
+    /// For a scene whose brightest thing has this radiance: suns must not be cut off, and starlight
+    /// must be more than a few quanta.
+    pub fn for_brightest(radiance: f32) -> Unit {
+        if radiance <= 0.0 || !radiance.is_finite() {
+            return Unit(0);
+        }
+        let exponent = libm::ilogb(f64::from(radiance));
+        match exponent {
+            _ if Self::USUAL.contains(&exponent) => Unit(0),
+            // So far that both this power of two and its inverse are floats.
+            _ if exponent > *Self::USUAL.end() => Unit((exponent - Self::USUAL.end()).min(100)),
+            _ => Unit(exponent.max(-100)),
+        }
+    }
+
+    /// The radiance of a quantum.
+    pub fn quantum(self) -> f64 {
+        libm::scalbn(QUANTUM, self.0)
+    }
+
+    /// The factor on radiance before it is counted.
+    fn inverse(self) -> f32 {
+        libm::scalbnf(1.0, -self.0)
+    }
+}
 
 /// A rectangle of pixels: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,16 +104,24 @@ pub struct PixelSum {
 }
 
 /// The sums of a region's pixels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
+    unit: Unit,
+    /// Of the unit.
+    inverse: f32,
     pixels: Vec<PixelSum>,
 }
 
 impl Film {
     /// Black.
-    pub fn new(region: Region) -> Film {
-        Film { region, pixels: vec![PixelSum::default(); region.area()] }
+    pub fn new(region: Region, unit: Unit) -> Film {
+        Film { region, unit, inverse: unit.inverse(), pixels: vec![PixelSum::default(); region.area()] }
+    }
+
+    /// The unit that it counts in.
+    pub fn unit(&self) -> Unit {
+        self.unit
     }
 
     /// Which pixels it holds.
@@ -94,9 +138,9 @@ impl Film {
     #[inline(always)]
     pub fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
         let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
-        sum[0] += quanta(radiance.r);
-        sum[1] += quanta(radiance.g);
-        sum[2] += quanta(radiance.b);
+        sum[0] += quanta(radiance.r * self.inverse);
+        sum[1] += quanta(radiance.g * self.inverse);
+        sum[2] += quanta(radiance.b * self.inverse);
     }
 
     /// Counts a sample.
@@ -105,8 +149,9 @@ impl Film {
         self.pixels[self.region.index(x, y)].count[(sample & 1) as usize] += 1;
     }
 
-    /// Adds another film, whose region must lie within this one's.
+    /// Adds another film of the same unit, whose region must lie within this one's.
     pub fn merge(&mut self, other: &Film) {
+        assert_eq!(self.unit, other.unit, "films of different units");
         let from = other.region;
         for y in from.y0..from.y1 {
             let (to, start) = (self.region.index(from.x0, y), from.index(from.x0, y));
@@ -125,9 +170,10 @@ impl Film {
 
     /// Mean radiance of each pixel, row by row from the top; black where there is no sample.
     pub fn radiance(&self) -> Vec<Rgb> {
+        let quantum = self.unit.quantum();
         let mean = |p: &PixelSum| {
             let count = (p.count[0] as f64 + p.count[1] as f64).max(1.0);
-            let channel = |c: usize| ((p.sum[0][c] + p.sum[1][c]) as f64 * QUANTUM / count) as f32;
+            let channel = |c: usize| ((p.sum[0][c] + p.sum[1][c]) as f64 * quantum / count) as f32;
             Rgb::new(channel(0), channel(1), channel(2))
         };
         self.pixels.iter().map(mean).collect()
@@ -136,13 +182,13 @@ impl Film {
     /// Root mean square of the noise left in the pixels, estimated from the difference of
     /// even and odd samples; none before every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {
-        let mut sum = 0.0;
+        let (mut sum, quantum) = (0.0, self.unit.quantum());
         for p in &self.pixels {
             if p.count.contains(&0) {
                 return None;
             }
             for c in 0..3 {
-                let mean = |parity: usize| p.sum[parity][c] as f64 * QUANTUM / p.count[parity] as f64;
+                let mean = |parity: usize| p.sum[parity][c] as f64 * quantum / p.count[parity] as f64;
                 // The mean of two halves has a quarter of the variance of their difference.
                 sum += (mean(0) - mean(1)).powi(2) / 4.0;
             }
@@ -150,12 +196,15 @@ impl Film {
         Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
     }
 
-    /// A 128-bit hash (XXH3) of the region and all sums and counts: equal films, equal hashes.
+    /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films, equal hashes.
     pub fn hash(&self) -> u128 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         let r = self.region;
         for value in [r.x0, r.y0, r.x1, r.y1] {
             hasher.update(&value.to_le_bytes());
+        }
+        if self.unit != Unit::default() {
+            hasher.update(&self.unit.0.to_le_bytes());
         }
         for pixel in &self.pixels {
             for sum in pixel.sum.as_flattened() {
@@ -182,9 +231,26 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Suns and starlight are counted as well as what is usual.
+    #[test]
+    fn films_count_in_units_of_what_is_brightest() {
+        for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
+            let brightest = libm::scalbnf(1.37, exponent);
+            let mut film = Film::new(Region::whole([1, 1]), Unit::for_brightest(brightest));
+            film.count(0, 0, 0);
+            film.add(0, 0, 0, Rgb::new(brightest, brightest / 3.0, 0.0));
+            let found = film.radiance()[0];
+            assert!((found.r / brightest - 1.0).abs() < 1e-6, "2^{exponent}: {found:?}");
+            assert!((found.g / brightest * 3.0 - 1.0).abs() < 3e-6, "2^{exponent}: {found:?}");
+        }
+        for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(Unit::for_brightest(nothing), Unit::default());
+        }
+    }
+
     #[test]
     fn means_noise_and_saturation() {
-        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 });
+        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 }, Unit::default());
         for sample in 0..4 {
             film.count(2, 3, sample);
             film.count(3, 3, sample);
@@ -206,7 +272,7 @@ mod tests {
         ) {
             let region = Region::whole([4, 3]);
             let fill = |samples: &mut dyn Iterator<Item = &(u32, u32, u32, f32)>| {
-                let mut film = Film::new(region);
+                let mut film = Film::new(region, Unit::default());
                 for &(x, y, sample, value) in samples {
                     film.count(x, y, sample);
                     film.add(x, y, sample, Rgb::new(value, value * 0.3, 1.0 / (value + 0.1)));

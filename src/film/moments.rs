@@ -1,6 +1,6 @@
 //! Squares of whole samples, of which the variance of a pixel is estimated.
 
-use super::{Film, PixelSum, QUANTUM, Region};
+use super::{Film, PixelSum, Region};
 use crate::math::Rgb;
 
 /// Components of a sample above this count as this here, so that 2²² squares times as many
@@ -46,11 +46,13 @@ impl Moments {
     /// they are independent of each other: (Σx² − (Σx)² / n) / (n (n − 1)). Samples that are spread
     /// evenly differ more than their means do, so then it is too large. Infinite for one sample.
     pub fn variance_of_mean(&self, film: &Film) -> Vec<Rgb> {
-        self.squares.iter().zip(film.pixels()).map(|(squares, pixel)| variance(squares, pixel)).collect()
+        let quantum = film.unit().quantum();
+        let pixels = self.squares.iter().zip(film.pixels());
+        pixels.map(|(squares, pixel)| variance(squares, pixel, quantum)).collect()
     }
 }
 
-fn variance(squares: &[u128; 3], pixel: &PixelSum) -> Rgb {
+fn variance(squares: &[u128; 3], pixel: &PixelSum, quantum: f64) -> Rgb {
     let count = u128::from(pixel.count[0]) + u128::from(pixel.count[1]);
     if count < 2 {
         return Rgb::splat(f32::INFINITY);
@@ -60,7 +62,7 @@ fn variance(squares: &[u128; 3], pixel: &PixelSum) -> Rgb {
     let channel = |c: usize| {
         // Exact up to here, so nothing cancels that is not equal.
         let spread = (count * squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
-        (spread as f64 * QUANTUM * QUANTUM / (n * n * (n - 1.0))) as f32
+        (spread as f64 * quantum * quantum / (n * n * (n - 1.0))) as f32
     };
     Rgb::new(channel(0), channel(1), channel(2))
 }
@@ -74,13 +76,14 @@ fn total(pixel: &PixelSum) -> [u128; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Unit;
 
     /// One pixel's samples, each in two parts.
     fn gather(samples: &[f32]) -> (Film, Moments) {
         let region = Region::whole([1, 1]);
-        let (mut film, mut moments) = (Film::new(region), Moments::new(region));
+        let (mut film, mut moments) = (Film::new(region, Unit::default()), Moments::new(region));
         for (sample, value) in (0..).zip(samples) {
-            let mut one = Film::new(region);
+            let mut one = Film::new(region, Unit::default());
             one.count(0, 0, sample);
             one.add(0, 0, sample, Rgb::new(0.75 * value, 0.0, 1.0));
             one.add(0, 0, sample, Rgb::new(0.25 * value, 0.0, 1.0));

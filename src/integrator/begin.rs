@@ -6,6 +6,7 @@ use crate::math::{Color, NONE};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::pattern::point;
 use crate::sampling::{Dimension, Key};
+use crate::scene::Projection;
 use crate::shading::camera;
 use crate::simd::{Float, Int};
 use crate::world::Transport;
@@ -27,7 +28,16 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
     let scale = F::splat(2.0 / height);
     let x = across * scale - F::splat(width / height);
     let y = F::one() - down * scale;
-    let ray = camera::ray(&frame.scene.camera, x, y, key, frame.samples);
+    let lens = match (frame.scene.camera.projection, frame.transport) {
+        (Projection::ThinLens { pattern, .. }, Transport::Whitted) => {
+            point::<F>(pattern, frame.samples, key, Dimension::Lens.at(F::Int::splat(0)))
+        }
+        (Projection::ThinLens { .. }, Transport::Path) => {
+            draw_2d(frame.sampler, frame.samples, key, Dimension::Lens.at(F::Int::splat(0)))
+        }
+        _ => (half, half),
+    };
+    let ray = camera::ray(&frame.scene.camera, x, y, lens);
     let (at_lens, per_metre) = camera::pixel_width(&frame.scene.camera, height);
     Path {
         origin: ray.origin,
@@ -39,9 +49,8 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         branch: F::Int::splat(0),
         depth: F::Int::splat(0),
         pdf: F::zero(),
-        t_min: F::zero(),
-        width: F::splat(at_lens),
-        spread: F::splat(per_metre),
+        width: F::splat(at_lens * frame.footprint),
+        spread: F::splat(per_metre * frame.footprint),
         medium: F::Int::splat(NONE),
     }
 }

@@ -71,10 +71,13 @@ impl Limits {
 /// The counters after one more bounce, which led through the surface or was of a wide lobe.
 #[inline(always)]
 pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F::Int {
-    let one = |kind: Kind| F::Int::splat(1 << kind.shift());
-    let one = [one(Kind::Diffuse), one(Kind::Glossy), one(Kind::Transmission)];
-    let narrow = F::Int::select(through, one[2], one[1]);
-    let one = F::Int::select(wide, one[0], narrow);
+    let [diffuse, glossy, transmission] = [
+        F::Int::splat(1 << Kind::Diffuse.shift()),
+        F::Int::splat(1 << Kind::Glossy.shift()),
+        F::Int::splat(1 << Kind::Transmission.shift()),
+    ];
+    let narrow = F::Int::select(through, transmission, glossy);
+    let one = F::Int::select(wide, diffuse, narrow);
     let field = one * F::Int::splat(MOST);
     F::Int::select((bounces & field).eq(field), bounces, bounces + one)
 }

@@ -4,10 +4,11 @@
 
 pub mod begin;
 pub mod bounces;
-pub mod look;
+pub mod decision;
 pub mod observe;
 pub mod path;
 pub mod path_tracing;
+pub mod presence;
 pub mod recursive;
 pub mod shadow;
 pub mod statistics;
@@ -16,10 +17,11 @@ pub mod whitted;
 
 use std::ops::Range;
 
-use crate::film::{Film, Region};
+use crate::film::{Film, Region, Unit};
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::CompiledScene;
+use crate::shading::principled::tables::LobeTables;
 use crate::simd::Level;
 use crate::world::{Pattern, Sampler, Settings, Transport};
 use observe::{Nobody, Observer};
@@ -53,11 +55,22 @@ pub struct Frame {
     pub roulette_depth: Option<u32>,
     /// What a path may add after its first bounce.
     pub clamp: Option<f32>,
+    /// Albedos of the lobes that its materials have under the path transport.
+    pub lobes: LobeTables,
+    /// The unit in which radiance is counted.
+    pub unit: Unit,
+    /// The part of a pixel's width that a sample stands for where textures are looked up.
+    pub footprint: f32,
 }
 
 impl Frame {
     /// A scene with the settings to render it by.
     pub fn new(scene: CompiledScene, settings: &Settings) -> Self {
+        let unit = Unit::for_brightest(scene.brightest());
+        let lobes = match settings.transport {
+            Transport::Whitted => LobeTables::NONE,
+            Transport::Path => LobeTables::of(&scene.materials),
+        };
         Self {
             scene,
             size: settings.size,
@@ -72,6 +85,10 @@ impl Frame {
             sampler: settings.sampler,
             roulette_depth: settings.roulette_depth,
             clamp: settings.clamp,
+            unit,
+            lobes,
+            // (PBRT 4th ed., 10.1.)
+            footprint: (1.0 / (settings.samples.max(1) as f32).sqrt()).max(0.125),
         }
     }
 }
@@ -127,16 +144,16 @@ impl Worker {
     }
 
     /// The same while somebody looks on.
-    pub fn observe<O: Observer>(
+    pub fn observe(
         &mut self,
         frame: &Frame,
         level: Level,
         tile: Region,
         samples: Range<u32>,
         statistics: &mut Statistics,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Film {
-        let mut film = Film::new(tile);
+        let mut film = Film::new(tile, frame.unit);
         match self {
             Worker::Wavefront(wave) => wave.render(frame, level, &mut film, samples, statistics, observer),
             Worker::Recursive(recursion) => {

@@ -1,20 +1,18 @@
 //! Looking on while rays are traced: what happens to each sample, stage by stage, in words
-//! that do not depend on the schedule. Nobody looks while an image is rendered, and then none
-//! of this is compiled into the schedules.
+//! that do not depend on the schedule.
 
 use super::Stage;
-use super::look::{Fate, Look};
+use super::decision::{Decision, Fate};
 use super::path::{Path, unpack_pixel};
 use crate::math::{Color, Hit, Ray, Vector};
 
 /// Is told what happens.
 pub trait Observer {
-    /// Whether anybody looks. Where not, calls and all that is done for them compile to nothing.
-    const LOOKS: bool;
+    /// Whether anybody looks. Where not, nothing is reported.
+    fn looks(&self) -> bool;
     /// Something has happened.
     fn report(&mut self, event: &Event);
     /// The wave has ended a stage; the time since the last one was its own.
-    #[inline(always)]
     fn mark(&mut self, _: Stage) {}
 }
 
@@ -22,17 +20,19 @@ pub trait Observer {
 pub struct Nobody;
 
 impl Observer for Nobody {
-    const LOOKS: bool = false;
-    #[inline(always)]
+    fn looks(&self) -> bool {
+        false
+    }
     fn report(&mut self, _: &Event) {}
 }
 
-/// Somebody looks. A function behind a pointer, so that each schedule is compiled twice and not
-/// once for everybody.
+/// Somebody looks.
 pub struct Somebody<'a>(pub &'a mut dyn FnMut(&Event));
 
 impl Observer for Somebody<'_> {
-    const LOOKS: bool = true;
+    fn looks(&self) -> bool {
+        true
+    }
     fn report(&mut self, event: &Event) {
         (self.0)(event);
     }
@@ -42,10 +42,10 @@ impl Observer for Somebody<'_> {
 pub struct Timekeeper<F>(pub F);
 
 impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
-    const LOOKS: bool = false;
-    #[inline(always)]
+    fn looks(&self) -> bool {
+        false
+    }
     fn report(&mut self, _: &Event) {}
-    #[inline(always)]
     fn mark(&mut self, stage: Stage) {
         (self.0)(stage);
     }
@@ -115,7 +115,7 @@ pub enum What {
     },
     /// What the path transport does there.
     Choice {
-        /// See [`Look::emission_share`].
+        /// See [`Decision::emission_share`].
         emission_share: f32,
         /// What becomes of the path.
         fate: Fate,
@@ -218,15 +218,15 @@ pub fn vertex(
 }
 
 /// A path of the path transport at a vertex: where that is, and what happens there.
-pub fn path_vertex(path: &Path<f32>, look: &Look) -> [Event; 2] {
-    let Look { position, geometric_normal, normal, emission_share, fate, .. } = *look;
+pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> [Event; 2] {
+    let Decision { position, geometric_normal, normal, emission_share, fate, .. } = *decision;
     let choice = Event::Sample(Place::of(path), What::Choice { emission_share, fate });
     [vertex(path, position, geometric_normal, normal), choice]
 }
 
 /// A path of the path transport with a ray to a light.
-pub fn path_light(path: &Path<f32>, look: &Look, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
-    let (emitter, share) = look.light.unwrap_or((crate::math::NONE, 1.0));
+pub fn path_light(path: &Path<f32>, decision: &Decision, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
+    let (emitter, share) = decision.light.unwrap_or((crate::math::NONE, 1.0));
     to_light(path, (emitter, 0, share), ray, contribution)
 }
 

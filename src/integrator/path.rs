@@ -27,8 +27,6 @@ pub struct Path<F: Float> {
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
     /// found it (the camera's, a mirror's). With all that follows for the path transport alone.
     pub pdf: F,
-    /// Where the next ray begins to count: behind what was not there.
-    pub t_min: F,
     /// How wide the ray is at its origin, in metres.
     pub width: F,
     /// How much wider it becomes with every metre.
@@ -44,7 +42,7 @@ impl<F: Float> Path<F> {
         Ray {
             origin: self.origin,
             direction: self.direction,
-            t_min: self.t_min,
+            t_min: F::zero(),
             t_max: F::splat(f32::INFINITY),
         }
     }
@@ -62,7 +60,6 @@ impl<F: Float> Path<F> {
             branch: F::Int::select(mask, yes.branch, no.branch),
             depth: F::Int::select(mask, yes.depth, no.depth),
             pdf: F::select(mask, yes.pdf, no.pdf),
-            t_min: F::select(mask, yes.t_min, no.t_min),
             width: F::select(mask, yes.width, no.width),
             spread: F::select(mask, yes.spread, no.spread),
             medium: F::Int::select(mask, yes.medium, no.medium),

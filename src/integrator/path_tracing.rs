@@ -13,16 +13,13 @@ use super::shadow::ShadowRay;
 use crate::math::elementary::exp2;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
-use crate::sampling::hash::{combine, to_unit};
 use crate::sampling::{Dimension, Key};
-use crate::scene::principled::{Coverage, Principled};
-use crate::shading::emitter::EmitterSample;
-use crate::shading::light::SHADOW_END;
-use crate::shading::principled::Spot;
+use crate::scene::Material;
+use crate::shading::emitter::{EmitterSample, SHADOW_END};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::Sampled;
 use crate::shading::surface::leave;
-use crate::shading::{HitLanes, Surface, emitter, environment, light_tree};
+use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
 
 /// What comes of a hit.
@@ -120,37 +117,53 @@ pub fn hit<F: Float>(
     mask: F::Mask,
 ) -> Outcome<F> {
     let scene = &frame.scene;
-    let record = &scene.principled[material as usize];
-    let ray = path.ray();
-    let surface = Surface::new(&scene.geometry, &ray, hit, mask);
+    let record = &scene.materials[material as usize];
+    let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
-    let spot = Spot::new(scene, material, hit, &surface, path.direction, width, mask);
-    let passes = passing(frame, path, hit, &spot, mask);
-    let here = mask & !passes;
-    let throughput = absorbed(frame, path, hit.t, here);
-    let path = &Path { throughput, ..*path };
+    let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, mask);
+    let path = &Path { throughput: absorbed(frame, path, path.medium, hit.t, mask), ..*path };
     let mut out = Outcome {
-        radiance: path.radiance,
+        radiance: given_off(frame, path, hit, &point, mask),
         shadow: ShadowRay::none(),
-        next: Path { t_min: hit.t, ..*path },
-        goes_on: passes,
+        next: *path,
+        goes_on: F::Mask::from_bits(0),
     };
-    if !here.any() {
-        return out;
-    }
-    out.radiance = Color::select(here, given_off(frame, path, hit, &spot, here), path.radiance);
     // The last ray looks for what shines, which the light sampled before it counts on; no more.
-    let here = here & !is_last(frame, path);
+    let here = mask & !is_last(frame, path);
     if record.unlit || !here.any() {
         return out;
     }
     let key = path.only_key(frame.seed);
-    let bsdf = bsdf(frame, path, &spot, key, here);
-    out.shadow = to_light(frame, path, &surface, &bsdf, key, here);
-    let (next, goes_on) = scattered(frame, path, &surface, material, &bsdf, key, width, here);
-    out.next = Path::select(here, next, out.next);
-    out.goes_on = passes | goes_on;
+    let bsdf = bsdf(frame, path, &point, key, here);
+    let bodies = Bodies::new(path, &surface, record, material);
+    out.shadow = to_light(frame, path, &surface, &bodies, &bsdf, key, here);
+    (out.next, out.goes_on) = scattered(frame, path, &surface, &bodies, &bsdf, key, width, here);
     out
+}
+
+/// The absorbing bodies on both sides of a surface.
+struct Bodies<F: Float> {
+    /// That on the viewer's side, or [`NONE`].
+    near: F::Int,
+    /// That on the other one.
+    far: F::Int,
+}
+
+impl<F: Float> Bodies<F> {
+    #[inline(always)]
+    fn new(path: &Path<F>, surface: &Surface<F>, record: &Material, material: u32) -> Self {
+        if record.thin {
+            return Self { near: path.medium, far: path.medium };
+        }
+        let inside = F::Int::splat(if record.absorption != [0.0; 3] { material } else { NONE });
+        Self { near: path.medium, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
+    }
+
+    /// That which light goes through after it has gone through the surface, or has not.
+    #[inline(always)]
+    fn beyond(&self, through: F::Mask) -> F::Int {
+        F::Int::select(through, self.far, self.near)
+    }
 }
 
 /// Where the path has had its last bounce, of all or of a kind.
@@ -165,53 +178,38 @@ pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
 pub(super) fn bsdf<F: Float>(
     frame: &Frame,
     path: &Path<F>,
-    spot: &Spot<F>,
+    point: &ShadingPoint<F>,
     key: Key<F::Int>,
     mask: F::Mask,
 ) -> Bsdf<F> {
-    let (has, mut parameters) = spot.parameters();
+    let (has, mut parameters) = point.parameters();
     if has.dispersion {
         // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));
         let u = draw_2d(frame.sampler, frame.samples, key, dimension);
-        let Principled { ior, dispersion, .. } = *spot.material;
-        parameters.split(ior, dispersion, spot.surface.inside, path.throughput, u);
+        let Material { ior, dispersion, .. } = *point.material;
+        parameters.split(ior, dispersion, point.surface.inside, path.throughput, u);
     }
-    Bsdf::new(has, parameters, spot.to_viewer, mask)
+    Bsdf::new(has, parameters, frame.lobes, point.to_viewer, mask)
 }
 
-/// Lanes in which the surface is not there.
+/// Throughput after a way of length t through the body that the path is in (Beer and Lambert).
 #[inline(always)]
-pub(super) fn passing<F: Float>(
+pub(super) fn absorbed<F: Float>(
     frame: &Frame,
     path: &Path<F>,
-    hit: &HitLanes<F>,
-    spot: &Spot<F>,
+    medium: F::Int,
+    t: F,
     mask: F::Mask,
-) -> F::Mask {
-    if !spot.material.may_pass() {
-        return F::Mask::from_bits(0);
-    }
-    let coverage = spot.coverage();
-    let mut least = F::zero();
-    if spot.material.coverage == Coverage::Blend {
-        // Surfaces behind each other need numbers of their own.
-        let key = path.only_key(frame.seed);
-        let layer = combine(key.shared(Dimension::Alpha.at(path.depth)), hit.primitive);
-        least = to_unit(combine(layer, path.sample));
-    }
-    mask & !coverage.gt(least)
-}
-
-/// Throughput after the way through the body that the path is in (Beer and Lambert).
-#[inline(always)]
-pub(super) fn absorbed<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Color<F> {
+) -> Color<F> {
     let mut throughput = path.throughput;
-    let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
+    let mut todo = mask & !medium.eq(F::Int::splat(NONE));
+    // What comes from infinitely far away has no way through what absorbs nothing of a colour, either.
+    let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let material = emitter::lane(path.medium, todo);
-        let same = todo & path.medium.eq(F::Int::splat(material));
-        let [r, g, b] = frame.scene.principled[material as usize].absorption;
+        let material = emitter::lane(medium, todo);
+        let same = todo & medium.eq(F::Int::splat(material));
+        let [r, g, b] = frame.scene.materials[material as usize].absorption;
         let left = Color::new(decay(r, t), decay(g, t), decay(b, t));
         throughput = Color::select(same, throughput * left, throughput);
         todo = todo & !same;
@@ -231,16 +229,16 @@ fn given_off<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     hit: &HitLanes<F>,
-    spot: &Spot<F>,
+    point: &ShadingPoint<F>,
     mask: F::Mask,
 ) -> Color<F> {
-    if spot.material.unlit {
-        return path.radiance + path.throughput * spot.base_color();
+    if point.material.unlit {
+        return path.radiance + path.throughput * point.base_color();
     }
-    if !spot.material.emits() {
+    if !point.material.emits() {
         return path.radiance;
     }
-    let light = spot.emission() * emission_share(frame, path, hit, mask);
+    let light = point.emission() * emission_share(frame, path, hit, mask);
     path.radiance + limited(frame, path, path.throughput * light)
 }
 
@@ -307,6 +305,7 @@ fn to_light<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
+    bodies: &Bodies<F>,
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     here: F::Mask,
@@ -319,7 +318,9 @@ fn to_light<F: Float>(
     let zero = F::zero();
     let Lit { density, share, value, sample, .. } = sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
-    let contribution = limited(frame, path, path.throughput * light);
+    let through = sample.direction.dot(surface.geometric_normal).lt(zero);
+    let left = absorbed(frame, path, bodies.beyond(through), sample.distance, mask);
+    let contribution = limited(frame, path, left * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     ShadowRay {
         ray: Ray {
@@ -354,7 +355,7 @@ fn scattered<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
-    material: u32,
+    bodies: &Bodies<F>,
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     width: F,
@@ -372,14 +373,6 @@ fn scattered<F: Float>(
         throughput = throughput * F::select(plays, one / survival, one);
         goes_on = goes_on & (survives | !plays);
     }
-    let mut medium = path.medium;
-    let record = &frame.scene.principled[material as usize];
-    if !record.thin {
-        let absorbs = record.absorption != [0.0; 3];
-        let inside = F::Int::splat(if absorbs { material } else { NONE });
-        let other = F::Int::select(surface.inside, F::Int::splat(NONE), inside);
-        medium = F::Int::select(through, other, medium);
-    }
     let mut branch = bounces::counted::<F>(path.branch, wide, through);
     if let Some(limits) = &frame.limits {
         branch = bounces::limited::<F>(limits, branch);
@@ -394,31 +387,10 @@ fn scattered<F: Float>(
         branch,
         depth: path.depth + F::Int::splat(1),
         pdf,
-        t_min: zero,
         width,
         spread,
-        medium,
+        medium: bodies.beyond(through),
         ..*path
     };
     (next, goes_on)
-}
-
-/// What is left of shadow rays that have met surfaces of one material, and which of them go on.
-#[inline(always)]
-pub fn shadow_hit<F: Float>(
-    frame: &Frame,
-    shadow: &ShadowRay<F>,
-    hit: &HitLanes<F>,
-    material: u32,
-    mask: F::Mask,
-) -> (Color<F>, F::Mask) {
-    let scene = &frame.scene;
-    let record = &scene.principled[material as usize];
-    if !record.may_pass() {
-        return (Color::black(), F::Mask::from_bits(0));
-    }
-    let surface = Surface::new(&scene.geometry, &shadow.ray, hit, mask);
-    let spot = Spot::new(scene, material, hit, &surface, shadow.ray.direction, F::zero(), mask);
-    let left = shadow.contribution * (F::one() - spot.coverage());
-    (left, mask & left.max_component().gt(F::zero()))
 }

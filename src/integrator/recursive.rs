@@ -7,19 +7,19 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
-use super::look::look;
+use super::decision::decide;
 use super::observe::{self, Observer, Way};
 use super::path::{Path, pack_pixel};
-use super::shadow::{ShadowRay, connect};
+use super::presence::Traced;
+use super::shadow::connect;
 use super::whitted::{Scatter, Vertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
-use crate::bvh::Stack;
-use crate::bvh::traverse::{any_one, closest_one};
+use crate::bvh::{Asker, Stack, any_ray, closest_ray};
 use crate::film::Film;
-use crate::math::{Color, Hit, Rgb};
+use crate::math::{Color, Hit, Ray, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::Level;
 use crate::world::Transport;
 
 /// A worker's buffers.
@@ -35,47 +35,32 @@ impl Recursion {
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render<O: Observer>(
+    pub fn render(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) {
-        dispatch(level, Tile { frame, film, samples, statistics, recursion: self, observer });
-    }
-}
-
-struct Tile<'a, O> {
-    frame: &'a Frame,
-    film: &'a mut Film,
-    samples: Range<u32>,
-    statistics: &'a mut Statistics,
-    recursion: &'a mut Recursion,
-    observer: &'a mut O,
-}
-
-impl<O: Observer> Kernel for Tile<'_, O> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(mut self) {
-        let region = self.film.region();
+        let looks = observer.looks();
+        let Self { stack, forks } = self;
+        let mut tile = Tile { frame, level, statistics, stack, forks, looks, observer };
+        let region = film.region();
         for y in region.y0..region.y1 {
             for x in region.x0..region.x1 {
-                for sample in self.samples.clone() {
-                    let pixel = Wrapping(pack_pixel(x, y));
-                    let path = begin::begin::<f32>(self.frame, pixel, Wrapping(sample));
-                    self.film.count(x, y, sample);
-                    self.statistics.rays.camera += 1;
-                    self.recursion.forks.push(path);
-                    while let Some(path) = self.recursion.forks.pop() {
-                        let radiance = match self.frame.transport {
-                            Transport::Whitted => self.follow::<L>(path),
-                            Transport::Path => self.trace::<L>(path),
+                for sample in samples.clone() {
+                    let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
+                    film.count(x, y, sample);
+                    tile.statistics.rays.camera += 1;
+                    tile.forks.push(path);
+                    while let Some(path) = tile.forks.pop() {
+                        let radiance = match frame.transport {
+                            Transport::Whitted => tile.follow(path),
+                            Transport::Path => tile.trace(path),
                         };
-                        self.film.add(x, y, sample, radiance);
+                        film.add(x, y, sample, radiance);
                     }
                 }
             }
@@ -83,37 +68,61 @@ impl<O: Observer> Kernel for Tile<'_, O> {
     }
 }
 
-impl<O: Observer> Tile<'_, O> {
+/// What paths are followed with. Of all that happens to them, the way through the tree alone is
+/// compiled for the processor's lanes: with one lane, shading gains nothing by it.
+struct Tile<'a> {
+    frame: &'a Frame,
+    level: Level,
+    statistics: &'a mut Statistics,
+    stack: &'a mut Stack,
+    forks: &'a mut SmallVec<[Path<f32>; 32]>,
+    looks: bool,
+    observer: &'a mut dyn Observer,
+}
+
+impl Tile<'_> {
+    /// What a path meets next.
+    fn meet(&mut self, path: &Path<f32>) -> Hit {
+        let traced = Traced { frame: self.frame, path, shadow: None };
+        closest_ray(self.level, &self.frame.scene.bvh, &path.ray(), Asker::new(&traced, 0), self.stack)
+    }
+
+    /// Whether something lies between a path's vertex and a light.
+    fn is_blocked(&mut self, path: &Path<f32>, ray: Ray<f32>) -> bool {
+        self.statistics.rays.shadow += 1;
+        let traced = Traced { frame: self.frame, path, shadow: Some(ray) };
+        any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
+    }
+
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
-    #[inline(always)]
-    fn follow<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
+    fn follow(&mut self, mut path: Path<f32>) -> Rgb {
         let frame = self.frame;
         loop {
-            let hit = closest_one::<L>(&frame.scene.bvh, &path.ray(), &mut self.recursion.stack);
-            if O::LOOKS {
+            let hit = self.meet(&path);
+            if self.looks {
                 self.observer.report(&observe::ray(&path, hit));
             }
             if hit.is_miss() {
                 let radiance = whitted::miss(frame, &path);
-                if O::LOOKS {
+                if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
                 return to_rgb(radiance);
             }
             let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
             path.radiance = radiance;
-            if O::LOOKS {
+            if self.looks {
                 let (own, shading) = (vertex.geometric_normal, vertex.normal);
                 self.observer.report(&observe::vertex(&path, vertex.position, own, shading));
             }
-            self.lights::<L>(&mut path, &vertex);
+            self.lights(&mut path, &vertex);
             self.statistics.rays.reflect += scatter.reflects as u64;
             self.statistics.rays.refract += scatter.refracts as u64;
-            if O::LOOKS {
-                self.tell_onward(&path, &vertex, &scatter);
+            if self.looks {
+                self.report_onward(&path, &vertex, &scatter);
             }
             if scatter.forks() {
-                self.recursion.forks.push(scatter.refracted(&path, &vertex));
+                self.forks.push(scatter.refracted(&path, &vertex));
             }
             let next = if scatter.reflects {
                 scatter.reflected(&path, &vertex)
@@ -127,18 +136,17 @@ impl<O: Observer> Tile<'_, O> {
     }
 
     /// The same under the path transport, which never forks.
-    #[inline(always)]
-    fn trace<L: Lanes>(&mut self, mut path: Path<f32>) -> Rgb {
+    fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         let frame = self.frame;
         let scene = &frame.scene;
         loop {
-            let hit = closest_one::<L>(&scene.bvh, &path.ray(), &mut self.recursion.stack);
-            if O::LOOKS {
+            let hit = self.meet(&path);
+            if self.looks {
                 self.observer.report(&observe::ray(&path, hit));
             }
             if hit.is_miss() {
                 let radiance = path_tracing::miss(frame, &path, true);
-                if O::LOOKS {
+                if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
                 return to_rgb(radiance);
@@ -147,30 +155,30 @@ impl<O: Observer> Tile<'_, O> {
             let material = material_of(&scene.geometry, &lane, true).0;
             let outcome = path_tracing::hit(frame, &path, &lane, material, true);
             path.radiance = outcome.radiance;
-            if O::LOOKS {
-                let look = look(frame, &path, &lane, material);
-                observe::path_vertex(&path, &look).iter().for_each(|event| self.observer.report(event));
+            if self.looks {
+                let decision = decide(frame, &path, &lane, material);
+                observe::path_vertex(&path, &decision).iter().for_each(|event| self.observer.report(event));
                 if outcome.shadow.mask {
                     let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
-                    self.observer.report(&observe::path_light(&path, &look, ray, contribution));
+                    self.observer.report(&observe::path_light(&path, &decision, ray, contribution));
                 }
             }
             if outcome.shadow.mask {
-                self.statistics.rays.shadow += 1;
-                let arrives = self.arriving::<L>(outcome.shadow);
-                let lit = arrives.map_or(path.radiance, |light| connect(path.radiance, light));
-                if O::LOOKS {
-                    self.observer.report(&observe::path_shadow(&path, arrives.is_none(), lit));
+                let blocked = self.is_blocked(&path, outcome.shadow.ray);
+                if !blocked {
+                    path.radiance = connect(path.radiance, outcome.shadow.contribution);
                 }
-                path.radiance = lit;
+                if self.looks {
+                    self.observer.report(&observe::path_shadow(&path, blocked, path.radiance));
+                }
             }
             if !outcome.goes_on {
-                if O::LOOKS {
+                if self.looks {
                     self.observer.report(&observe::end(&path, path.radiance));
                 }
                 return to_rgb(path.radiance);
             }
-            if O::LOOKS {
+            if self.looks {
                 self.observer.report(&observe::onward(Way::Scatter, &outcome.next));
             }
             self.statistics.rays.scatter += 1;
@@ -178,33 +186,8 @@ impl<O: Observer> Tile<'_, O> {
         }
     }
 
-    /// What reaches the end of a shadow ray, if anything.
-    #[inline(always)]
-    fn arriving<L: Lanes>(&mut self, mut shadow: ShadowRay<f32>) -> Option<Color<f32>> {
-        let (frame, stack) = (self.frame, &mut self.recursion.stack);
-        let scene = &frame.scene;
-        if !scene.has_cutouts {
-            let blocked = any_one::<L>(&scene.bvh, &shadow.ray, stack);
-            return (!blocked).then_some(shadow.contribution);
-        }
-        loop {
-            let hit = closest_one::<L>(&scene.bvh, &shadow.ray, stack);
-            if hit.is_miss() {
-                return Some(shadow.contribution);
-            }
-            let lane = one_lane(&hit);
-            let material = material_of(&scene.geometry, &lane, true).0;
-            let (left, passes) = path_tracing::shadow_hit(frame, &shadow, &lane, material, true);
-            if !passes {
-                return None;
-            }
-            shadow.contribution = left;
-            shadow.ray.t_min = hit.t;
-        }
-    }
-
     /// Where the path goes on, or what it ends with.
-    fn tell_onward(&mut self, path: &Path<f32>, vertex: &Vertex<f32>, scatter: &Scatter<f32>) {
+    fn report_onward(&mut self, path: &Path<f32>, vertex: &Vertex<f32>, scatter: &Scatter<f32>) {
         if scatter.reflects {
             self.observer.report(&observe::onward(Way::Reflect, &scatter.reflected(path, vertex)));
         }
@@ -217,18 +200,16 @@ impl<O: Observer> Tile<'_, O> {
     }
 
     /// Adds what arrives from every sample of every light.
-    #[inline(always)]
-    fn lights<L: Lanes>(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
+    fn lights(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
         let frame = self.frame;
         for light in 0..frame.scene.lights.len() {
-            for which in 0..frame.scene.lights[light].samples() {
+            for which in 0..frame.scene.lights[light].samples {
                 let shadow = whitted::light_ray(frame, path, vertex, light, which, true);
                 if !shadow.mask {
                     continue;
                 }
-                self.statistics.rays.shadow += 1;
-                let blocked = any_one::<L>(&frame.scene.bvh, &shadow.ray, &mut self.recursion.stack);
-                if O::LOOKS {
+                let blocked = self.is_blocked(path, shadow.ray);
+                if self.looks {
                     let (ray, contribution) = (&shadow.ray, shadow.contribution);
                     self.observer.report(&observe::light(path, light, which, ray, contribution));
                     self.observer.report(&observe::shadow(path, blocked));

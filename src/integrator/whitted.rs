@@ -10,10 +10,13 @@ use super::Frame;
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::{Color, Ray, Vector};
+use crate::sampling::Dimension;
 use crate::sampling::hash::combine;
+use crate::sampling::pattern::point_of_many;
 use crate::shading::blinn_phong::BlinnPhong;
+use crate::shading::classic::Shaded;
 use crate::shading::surface::leave;
-use crate::shading::{HitLanes, Shaded, Surface, environment, fresnel, sample_light};
+use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
 use crate::simd::{Float, Int, Mask};
 
 /// Its radiance when the path has hit nothing; it ends there.
@@ -54,6 +57,8 @@ pub struct Scatter<F: Float> {
     pub refract_throughput: Color<F>,
     /// Lanes that go there.
     pub refracts: F::Mask,
+    /// How wide the path's ray is where it is, in metres.
+    pub width: F,
 }
 
 /// Looks a hit up: returns what the lights need, where the path goes on, and its radiance
@@ -66,23 +71,18 @@ pub fn hit<F: Float>(
     mask: F::Mask,
 ) -> (Vertex<F>, Scatter<F>, Color<F>) {
     let scene = &frame.scene;
-    let ray = path.ray();
-    let surface = Surface::new(&scene.geometry, &ray, hit, mask);
-    let shaded = Shaded::new(&scene.materials, &scene.textures, &surface, mask);
-    let own = shaded.emission + shaded.diffuse * Color::splat(scene.ambient);
+    let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
+    let width = path.width + path.spread * hit.t;
+    let shaded = Shaded::new(scene, hit, &surface, path.direction, width, mask);
+    let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let radiance = path.radiance + path.throughput * own;
-    let scatter = scatter(frame, path, &surface, &shaded, mask);
+    let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, mask);
     let vertex = Vertex {
         position: surface.position,
         offset: surface.offset,
         geometric_normal: surface.geometric_normal,
-        normal: surface.normal,
-        model: BlinnPhong {
-            diffuse: shaded.diffuse,
-            specular: shaded.specular,
-            shininess: shaded.shininess,
-            phong: shaded.phong,
-        },
+        normal: shaded.normal,
+        model: shaded.model,
     };
     (vertex, scatter, radiance)
 }
@@ -97,7 +97,7 @@ fn scatter<F: Float>(
     mask: F::Mask,
 ) -> Scatter<F> {
     let goes_on = mask & path.depth.lt(F::Int::splat(frame.max_depth));
-    let normal = surface.normal;
+    let normal = shaded.normal;
     let direction = path.direction;
     let mut reflect_weight = shaded.kr;
     let mut refract_weight = Color::black();
@@ -131,6 +131,7 @@ fn scatter<F: Float>(
         refract,
         refract_throughput,
         refracts: goes_on & refract_throughput.max_component().gt(least),
+        width: path.width,
     }
 }
 
@@ -146,12 +147,14 @@ impl<F: Float> Scatter<F> {
     #[inline(always)]
     pub fn reflected(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
         let nobody = F::Mask::from_bits(0);
+        let path = &Path { width: self.width, ..*path };
         follow(path, vertex, self.reflect, self.reflect_throughput, nobody)
     }
 
     /// The path along what is seen through, without its radiance.
     #[inline(always)]
     pub fn refracted(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
+        let path = &Path { width: self.width, ..*path };
         follow(path, vertex, self.refract, self.refract_throughput, self.forks())
     }
 }
@@ -187,28 +190,31 @@ pub fn light_ray<F: Float>(
     which: u32,
     mask: F::Mask,
 ) -> ShadowRay<F> {
-    let key = path.key(frame.seed);
-    let sample = sample_light(
-        &frame.scene.lights[light],
-        light as u32,
-        which,
-        frame.samples,
-        key,
-        path.depth,
-        vertex.position,
-    );
+    let policy = &frame.scene.lights[light];
+    let u = match policy.grid {
+        Some(grid) => {
+            let key = path.key(frame.seed).fork((light as u32).wrapping_mul(0x9e37) ^ 0x51ed);
+            let dimension = Dimension::Light.at(path.depth);
+            let (across, up) = point_of_many::<F>(policy.pattern, grid, which, frame.samples, key, dimension);
+            (up, across)
+        }
+        // What shines from one point or direction is sampled there.
+        None => (F::zero(), F::zero()),
+    };
+    let sample = emitter::sample_light(&frame.scene, policy.emitter, vertex.position, u);
+    let irradiance = sample.radiance * (F::one() / (sample.pdf * F::splat(policy.samples as f32)));
     let zero = F::zero();
     let to_light = sample.direction;
     let lit = vertex.normal.dot(to_light).gt(zero) & vertex.geometric_normal.dot(to_light).gt(zero);
     let answer = vertex.model.evaluate(vertex.normal, -path.direction, to_light);
-    let contribution = path.throughput * (answer * sample.irradiance);
+    let contribution = path.throughput * (answer * irradiance);
     let origin = leave(vertex.position, vertex.geometric_normal, vertex.offset, to_light);
     ShadowRay {
         ray: Ray {
             origin,
             direction: to_light,
             t_min: zero,
-            t_max: sample.distance * F::splat(crate::shading::light::SHADOW_END),
+            t_max: sample.distance * F::splat(emitter::SHADOW_END),
         },
         contribution,
         mask: mask & lit & contribution.max_component().gt(zero),

@@ -1,6 +1,6 @@
 //! Columns of rays and hits that own their memory.
 
-use crate::bvh::{HitsMut, Rays};
+use crate::bvh::{Asker, HitsMut, Rays};
 use crate::math::{Hit, NONE, Vec3};
 
 /// Rays in columns, all of the same length.
@@ -54,6 +54,7 @@ impl RayBatch {
             direction: self.direction.each_ref().map(|column| &column[..]),
             t_min: &self.t_min,
             t_max: &self.t_max,
+            asker: Asker::CREDULOUS,
         }
     }
 

@@ -122,9 +122,9 @@ impl Session {
     pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
         let region = options.region.unwrap_or(Region::whole(frame.size));
         Self {
+            film: Film::new(region, frame.unit),
             frame,
             options,
-            film: Film::new(region),
             moments: options.variance.then(|| Moments::new(region)),
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
@@ -195,7 +195,7 @@ impl Session {
     pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
         let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
+        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 }, frame.unit);
         for tile in self.tiles() {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
             if pixel.is_none_or(holds) {
@@ -214,7 +214,7 @@ impl Session {
         let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
         for tile in self.tiles() {
-            let (mut film, samples) = (Film::new(tile), self.samples.clone());
+            let (mut film, samples) = (Film::new(tile, frame.unit), self.samples.clone());
             let mut observer = Timekeeper(&mut *mark);
             wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
         }
@@ -237,7 +237,7 @@ impl Session {
                         last = end;
                     });
                     let (mut wave, mut film) =
-                        (Wave::new(frame, options.wave, options.sorting), Film::new(tile));
+                        (Wave::new(frame, options.wave, options.sorting), Film::new(tile, frame.unit));
                     wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {
@@ -286,7 +286,7 @@ fn one_by_one(
     statistics: &mut Statistics,
     squares: &mut Moments,
 ) -> Film {
-    let mut film = Film::new(tile);
+    let mut film = Film::new(tile, frame.unit);
     for sample in samples {
         let one = worker.render(frame, options.level, tile, sample..sample + 1, statistics);
         squares.add_sample(&one);

@@ -27,8 +27,10 @@ pub enum Dimension {
     Lobe = 24,
     /// Of a bounce: whether the path goes on. As which light.
     Roulette = 26,
-    /// Of a bounce: whether a surface is there, by its alpha. As which light.
+    /// Of a bounce: whether a surface is there for the path, by its alpha. As which light.
     Alpha = 28,
+    /// Of a bounce: the same for rays to lights.
+    ShadowAlpha = 30,
 }
 
 impl Dimension {
@@ -36,7 +38,7 @@ impl Dimension {
     pub const fn count(self) -> u32 {
         match self {
             Self::Pixel | Self::Lens | Self::Wavelength | Self::Light | Self::Scatter => 3,
-            Self::LightChoice | Self::Lobe | Self::Roulette | Self::Alpha => 2,
+            Self::LightChoice | Self::Lobe | Self::Roulette | Self::Alpha | Self::ShadowAlpha => 2,
         }
     }
 
@@ -64,6 +66,7 @@ mod tests {
             Dimension::Lobe,
             Dimension::Roulette,
             Dimension::Alpha,
+            Dimension::ShadowAlpha,
         ];
         let mut used = std::collections::HashSet::new();
         for dimension in all {

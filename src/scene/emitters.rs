@@ -1,4 +1,4 @@
-//! Everything that lights a surface, as the path transport samples it.
+//! Everything that lights a surface, as both transports sample it.
 
 use super::light_tree::LightTree;
 use crate::math::NONE;
@@ -32,6 +32,8 @@ pub mod flag {
     pub const REVERSED: u32 = 8;
     /// Rays can hit it: it is found in two ways, which share the work.
     pub const VISIBLE: u32 = 4;
+    /// Only a part of it is there: its material's coverage.
+    pub const COVERED: u32 = 16;
 }
 
 /// Columns by emitter. Those in finite places come first, then those infinitely far away.
@@ -66,7 +68,7 @@ pub struct Emitters {
 
 /// What an emitter is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum EmitterOf {
     /// Index among the scene's lights.
     Light(u32),
     /// A primitive, and the instance that it is in or [`NONE`].
@@ -77,16 +79,21 @@ pub enum Source {
 
 impl Emitters {
     /// Where an emitter comes from, for people: looks through all instances.
-    pub fn source(&self, emitter: u32) -> Source {
+    pub fn source(&self, emitter: u32) -> EmitterOf {
         let (material, primitive) = (self.material[emitter as usize], self.primitive[emitter as usize]);
         if material == NONE {
-            return if primitive == NONE { Source::Environment } else { Source::Light(primitive) };
+            return if primitive == NONE { EmitterOf::Environment } else { EmitterOf::Light(primitive) };
         }
         let starts = self.instance_first.iter().enumerate();
         let before = starts.filter(|(_, first)| **first != NONE && **first <= emitter);
         // In each instance's range emitters follow each other, behind all that is in the world.
         let instance = before.max_by_key(|(_, first)| **first).map_or(NONE, |(instance, _)| instance as u32);
-        Source::Surface(primitive, instance)
+        EmitterOf::Surface(primitive, instance)
+    }
+
+    /// The kind of one of them and what is known of it.
+    pub fn row(&self, emitter: u32) -> (u32, &[f32; 13]) {
+        (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
     /// How many there are.

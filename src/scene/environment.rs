@@ -32,6 +32,18 @@ pub struct Panorama {
 }
 
 impl Environment {
+    /// The largest component of any radiance that comes from there.
+    pub fn brightest(&self) -> f32 {
+        match (&self.panorama, self.background) {
+            (Some(panorama), _) => {
+                let texels = panorama.texels.iter().map(|texel| Rgb::from(*texel).max_component());
+                texels.fold(0.0, f32::max) * panorama.factor.max_component()
+            }
+            (None, Background::Constant(color)) => color.max_component(),
+            (None, Background::Gradient { bottom, top }) => bottom.max_component().max(top.max_component()),
+        }
+    }
+
     /// Whether no light comes from there.
     pub fn is_black(&self) -> bool {
         match (&self.panorama, self.background) {

@@ -38,6 +38,8 @@ pub struct Geometry {
     pub world_spheres: u32,
     /// To-world (12) and to-local (12) matrices of each instance, by rows.
     pub instances: Vec<[f32; 24]>,
+    /// 1, or −1 for instances whose transforms turn counter-clockwise into clockwise.
+    pub instance_signs: Vec<f32>,
     /// The material that an instance gives to all of its subtree, or [`NONE`].
     pub instance_materials: Vec<u32>,
     /// The number of each instance's entity in the world, for people.
@@ -123,6 +125,11 @@ impl Geometry {
             }
         }
         self.parts.material[self.part_of(primitive) as usize]
+    }
+
+    /// Whether a primitive's transform turned counter-clockwise into clockwise; an instance's does not count.
+    pub fn is_mirrored(&self, primitive: u32) -> bool {
+        primitive & crate::bvh::SPHERE == 0 && self.parts.sign[self.part_of(primitive) as usize] < 0.0
     }
 
     /// The number of a hit's entity in the world.

@@ -7,8 +7,7 @@ pub mod environment;
 pub mod geometry;
 pub mod light_tree;
 pub mod lights;
-pub mod materials;
-pub mod principled;
+pub mod material;
 pub mod textures;
 
 pub use camera::{Camera, Projection};
@@ -16,8 +15,8 @@ pub use emitters::Emitters;
 pub use environment::Environment;
 pub use geometry::{Geometry, Part};
 pub use light_tree::LightTree;
-pub use lights::Light;
-pub use materials::Materials;
+pub use lights::LightSamples;
+pub use material::Material;
 pub use textures::Textures;
 
 use crate::bvh::Bvh;
@@ -32,20 +31,18 @@ pub struct CompiledScene {
     pub geometry: Geometry,
     /// The same geometry in the order of rays.
     pub bvh: Bvh,
-    /// How surfaces answer light.
-    pub materials: Materials,
+    /// How surfaces answer light, by material id.
+    pub materials: Vec<Material>,
+    /// What people call them.
+    pub material_names: Vec<String>,
     /// Pictures and how they are looked up.
     pub textures: Textures,
-    /// In the order of their entities.
-    pub lights: Vec<Light>,
-    /// How surfaces answer light under the path transport, by material id.
-    pub principled: Vec<principled::Principled>,
-    /// Everything that lights a surface, for the path transport.
+    /// Everything that lights a surface.
     pub emitters: Emitters,
+    /// Those that are light entities, in their order, and how Whitted's transport samples them.
+    pub lights: Vec<LightSamples>,
     /// What rays see that hit nothing.
     pub environment: Environment,
-    /// Whether rays may have to go on behind a surface as if it were not there.
-    pub has_cutouts: bool,
     /// Radiance that every surface sends back times its diffuse colour.
     pub ambient: Rgb,
     /// Around everything that can be hit.
@@ -66,6 +63,24 @@ pub struct Memory {
 }
 
 impl CompiledScene {
+    /// About the radiance of the brightest thing that can be seen: in proportion to all light that there
+    /// is, if not more.
+    pub fn brightest(&self) -> f32 {
+        let far = self.bounds.size().length().max(1e-6);
+        let emitters = (0..self.emitters.len() as u32).map(|emitter| {
+            let (kind, row) = self.emitters.row(emitter);
+            let light = Rgb::new(row[10], row[11], row[12]).max_component();
+            // What has no extent is seen by the light that it throws.
+            if matches!(kind, emitters::kind::POINT | emitters::kind::SPOT) && row[9] > 0.0 {
+                return light / (far * far);
+            }
+            light
+        });
+        let own = self.materials.iter().map(|m| Rgb::from(m.emission.factor).max_component());
+        let brightest = emitters.chain(own).fold(self.ambient.max_component(), f32::max);
+        brightest.max(self.environment.brightest())
+    }
+
     /// What it takes.
     pub fn memory(&self) -> Memory {
         Memory { geometry: self.geometry.bytes(), bvh: self.bvh.bytes(), textures: self.textures.bytes() }

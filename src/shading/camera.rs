@@ -1,10 +1,9 @@
 //! Image points to rays.
 
 use crate::math::{Ray, Vector};
-use crate::sampling::pattern::{Grid, point};
-use crate::sampling::{Dimension, Key, warp};
+use crate::sampling::warp;
 use crate::scene::{Camera, Projection};
-use crate::simd::{Float, Int};
+use crate::simd::Float;
 
 /// How wide a pixel's ray is at the camera, in metres, and how much wider it becomes with every
 /// metre; `height` is that of the image in pixels.
@@ -17,9 +16,9 @@ pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
 }
 
 /// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
-/// and y up (PBRT 4th ed., 5.2). `pixel` says how many samples the pixel has.
+/// and y up (PBRT 4th ed., 5.2), through a point of the lens that one of the unit square stands for.
 #[inline(always)]
-pub fn ray<F: Float>(camera: &Camera, x: F, y: F, key: Key<F::Int>, pixel: Grid) -> Ray<F> {
+pub fn ray<F: Float>(camera: &Camera, x: F, y: F, lens: (F, F)) -> Ray<F> {
     let origin = Vector::splat(camera.origin);
     let right = Vector::splat(camera.right);
     let up = Vector::splat(camera.up);
@@ -29,11 +28,10 @@ pub fn ray<F: Float>(camera: &Camera, x: F, y: F, key: Key<F::Int>, pixel: Grid)
             let k = F::splat(tan_half_fov);
             (origin, forward + right * (x * k) + up * (y * k))
         }
-        Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, pattern } => {
+        Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, .. } => {
             let k = F::splat(tan_half_fov);
             let focus = (forward + right * (x * k) + up * (y * k)) * F::splat(focus_distance);
-            let (u, v) = point::<F>(pattern, pixel, key, Dimension::Lens.at(F::Int::splat(0)));
-            let (a, b) = warp::concentric_disk(u, v);
+            let (a, b) = warp::concentric_disk(lens.0, lens.1);
             let radius = F::splat(lens_radius);
             let offset = right * (a * radius) + up * (b * radius);
             (origin + offset, focus - offset)

@@ -1,9 +1,9 @@
 //! What only some materials ask of a hit: a second set of texture coordinates, the footprint of
 //! the ray, vertex alpha, directions along the surface.
 
-use super::principled::frame::Frame;
+use super::principled::basis::Basis;
 use super::sampled::Coordinates;
-use super::surface::{HitLanes, Surface, corners, rows, unit_or};
+use super::surface::{HitLanes, Surface, corners, rows, turn, unit_or};
 use crate::bvh::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
@@ -15,6 +15,13 @@ struct Corners<F: Float> {
     part: F::Int,
     weights: [F; 3],
     is_triangle: F::Mask,
+}
+
+/// A set of texture coordinates: at a hit, of the corners, and where there is one.
+struct UvSet<F: Float> {
+    at: (F, F),
+    corners: [(F, F); 3],
+    mapped: F::Mask,
 }
 
 impl<F: Float> Corners<F> {
@@ -47,6 +54,16 @@ impl<F: Float> Corners<F> {
         pairs
     }
 
+    /// A set of texture coordinates, `other` where a part has none.
+    #[inline(always)]
+    fn set(&self, table: &[[f32; 2]], parts: &[u32], other: (F, F)) -> UvSet<F> {
+        let base = F::Int::gather(parts, self.part, self.is_triangle);
+        let mapped = self.is_triangle & !base.eq(F::Int::splat(NONE));
+        let corners = self.pairs(table, base, mapped);
+        let (u, v) = self.blend(corners);
+        UvSet { at: (F::select(mapped, u, other.0), F::select(mapped, v, other.1)), corners, mapped }
+    }
+
     #[inline(always)]
     fn blend(&self, pairs: [(F, F); 3]) -> (F, F) {
         let w = self.weights;
@@ -57,17 +74,21 @@ impl<F: Float> Corners<F> {
     }
 }
 
-/// Texture coordinates of any point of a triangle, with no footprint: the finest level counts.
+/// Texture coordinates of a hit whose surface is not known, with no footprint: the finest level counts.
+/// `uv` is what spheres have.
 #[inline(always)]
-pub fn point_coordinates<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Coordinates<F> {
+pub fn point_coordinates<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    uv: (F, F),
+    mask: F::Mask,
+) -> Coordinates<F> {
+    let zero = F::zero();
     let triangle = Corners::new(geometry, hit, mask);
-    let set = |parts: &[u32]| F::Int::gather(parts, triangle.part, triangle.is_triangle);
-    let (base, base1) = (set(&geometry.parts.uvs), set(&geometry.parts.uvs1));
-    let mapped = triangle.is_triangle & !base.eq(F::Int::splat(NONE));
-    let mapped1 = triangle.is_triangle & !base1.eq(F::Int::splat(NONE));
-    let uv = triangle.blend(triangle.pairs(&geometry.uvs, base, mapped));
-    let uv1 = triangle.blend(triangle.pairs(&geometry.uvs1, base1, mapped1));
-    Coordinates { uv: [uv, uv1], footprint: F::zero() }
+    let of_hit = (F::select(triangle.is_triangle, hit.u, uv.0), F::select(triangle.is_triangle, hit.v, uv.1));
+    let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, of_hit).at;
+    let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, first).at;
+    Coordinates { uv: [first, second], footprint: [zero, zero] }
 }
 
 /// Where textures are looked up at a hit; `width` is that of the ray, in metres.
@@ -80,26 +101,22 @@ pub fn coordinates<F: Float>(
     width: F,
     mask: F::Mask,
 ) -> Coordinates<F> {
-    let mut at = Coordinates { uv: [surface.uv, surface.uv], footprint: F::zero() };
+    let zero = F::zero();
+    let mut at = Coordinates { uv: [surface.uv, surface.uv], footprint: [zero, zero] };
     if geometry.uvs.is_empty() {
         return at;
     }
     let triangle = Corners::new(geometry, hit, mask);
-    let none = F::Int::splat(NONE);
+    let UvSet { corners: first, mapped, .. } = triangle.set(&geometry.uvs, &geometry.parts.uvs, surface.uv);
+    let mut other = UvSet { at: surface.uv, corners: first, mapped: F::Mask::from_bits(0) };
     if !geometry.uvs1.is_empty() {
-        let base = F::Int::gather(&geometry.parts.uvs1, triangle.part, triangle.is_triangle);
-        let mapped = triangle.is_triangle & !base.eq(none);
-        let (u, v) = triangle.blend(triangle.pairs(&geometry.uvs1, base, mapped));
-        at.uv[1] = (F::select(mapped, u, surface.uv.0), F::select(mapped, v, surface.uv.1));
+        other = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, surface.uv);
+        at.uv[1] = other.at;
     }
-    let base = F::Int::gather(&geometry.parts.uvs, triangle.part, triangle.is_triangle);
-    let mapped = triangle.is_triangle & !base.eq(none);
     if mapped.any() {
-        let [a, b, c] = triangle.pairs(&geometry.uvs, base, mapped);
-        let uv_area = ((b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1)).abs();
         let [p, q, r]: [Vector<F>; 3] = corners(&geometry.positions, triangle.vertices, mapped);
         let (mut s, mut t) = (q - p, r - p);
-        let placed = mapped & !hit.instance.eq(none);
+        let placed = mapped & !hit.instance.eq(F::Int::splat(NONE));
         if placed.any() {
             let there = rows(geometry, hit.instance, 0, placed);
             s = Vector::select(placed, there.apply(s), s);
@@ -107,10 +124,20 @@ pub fn coordinates<F: Float>(
         }
         let cross = s.cross(t);
         let area = cross.dot(cross).sqrt().max(F::splat(1e-30));
-        let slant = surface.geometric_normal.dot(direction).abs().max(F::splat(0.05));
-        at.footprint = F::select(mapped, width / slant * (uv_area / area).sqrt(), F::zero());
+        // A pixel's area on the surface, as a square.
+        let slant = surface.geometric_normal.dot(direction).abs().max(F::splat(0.05)).sqrt();
+        let width = width / slant;
+        at.footprint[0] = F::select(mapped, width * (uv_area(first) / area).sqrt(), zero);
+        let second = width * (uv_area(other.corners) / area).sqrt();
+        at.footprint[1] = F::select(other.mapped, second, at.footprint[0]);
     }
     at
+}
+
+/// Twice the area that a triangle takes up in texture coordinates.
+#[inline(always)]
+fn uv_area<F: Float>([a, b, c]: [(F, F); 3]) -> F {
+    ((b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1)).abs()
 }
 
 /// Vertex alpha, 1 where there is none.
@@ -129,7 +156,7 @@ pub fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) ->
     F::select(has, alpha, F::one())
 }
 
-/// A frame whose x goes along the mesh's tangents, or along growing u where it has none, and
+/// A frame whose x goes along the mesh's tangents, or along growing u where it has none (as a sphere), and
 /// whose z is the shading normal. On the inner side z is turned over, x and y are not: a normal
 /// map is seen from behind as from the front.
 #[inline(always)]
@@ -138,8 +165,8 @@ pub fn tangent_frame<F: Float>(
     hit: &HitLanes<F>,
     surface: &Surface<F>,
     mask: F::Mask,
-) -> Frame<F> {
-    let plain = Frame::about(surface.normal);
+) -> Basis<F> {
+    let plain = Basis::about(surface.normal);
     let triangle = Corners::new(geometry, hit, mask);
     let none = F::Int::splat(NONE);
     let base = F::Int::gather(&geometry.parts.tangents, triangle.part, triangle.is_triangle);
@@ -158,17 +185,42 @@ pub fn tangent_frame<F: Float>(
         sign = F::select(derived, side, sign);
     }
     let placed = (given | derived) & !hit.instance.eq(none);
+    let round = mask & !triangle.is_triangle;
     if placed.any() {
         let there = rows(geometry, hit.instance, 0, placed);
         x = Vector::select(placed, there.apply(x), x);
+        let turned = F::gather(&geometry.instance_signs, hit.instance, placed);
+        sign = F::select(placed, sign * turned, sign);
     }
     // The bitangent belongs to the outward normal.
     let outward = Vector::select(surface.inside, -surface.normal, surface.normal);
+    if round.any() {
+        let (pole, side) = pole(geometry, hit, round);
+        x = Vector::select(round, pole.cross(outward) * side, x);
+        sign = F::select(round, side, sign);
+    }
     let x = unit_or(x - outward * outward.dot(x), plain.x);
-    let known = given | derived;
+    let known = given | derived | round;
     let part_sign = F::gather(&geometry.parts.sign, triangle.part, triangle.is_triangle);
     let y = outward.cross(x) * (sign * F::select(triangle.is_triangle, part_sign, F::one()));
-    Frame { x: Vector::select(known, x, plain.x), y: Vector::select(known, y, plain.y), z: surface.normal }
+    Basis { x: Vector::select(known, x, plain.x), y: Vector::select(known, y, plain.y), z: surface.normal }
+}
+
+/// A sphere's +Y as a normal in the world, and −1 where it is mirrored. Growing u goes around it.
+#[inline(always)]
+fn pole<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, round: F::Mask) -> (Vector<F>, F) {
+    let first = (hit.primitive ^ F::Int::splat(SPHERE)) * F::Int::splat(9);
+    let axes = geometry.sphere_axes.as_flattened();
+    let x: Vector<F> = Vector::gather_flat(axes, first, round);
+    let mut pole = Vector::gather_flat(axes, first + F::Int::splat(3), round);
+    let z = Vector::gather_flat(axes, first + F::Int::splat(6), round);
+    let mut side = F::select(x.cross(pole).dot(z).lt(F::zero()), -F::one(), F::one());
+    let placed = round & !hit.instance.eq(F::Int::splat(NONE));
+    if placed.any() {
+        pole = Vector::select(placed, turn(&rows(geometry, hit.instance, 3, placed), pole), pole);
+        side = F::select(placed, side * F::gather(&geometry.instance_signs, hit.instance, placed), side);
+    }
+    (pole, side)
 }
 
 #[inline(always)]
@@ -209,11 +261,11 @@ fn derived_tangents<F: Float>(
 /// The vertex normals' frame seen through a normal map's texel (already −1 to 1, x and y scaled).
 #[inline(always)]
 pub fn bend<F: Float>(
-    frame: &Frame<F>,
+    frame: &Basis<F>,
     surface: &Surface<F>,
     n: Vector<F>,
     to_viewer: Vector<F>,
-) -> Frame<F> {
+) -> Basis<F> {
     let bent = unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z);
     // A normal that looks away from the viewer is turned until it does not.
     let least = F::splat(0.01);
@@ -221,12 +273,239 @@ pub fn bend<F: Float>(
     let away = cos.lt(least);
     let bent =
         Vector::select(away, unit_or(bent + to_viewer * (least - cos), surface.geometric_normal), bent);
-    let x = unit_or(frame.x - bent * bent.dot(frame.x), Frame::about(bent).x);
-    Frame { x, y: bent.cross(x), z: bent }
+    let x = unit_or(frame.x - bent * bent.dot(frame.x), Basis::about(bent).x);
+    // It stays left-handed if it was.
+    let sign = F::select(frame.x.cross(frame.y).dot(frame.z).lt(F::zero()), -F::one(), F::one());
+    Basis { x, y: bent.cross(x) * sign, z: bent }
 }
 
 /// The factor of the vertex colours.
 #[inline(always)]
 pub fn vertex_color<F: Float>(surface: &Surface<F>) -> Color<F> {
     Color::new(surface.color.x, surface.color.y, surface.color.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::Wrapping;
+
+    use super::*;
+    use crate::math::Vec3;
+    use crate::scene::geometry::Part;
+
+    const PART: Part = Part {
+        material: 0,
+        normals: NONE,
+        uvs: 0,
+        uvs1: NONE,
+        tangents: NONE,
+        colors: NONE,
+        alphas: NONE,
+        mirrored: false,
+        entity: 0,
+    };
+
+    /// A picture upright on the triangle from (0, 0, 0) along X and Y: u grows along +X, v along −Y.
+    const UPRIGHT: [[f32; 2]; 3] = [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]];
+
+    fn triangle(uvs: [[f32; 2]; 3], part: Part) -> Geometry {
+        let mut geometry = Geometry {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            uvs: uvs.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            triangle_parts: vec![0],
+            ..Geometry::default()
+        };
+        geometry.add_part(part);
+        geometry
+    }
+
+    /// At ½ a + ¼ b + ¼ c.
+    fn middle(instance: u32) -> HitLanes<f32> {
+        HitLanes { t: 1.0, u: 0.25, v: 0.25, primitive: Wrapping(0), instance: Wrapping(instance) }
+    }
+
+    fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
+        Vector::new(x, y, z)
+    }
+
+    /// What is seen from above, or from below.
+    fn seen(inside: bool) -> Surface<f32> {
+        let normal = vector(0.0, 0.0, if inside { -1.0 } else { 1.0 });
+        Surface {
+            position: vector(0.25, 0.25, 0.0),
+            offset: 0.0,
+            geometric_normal: normal,
+            normal,
+            inside,
+            uv: (0.25, 0.75),
+            color: vector(0.1, 0.2, 0.3),
+            material: Wrapping(0),
+        }
+    }
+
+    #[track_caller]
+    fn near(found: Vector<f32>, expected: [f32; 3]) {
+        let found = [found.x, found.y, found.z];
+        let close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(close, "{found:?} instead of {expected:?}");
+    }
+
+    #[track_caller]
+    fn axes(frame: &Basis<f32>, expected: [[f32; 3]; 3]) {
+        near(frame.x, expected[0]);
+        near(frame.y, expected[1]);
+        near(frame.z, expected[2]);
+    }
+
+    const X: [f32; 3] = [1.0, 0.0, 0.0];
+    const Y: [f32; 3] = [0.0, 1.0, 0.0];
+    const Z: [f32; 3] = [0.0, 0.0, 1.0];
+
+    fn minus(axis: [f32; 3]) -> [f32; 3] {
+        axis.map(|c| 0.0 - c)
+    }
+
+    fn frame(geometry: &Geometry, inside: bool) -> Basis<f32> {
+        tangent_frame(geometry, &middle(NONE), &seen(inside), true)
+    }
+
+    #[test]
+    fn frames_follow_growing_u_and_the_top_of_the_picture() {
+        axes(&frame(&triangle(UPRIGHT, PART), false), [X, Y, Z]);
+        // Seen from behind z alone is turned over.
+        axes(&frame(&triangle(UPRIGHT, PART), true), [X, Y, minus(Z)]);
+        let upside_down = UPRIGHT.map(|[u, v]| [u, 1.0 - v]);
+        axes(&frame(&triangle(upside_down, PART), false), [X, minus(Y), Z]);
+        let mirrored = UPRIGHT.map(|[u, v]| [1.0 - u, v]);
+        axes(&frame(&triangle(mirrored, PART), false), [minus(X), Y, Z]);
+        // A quarter turn: u grows along +Y, the picture's top is at −X.
+        let turned = UPRIGHT.map(|[u, v]| [1.0 - v, u]);
+        axes(&frame(&triangle(turned, PART), false), [Y, minus(X), Z]);
+    }
+
+    #[test]
+    fn frames_of_mirrored_parts_are_mirrored() {
+        let mut geometry = triangle(UPRIGHT, Part { mirrored: true, ..PART });
+        geometry.positions[1] = minus(X);
+        axes(&frame(&geometry, false), [minus(X), Y, Z]);
+    }
+
+    #[test]
+    fn given_tangents_win_and_are_made_orthogonal() {
+        let part = Part { tangents: 0, ..PART };
+        for (w, y) in [(1.0, minus(X)), (-1.0, X)] {
+            let mut geometry = triangle(UPRIGHT, part);
+            geometry.tangents = vec![[0.0, 3.0, 4.0, w]; 3];
+            axes(&frame(&geometry, false), [Y, y, Z]);
+        }
+        // By the corners' weights: ½, ¼, ¼.
+        let mut geometry = triangle(UPRIGHT, part);
+        geometry.tangents = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]];
+        let half = 0.5f32.sqrt();
+        axes(&frame(&geometry, false), [[half, half, 0.0], [-half, half, 0.0], Z]);
+    }
+
+    #[test]
+    fn frames_are_there_without_coordinates_and_turn_with_instances() {
+        let frame_of = frame(&triangle(UPRIGHT, Part { uvs: NONE, ..PART }), false);
+        near(frame_of.x.cross(frame_of.y), Z);
+        let mut geometry = triangle(UPRIGHT, PART);
+        // A quarter turn about Z, twice as large.
+        let rows = [0.0, -2.0, 0.0, 7.0, 2.0, 0.0, 0.0, 8.0, 0.0, 0.0, 2.0, 9.0];
+        geometry.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
+        geometry.instance_signs = vec![1.0];
+        axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, minus(X), Z]);
+        // A mirror turns the bitangent over.
+        geometry.instance_signs = vec![-1.0];
+        axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, X, Z]);
+    }
+
+    #[test]
+    fn spheres_have_tangents_around_their_axis() {
+        let mut geometry = triangle(UPRIGHT, PART);
+        // Its +Y stands up, its +X looks to the viewer.
+        geometry.sphere_axes = vec![[0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0]];
+        let hit = HitLanes { primitive: Wrapping(SPHERE), ..middle(NONE) };
+        axes(&tangent_frame(&geometry, &hit, &seen(false), true), [X, Y, Z]);
+        // Its +Z turned over: u grows the other way.
+        geometry.sphere_axes[0][6] = 1.0;
+        axes(&tangent_frame(&geometry, &hit, &seen(false), true), [minus(X), Y, Z]);
+    }
+
+    #[test]
+    fn normal_maps_bend_along_the_frame() {
+        let upside_down = frame(&triangle(UPRIGHT.map(|[u, v]| [u, 1.0 - v]), PART), false);
+        let (viewer, surface) = (vector(0.0, 0.0, 1.0), seen(false));
+        near(bend(&upside_down, &surface, vector(0.0, 0.0, 1.0), viewer).z, Z);
+        // Its length does not count. Green tilts to the picture's top, which is at −Y here.
+        near(bend(&upside_down, &surface, vector(1.2, 0.0, 1.6), viewer).z, [0.6, 0.0, 0.8]);
+        let bent = bend(&upside_down, &surface, vector(0.0, 0.6, 0.8), viewer);
+        near(bent.z, [0.0, -0.6, 0.8]);
+        near(bent.x, X);
+        // As left-handed as the picture.
+        near(bent.x.cross(bent.y), [0.0, 0.6, -0.8]);
+        let bent = bend(&upside_down, &surface, vector(0.6, 0.0, 0.8), viewer);
+        near(bent.x, [0.8, 0.0, -0.6]);
+        // No direction at all.
+        near(bend(&upside_down, &surface, Vector::zero(), viewer).z, Z);
+    }
+
+    #[test]
+    fn bent_normals_never_look_away() {
+        let frame = frame(&triangle(UPRIGHT, PART), false);
+        // The viewer is far to the left, the normal is bent to the right.
+        let viewer = Vector::splat(Vec3::new(-0.8, 0.0, 0.6));
+        let bent = bend(&frame, &seen(false), vector(0.8, 0.0, 0.6), viewer).z;
+        // In the plane of both, turned until its dot product with the viewer is 0.01 before it has length 1.
+        let cos = bent.dot(viewer);
+        assert!((cos - 0.01 / (1.0f32 - 0.28 * 0.28 + 1e-4).sqrt()).abs() < 1e-5, "{cos}");
+        assert!(bent.y == 0.0 && bent.x > 0.0 && (bent.dot(bent) - 1.0).abs() < 1e-6);
+    }
+
+    /// The footprint of a ray 1 cm wide.
+    fn footprint(geometry: &Geometry, instance: u32, direction: Vector<f32>) -> f32 {
+        coordinates(geometry, &middle(instance), &seen(false), direction, 0.01, true).footprint[0]
+    }
+
+    #[test]
+    fn footprints_are_widths_in_units_of_the_coordinates() {
+        let down = vector(0.0, 0.0, -1.0);
+        let close =
+            |found: f32, expected: f32| assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
+        close(footprint(&triangle(UPRIGHT, PART), NONE, down), 0.01);
+        let finer = triangle(UPRIGHT.map(|[u, v]| [4.0 * u, v]), PART);
+        // The square root of both: four times as many units one way.
+        close(footprint(&finer, NONE, down), 0.02);
+        // Slanted rays see more of it one way, grazing ones up to 20 times as much.
+        close(footprint(&finer, NONE, vector(0.0, 0.866_025_4, -0.5)), 0.02 * 2f32.sqrt());
+        close(footprint(&finer, NONE, vector(0.0, 1.0, -1e-4)), 0.02 * 20f32.sqrt());
+        // Three times as large a copy has a third of the units on a metre.
+        let mut placed = finer;
+        let rows = [3.0, 0.0, 0.0, 7.0, 0.0, 3.0, 0.0, 8.0, 0.0, 0.0, 3.0, 9.0];
+        placed.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
+        close(footprint(&placed, 0, down), 0.02 / 3.0);
+        let bare = triangle(UPRIGHT, Part { uvs: NONE, ..PART });
+        assert_eq!(footprint(&bare, NONE, down), 0.0);
+    }
+
+    #[test]
+    fn coordinates_and_alphas_are_blended_by_the_corners_weights() {
+        let mut geometry = triangle(UPRIGHT, Part { uvs1: 0, alphas: 0, ..PART });
+        geometry.uvs1 = vec![[0.0, 0.0], [4.0, 0.0], [0.0, 8.0]];
+        geometry.alphas = vec![0.0, 1.0, 0.2];
+        let down = vector(0.0, 0.0, -1.0);
+        let at = coordinates(&geometry, &middle(NONE), &seen(false), down, 0.0, true);
+        assert_eq!(at.uv, [(0.25, 0.75), (1.0, 2.0)]);
+        let at = point_coordinates(&geometry, &middle(NONE), (0.0, 0.0), true);
+        assert_eq!((at.uv, at.footprint), ([(0.25, 0.75), (1.0, 2.0)], [0.0; 2]));
+        assert!((alpha(&geometry, &middle(NONE), true) - 0.3).abs() < 1e-6);
+        // Where there is no second set the first one stands for it, and no alpha is all.
+        let plain = triangle(UPRIGHT, PART);
+        let at = coordinates(&plain, &middle(NONE), &seen(false), down, 0.0, true);
+        assert_eq!(at.uv, [(0.25, 0.75); 2]);
+        assert_eq!(alpha(&plain, &middle(NONE), true), 1.0);
+        let color = vertex_color(&seen(false));
+        assert_eq!([color.r, color.g, color.b], [0.1, 0.2, 0.3]);
+    }
 }

@@ -2,10 +2,10 @@
 //! are sampled.
 
 use super::details::point_coordinates;
-use super::material::has;
-use super::sampled::{Coordinates, color};
+use super::point::{Tables, coverage};
+use super::sampled::color;
 use super::surface::{HitLanes, sphere_uv, unit_or};
-use super::{environment, principled::frame::Frame};
+use super::{environment, principled::basis::Basis};
 use crate::bvh::SPHERE;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
@@ -28,6 +28,10 @@ pub struct EmitterSample<F: Float> {
     pub shared: F::Mask,
 }
 
+/// Shadow rays end before their light by this part of the way, so that a light's own surface
+/// is not in it.
+pub const SHADOW_END: f32 = 1.0 - 1.0 / 8192.0;
+
 /// A point of an emitter from a point of the unit square.
 #[inline(always)]
 pub fn sample<F: Float>(
@@ -48,34 +52,51 @@ pub fn sample<F: Float>(
         pdf: F::one(),
         shared: has(flags, flag::VISIBLE),
     };
-    let row = Row { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
-    let is = |k: u32| what.eq(F::Int::splat(k)) & mask;
-    let planar = is(kind::TRIANGLE) | is(kind::QUAD);
+    let row = Gathered { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let quad = what.eq(F::Int::splat(kind::QUAD)) & mask;
+    let triangle = what.eq(F::Int::splat(kind::TRIANGLE)) & mask;
+    let round = what.eq(F::Int::splat(kind::SPHERE)) & mask;
+    let spot = what.eq(F::Int::splat(kind::SPOT)) & mask;
+    let point = spot | (what.eq(F::Int::splat(kind::POINT)) & mask);
+    let parallel = what.eq(F::Int::splat(kind::DIRECTIONAL)) & mask;
+    let around = what.eq(F::Int::splat(kind::ENVIRONMENT)) & mask;
+    let planar = triangle | quad;
+    let patterned = has(flags, flag::TEXTURED) | has(flags, flag::COVERED);
     if planar.any() {
-        let sample = planar_sample(scene, &row, emitter, is(kind::TRIANGLE), flags, position, u);
+        let (mut sample, (u, v)) = planar_sample(&row, triangle, flags, position, u);
+        let patterned = patterned & planar;
+        if patterned.any() {
+            let primitive = F::Int::gather(&table.primitive, emitter, patterned);
+            let hit = HitLanes { t: F::zero(), u, v, primitive, instance: F::Int::splat(NONE) };
+            let shines = sample.radiance.max_component().gt(F::zero()) & patterned;
+            let light = patterned_light(scene, emitter, &hit, (u, v), patterned);
+            let light = Color::select(shines, light, Color::black());
+            sample.radiance = Color::select(patterned, light, sample.radiance);
+        }
         out = out.replaced(planar, sample);
     }
-    if is(kind::SPHERE).any() {
-        let mut sample = sphere_sample(&row, position, u);
-        let textured = is(kind::SPHERE) & has(flags, flag::TEXTURED);
-        if textured.any() {
+    if round.any() {
+        let mut sample = sphere_sample(&row, flags, position, u);
+        let patterned = patterned & round;
+        if patterned.any() {
             let normal = unit_or(position + sample.direction * sample.distance - row.vector(0), up);
-            let id = F::Int::gather(&table.primitive, emitter, textured) ^ F::Int::splat(SPHERE);
-            let uv = sphere_uv(&scene.geometry, id, normal, textured);
-            let at = Coordinates { uv: [uv, uv], footprint: F::zero() };
-            let light = textured_light(scene, emitter, &at, textured);
-            sample.radiance = Color::select(textured, light, sample.radiance);
+            let primitive = F::Int::gather(&table.primitive, emitter, patterned);
+            let uv = sphere_uv(&scene.geometry, primitive ^ F::Int::splat(SPHERE), normal, patterned);
+            let hit = HitLanes { t: F::zero(), u: uv.0, v: uv.1, primitive, instance: F::Int::splat(NONE) };
+            let shines = sample.radiance.max_component().gt(F::zero()) & patterned;
+            let light = patterned_light(scene, emitter, &hit, uv, patterned);
+            let light = Color::select(shines, light, Color::black());
+            sample.radiance = Color::select(patterned, light, sample.radiance);
         }
-        out = out.replaced(is(kind::SPHERE), sample);
+        out = out.replaced(round, sample);
     }
-    let point = is(kind::POINT) | is(kind::SPOT);
     if point.any() {
-        out = out.replaced(point, point_sample(&row, is(kind::SPOT), position));
+        out = out.replaced(point, point_sample(&row, spot, position));
     }
-    if is(kind::DIRECTIONAL).any() {
-        out = out.replaced(is(kind::DIRECTIONAL), parallel_sample(&row, u));
+    if parallel.any() {
+        out = out.replaced(parallel, parallel_sample(&row, u));
     }
-    if is(kind::ENVIRONMENT).any() {
+    if around.any() {
         let (direction, pdf) = environment::sample(&scene.environment, u, mask);
         let sample = EmitterSample {
             direction,
@@ -84,9 +105,29 @@ pub fn sample<F: Float>(
             pdf,
             shared: out.shared,
         };
-        out = out.replaced(is(kind::ENVIRONMENT), sample);
+        out = out.replaced(around, sample);
     }
     out
+}
+
+/// A point of one of the lights that are entities, for all lanes.
+#[inline(always)]
+pub fn sample_light<F: Float>(
+    scene: &CompiledScene,
+    emitter: u32,
+    position: Vector<F>,
+    u: (F, F),
+) -> EmitterSample<F> {
+    let table = &scene.emitters;
+    let row = Same(&table.rows[emitter as usize]);
+    let flags = F::Int::splat(table.flags[emitter as usize]);
+    let (nowhere, everywhere) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
+    match table.kinds[emitter as usize] {
+        kind::QUAD => planar_sample(&row, nowhere, flags, position, u).0,
+        kind::POINT => point_sample(&row, nowhere, position),
+        kind::SPOT => point_sample(&row, everywhere, position),
+        _ => parallel_sample(&row, u),
+    }
 }
 
 /// The emitter whose surface has been hit, or [`NONE`].
@@ -129,7 +170,7 @@ pub fn pdf<F: Float>(
 ) -> F {
     let table = &scene.emitters;
     let what = F::Int::gather(&table.kinds, emitter, mask);
-    let row = Row { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let row = Gathered { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
     let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
     let mut pdf = planar_pdf(row.vector(3).cross(row.vector(6)), triangle, direction, t);
@@ -153,22 +194,13 @@ impl<F: Float> EmitterSample<F> {
     }
 }
 
-/// An emitter's row (see [`kind`]).
-struct Row<'a, F: Float> {
-    table: &'a [f32],
-    first: F::Int,
-    mask: F::Mask,
-}
-
-impl<F: Float> Row<'_, F> {
-    #[inline(always)]
-    fn number(&self, at: u32) -> F {
-        F::gather(self.table, self.first + F::Int::splat(at), self.mask)
-    }
+/// Emitters' rows (see [`kind`]).
+trait Rows<F: Float> {
+    fn number(&self, at: u32) -> F;
 
     #[inline(always)]
     fn vector(&self, at: u32) -> Vector<F> {
-        Vector::gather_flat(self.table, self.first + F::Int::splat(at), self.mask)
+        Vector::new(self.number(at), self.number(at + 1), self.number(at + 2))
     }
 
     #[inline(always)]
@@ -176,6 +208,36 @@ impl<F: Float> Row<'_, F> {
         let v = self.vector(10);
         Color::new(v.x, v.y, v.z)
     }
+}
+
+/// A row for each lane.
+struct Gathered<'a, F: Float> {
+    table: &'a [f32],
+    first: F::Int,
+    mask: F::Mask,
+}
+
+impl<F: Float> Rows<F> for Gathered<'_, F> {
+    #[inline(always)]
+    fn number(&self, at: u32) -> F {
+        F::gather(self.table, self.first + F::Int::splat(at), self.mask)
+    }
+}
+
+/// One row for all lanes.
+struct Same<'a>(&'a [f32; 13]);
+
+impl<F: Float> Rows<F> for Same<'_> {
+    #[inline(always)]
+    fn number(&self, at: u32) -> F {
+        F::splat(self.0[at as usize])
+    }
+}
+
+/// Lanes whose flags have a bit set.
+#[inline(always)]
+fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
+    !(flags & I::splat(bit)).eq(I::splat(0))
 }
 
 /// d² / (A |cos|), with |e₁ × e₂| = A or 2A.
@@ -186,17 +248,15 @@ fn planar_pdf<F: Float>(cross: Vector<F>, triangle: F::Mask, direction: Vector<F
     distance * distance / seen.max(F::splat(1e-30))
 }
 
-/// Uniform over a triangle or a parallelogram.
+/// Uniform over a triangle or a parallelogram; and which part of each edge it is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
-    scene: &CompiledScene,
-    row: &Row<F>,
-    emitter: F::Int,
+    row: &impl Rows<F>,
     triangle: F::Mask,
     flags: F::Int,
     position: Vector<F>,
     u: (F, F),
-) -> EmitterSample<F> {
+) -> (EmitterSample<F>, (F, F)) {
     // Heitz 2019: the square onto the triangle with little distortion.
     let half = F::splat(0.5);
     let upper = u.1.gt(u.0);
@@ -209,42 +269,40 @@ fn planar_sample<F: Float>(
     let distance = square.sqrt();
     let direction = way * (F::one() / distance);
     let cross = e1.cross(e2);
-    let mut light = row.light();
-    let textured = has(flags, flag::TEXTURED) & row.mask;
-    if textured.any() {
-        let primitive = F::Int::gather(&scene.emitters.primitive, emitter, textured);
-        let hit = HitLanes { t: F::zero(), u: a, v: b, primitive, instance: F::Int::splat(NONE) };
-        let at = point_coordinates(&scene.geometry, &hit, textured);
-        light = Color::select(textured, textured_light(scene, emitter, &at, textured), light);
-    }
     let facing = cross.dot(direction);
     let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
     let shines = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
-    EmitterSample {
+    let sample = EmitterSample {
         direction,
         distance,
-        radiance: Color::select(shines, light, Color::black()),
+        radiance: Color::select(shines, row.light(), Color::black()),
         pdf: planar_pdf(cross, triangle, direction, distance),
         shared: F::Mask::from_bits(0),
-    }
+    };
+    (sample, (a, b))
 }
 
-/// Radiance of surfaces whose emission is a texture, material by material.
+/// Radiance of points of surfaces whose emission or coverage is a texture, material by material.
+/// `uv` is what spheres have.
 #[inline(always)]
-fn textured_light<F: Float>(
+fn patterned_light<F: Float>(
     scene: &CompiledScene,
     emitter: F::Int,
-    at: &Coordinates<F>,
+    hit: &HitLanes<F>,
+    uv: (F, F),
     mask: F::Mask,
 ) -> Color<F> {
+    let tables = Tables { geometry: &scene.geometry, textures: &scene.textures };
+    let at = point_coordinates(&scene.geometry, hit, uv, mask);
     let material = F::Int::gather(&scene.emitters.material, emitter, mask);
     let mut light = Color::black();
     let mut todo = mask;
     while todo.any() {
         let first = lane(material, todo);
         let same = material.eq(F::Int::splat(first)) & todo;
-        let emission = &scene.principled[first as usize].emission;
-        light = Color::select(same, color(emission, &scene.textures, at, same), light);
+        let record = &scene.materials[first as usize];
+        let there = coverage(record, tables, hit, &at, same);
+        light = Color::select(same, color(&record.emission, &scene.textures, &at, same) * there, light);
         todo = todo & !same;
     }
     light
@@ -272,7 +330,12 @@ fn cone<F: Float>(way: Vector<F>, radius: F) -> (F, F) {
 
 /// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4).
 #[inline(always)]
-fn sphere_sample<F: Float>(row: &Row<F>, position: Vector<F>, u: (F, F)) -> EmitterSample<F> {
+fn sphere_sample<F: Float>(
+    row: &impl Rows<F>,
+    flags: F::Int,
+    position: Vector<F>,
+    u: (F, F),
+) -> EmitterSample<F> {
     let (center, radius) = (row.vector(0), row.number(9));
     let way = center - position;
     let (part, _) = cone(way, radius);
@@ -281,16 +344,17 @@ fn sphere_sample<F: Float>(row: &Row<F>, position: Vector<F>, u: (F, F)) -> Emit
     let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
     let (s, c) = sin_cos_turns(u.1);
     let axis = unit_or(way, Vector::new(F::zero(), F::zero(), F::one()));
-    let frame = Frame::about(axis);
+    let frame = Basis::about(axis);
     let direction = frame.world(Vector::new(sin * c, sin * s, cos));
     let along = direction.dot(way);
     let half = (radius * radius - (way.dot(way) - along * along)).max(F::zero()).sqrt();
     let near = along - half;
     let distance = F::select(near.gt(F::zero()), near, along + half).max(F::zero());
+    let shines = has(flags, flag::TWO_SIDED) | way.dot(way).gt(radius * radius);
     EmitterSample {
         direction,
         distance,
-        radiance: row.light(),
+        radiance: Color::select(shines, row.light(), Color::black()),
         pdf: F::splat(0.5 / std::f32::consts::PI) / part,
         shared: F::Mask::from_bits(0),
     }
@@ -298,7 +362,7 @@ fn sphere_sample<F: Float>(row: &Row<F>, position: Vector<F>, u: (F, F)) -> Emit
 
 /// From a point, perhaps within a cone.
 #[inline(always)]
-fn point_sample<F: Float>(row: &Row<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
+fn point_sample<F: Float>(row: &impl Rows<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
     let way = row.vector(0) - position;
     let square = way.dot(way).max(F::splat(1e-30));
     let distance = square.sqrt();
@@ -315,12 +379,12 @@ fn point_sample<F: Float>(row: &Row<F>, spot: F::Mask, position: Vector<F>) -> E
 
 /// Parallel light, or from a disk in the sky.
 #[inline(always)]
-fn parallel_sample<F: Float>(row: &Row<F>, u: (F, F)) -> EmitterSample<F> {
+fn parallel_sample<F: Float>(row: &impl Rows<F>, u: (F, F)) -> EmitterSample<F> {
     let axis = row.vector(0);
     let lift = row.number(3) * u.0;
     let (s, c) = sin_cos_turns(u.1);
     let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
-    let direction = Frame::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
+    let direction = Basis::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
     EmitterSample {
         direction,
         distance: F::splat(f32::INFINITY),

@@ -24,7 +24,10 @@ pub fn radiance<F: Float>(environment: &Environment, direction: Vector<F>, mask:
 /// Place in the picture's unit square.
 #[inline(always)]
 fn place<F: Float>(panorama: &Panorama, direction: Vector<F>) -> (F, F) {
-    let [x, y, z] = panorama.to_local.map(|row| Vector::splat(row).dot(direction));
+    let [x, y, z] = panorama.to_local;
+    let x = Vector::splat(x).dot(direction);
+    let y = Vector::splat(y).dot(direction);
+    let z = Vector::splat(z).dot(direction);
     let u = F::splat(0.5) + atan2_turns(x, -z);
     (u, acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0))
 }

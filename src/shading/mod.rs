@@ -3,18 +3,16 @@
 
 pub mod blinn_phong;
 pub mod camera;
+pub mod classic;
 pub mod details;
 pub mod emitter;
 pub mod environment;
 pub mod fresnel;
-pub mod light;
 pub mod light_tree;
-pub mod material;
+pub mod point;
 pub mod principled;
 pub mod sampled;
 pub mod surface;
-pub mod texture;
 
-pub use light::{LightSample, sample_light};
-pub use material::Shaded;
+pub use point::ShadingPoint;
 pub use surface::{HitLanes, Surface};

@@ -1,20 +1,19 @@
-//! Texture lookups of the path transport: one texture, many points, at the size of the rays'
-//! footprints.
+//! Texture lookups: one texture, many points, at the size of the rays' footprints.
 
 use crate::math::elementary::log2;
 use crate::math::{Color, NONE};
 use crate::scene::Textures;
-use crate::scene::principled::{ColorParam, ScalarParam};
+use crate::scene::material::{ColorParam, ScalarParam};
 use crate::scene::textures::Sampled;
-use crate::simd::{Float, Int, Mask, Part};
+use crate::simd::{Float, Int, Mask, Outlined};
 
 /// Where on a mesh textures are looked up.
 #[derive(Clone, Copy)]
 pub struct Coordinates<F: Float> {
     /// The mesh's two sets.
     pub uv: [(F, F); 2],
-    /// How wide a ray is there, in units of the first set.
-    pub footprint: F,
+    /// How wide a ray is there, in units of each.
+    pub footprint: [F; 2],
 }
 
 /// A texel's four channels.
@@ -68,7 +67,7 @@ pub fn texel<F: Float>(
     mask: F::Mask,
 ) -> Texel<F> {
     // A material has a dozen of these: inlined they would be most of the program.
-    F::apart(Lookup { textures, sampled, at, mask })
+    F::outlined(Lookup { textures, sampled, at, mask })
 }
 
 struct Lookup<'a, F: Float> {
@@ -78,7 +77,7 @@ struct Lookup<'a, F: Float> {
     mask: F::Mask,
 }
 
-impl<F: Float> Part for Lookup<'_, F> {
+impl<F: Float> Outlined for Lookup<'_, F> {
     type Output = Texel<F>;
     #[inline(always)]
     fn run(self) -> Texel<F> {
@@ -88,7 +87,8 @@ impl<F: Float> Part for Lookup<'_, F> {
 
 #[inline(always)]
 fn look_up<F: Float>(textures: &Textures, sampled: &Sampled, at: &Coordinates<F>, mask: F::Mask) -> Texel<F> {
-    let (u, v) = at.uv[(sampled.uv_set & 1) as usize];
+    let set = (sampled.uv_set & 1) as usize;
+    let (u, v) = at.uv[set];
     let [x, y] = sampled.matrix;
     // Beyond a million repeats a float has no bits left for the place within the image.
     let s = (u * F::splat(x[0]) + v * F::splat(x[1]) + F::splat(x[2])).clamp(-1e6, 1e6);
@@ -99,7 +99,7 @@ fn look_up<F: Float>(textures: &Textures, sampled: &Sampled, at: &Coordinates<F>
         return image.level(first, s, t);
     }
     // λ = log₂ of the footprint in texels (Akenine-Möller and others, JCGT 2021).
-    let width = (at.footprint * F::splat(sampled.texels_per_uv)).max(F::splat(1e-20));
+    let width = (at.footprint[set] * F::splat(sampled.texels_per_uv)).max(F::splat(1e-20));
     let lambda = log2(width).clamp(0.0, sampled.smaller_levels as f32);
     let whole = lambda.floor();
     let between = lambda - whole;
@@ -193,4 +193,185 @@ fn wrap<F: Float>(mode: u32, texel: F, size: F) -> F {
     };
     // The divisions round: never outside, whatever they did.
     wrapped.max(F::zero()).min(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tonemap::srgb_decode;
+    use crate::scene::textures::Levels;
+
+    /// One picture of bytes or floats with levels of these sizes, looked up without blending.
+    fn textures(sizes: &[[u32; 2]], texels8: Vec<u32>, texels32: Vec<[f32; 3]>) -> Textures {
+        let unit = |i: u16| f32::from(i) / 255.0;
+        let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i)))).collect();
+        let mut levels = Levels::default();
+        let mut first = 0;
+        for [width, height] in sizes {
+            levels.first.push(first);
+            levels.width.push(*width as f32);
+            levels.height.push(*height as f32);
+            first += width * height;
+        }
+        let [width, height] = sizes[0].map(|side| side as f32);
+        let sampled = Sampled {
+            matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            uv_set: 0,
+            factor: [1.0; 3],
+            blends: false,
+            srgb: false,
+            float: texels8.is_empty(),
+            wrap: [0; 2],
+            first_level: 0,
+            smaller_levels: sizes.len() as u32 - 1,
+            texels_per_uv: (width * height).sqrt(),
+        };
+        Textures { texels8, texels32, decode, levels, sampled: vec![sampled] }
+    }
+
+    fn grey(byte: u8) -> u32 {
+        u32::from_le_bytes([byte, byte, byte, 255])
+    }
+
+    /// 0, 0.2, 0.4, 0.6 along u.
+    fn steps() -> Textures {
+        textures(&[[4, 1]], [0, 51, 102, 153].map(grey).to_vec(), vec![])
+    }
+
+    fn at(u: f32, v: f32) -> Coordinates<f32> {
+        Coordinates { uv: [(u, v); 2], footprint: [0.0; 2] }
+    }
+
+    fn red(textures: &Textures, at: &Coordinates<f32>) -> f32 {
+        texel(textures, &textures.sampled[0], at, true).color.r
+    }
+
+    #[track_caller]
+    fn near(found: f32, expected: f32) {
+        assert!((found - expected).abs() < 1e-6, "{found} instead of {expected}");
+    }
+
+    #[test]
+    fn pictures_are_repeated_held_or_mirrored() {
+        let mut steps = steps();
+        // Where, then repeated, clamped, mirrored.
+        for (u, expected) in [
+            (0.1, [0.0, 0.0, 0.0]),
+            (0.6, [0.4, 0.4, 0.4]),
+            (1.1, [0.0, 0.6, 0.6]),
+            (1.9, [0.6, 0.6, 0.0]),
+            (2.1, [0.0, 0.6, 0.0]),
+            (-0.1, [0.6, 0.0, 0.0]),
+            (-1.1, [0.6, 0.0, 0.6]),
+            (-0.3, [0.4, 0.0, 0.2]),
+        ] {
+            for (mode, expected) in (0..).zip(expected) {
+                steps.sampled[0].wrap = [mode, 0];
+                near(red(&steps, &at(u, 0.5)), expected);
+            }
+        }
+        // The other way, by its own mode.
+        let mut upright = textures(&[[1, 4]], [0, 51, 102, 153].map(grey).to_vec(), vec![]);
+        upright.sampled[0].wrap = [0, 2];
+        near(red(&upright, &at(7.0, 1.1)), 0.6);
+        for far in [1e30, -1e30, f32::NAN, f32::INFINITY] {
+            assert!(red(&steps, &at(far, far)).is_finite());
+        }
+    }
+
+    #[test]
+    fn four_texels_are_blended() {
+        let bytes = [0, 51, 102, 255].map(grey).to_vec();
+        let mut square = textures(&[[2, 2]], bytes, vec![]);
+        square.sampled[0].blends = true;
+        near(red(&square, &at(0.25, 0.25)), 0.0);
+        near(red(&square, &at(0.75, 0.75)), 1.0);
+        near(red(&square, &at(0.5, 0.25)), 0.1);
+        near(red(&square, &at(0.25, 0.375)), 0.1);
+        near(red(&square, &at(0.5, 0.5)), (0.0 + 0.2 + 0.4 + 1.0) / 4.0);
+        // At the edge with the other edge, with itself, with itself.
+        for (mode, expected) in [(0, 0.1), (1, 0.0), (2, 0.0)] {
+            square.sampled[0].wrap = [mode; 2];
+            near(red(&square, &at(0.0, 0.25)), expected);
+        }
+    }
+
+    #[test]
+    fn the_footprint_says_which_copies_are_blended() {
+        let bytes = [[0; 16].as_slice(), &[102; 4], &[204]].concat().into_iter().map(grey).collect();
+        let mut levels = textures(&[[4, 4], [2, 2], [1, 1]], bytes, vec![]);
+        levels.sampled[0].blends = true;
+        // In texels: none, one, two, four, many; then between one and two, and between two and four.
+        for (texels, expected) in [
+            (0.0, 0.0),
+            (0.5, 0.0),
+            (1.0, 0.0),
+            (2.0, 0.4),
+            (4.0, 0.8),
+            (100.0, 0.8),
+            (1.5, 0.4 * 1.5f32.log2()),
+        ] {
+            near(red(&levels, &Coordinates { footprint: [texels / 4.0; 2], ..at(0.3, 0.3) }), expected);
+        }
+        near(red(&levels, &Coordinates { footprint: [2f32.powf(-0.5); 2], ..at(0.3, 0.3) }), 0.6);
+        // Without copies, or with a first level elsewhere.
+        levels.sampled[0].smaller_levels = 0;
+        near(red(&levels, &Coordinates { footprint: [1.0; 2], ..at(0.3, 0.3) }), 0.0);
+        levels.sampled[0].first_level = 1;
+        near(red(&levels, &at(0.3, 0.3)), 0.4);
+    }
+
+    #[test]
+    fn coordinates_are_those_of_the_set_turned_by_the_matrix() {
+        let mut steps = steps();
+        let two = Coordinates { uv: [(0.1, 0.1), (0.6, 0.9)], footprint: [0.0; 2] };
+        near(red(&steps, &two), 0.0);
+        steps.sampled[0].uv_set = 1;
+        near(red(&steps, &two), 0.4);
+        // s is v scaled by ½ and moved by ¼: 0.7 lies in the third texel.
+        steps.sampled[0].matrix = [[0.0, 0.5, 0.25], [-1.0, 0.0, 0.0]];
+        near(red(&steps, &two), 0.4);
+        // t is 1 − u.
+        let mut upright = textures(&[[1, 4]], [0, 51, 102, 153].map(grey).to_vec(), vec![]);
+        upright.sampled[0].matrix = [[1.0, 0.0, 0.0], [-1.0, 0.0, 1.0]];
+        near(red(&upright, &at(0.1, 0.0)), 0.6);
+    }
+
+    #[test]
+    fn bytes_go_through_their_curve_and_alpha_does_not() {
+        let mut bytes = textures(&[[1, 1]], vec![u32::from_le_bytes([51, 102, 153, 204])], vec![]);
+        let of = |textures: &Textures| {
+            let Texel { color, alpha } = texel(textures, &textures.sampled[0], &at(0.5, 0.5), true);
+            [color.r, color.g, color.b, alpha]
+        };
+        of(&bytes).into_iter().zip([0.2, 0.4, 0.6, 0.8]).for_each(|(found, expected)| near(found, expected));
+        bytes.sampled[0].srgb = true;
+        let expected = [0.2, 0.4, 0.6].map(srgb_decode);
+        of(&bytes).into_iter().zip(expected).for_each(|(found, expected)| near(found, expected));
+        near(of(&bytes)[3], 0.8);
+        let floats = textures(&[[1, 1]], vec![], vec![[0.25, 7.0, 1e5]]);
+        assert_eq!(of(&floats), [0.25, 7.0, 1e5, 1.0]);
+    }
+
+    #[test]
+    fn parameters_are_factors_times_what_is_stored() {
+        let mut bytes = textures(&[[1, 1]], vec![u32::from_le_bytes([51, 102, 153, 204])], vec![]);
+        bytes.sampled[0].factor = [0.5, 1.0, 2.0];
+        let place = at(0.5, 0.5);
+        let param = ColorParam { factor: [1.0, 0.5, 1.0], texture: 0 };
+        let found = color(&param, &bytes, &place, true);
+        near(found.r, 0.1);
+        near(found.g, 0.2);
+        near(found.b, 1.2);
+        let constant = color(&ColorParam::constant([0.3; 3]), &bytes, &place, true);
+        assert_eq!([constant.r, constant.g, constant.b], [0.3; 3]);
+        // A number has a factor of its own alone.
+        for (channel, expected) in [(0, 0.1), (1, 0.2), (2, 0.3), (3, 0.4)] {
+            near(scalar(&ScalarParam { factor: 0.5, texture: 0, channel }, &bytes, &place, true), expected);
+        }
+        assert_eq!(scalar(&ScalarParam::constant(0.7), &bytes, &place, true), 0.7);
+        // What is nothing anyway is not looked up: there is no such texture.
+        assert_eq!(scalar(&ScalarParam { factor: 0.0, texture: 9, channel: 0 }, &bytes, &place, true), 0.0);
+        assert_eq!(color(&ColorParam { factor: [0.0; 3], texture: 9 }, &bytes, &place, true).g, 0.0);
+    }
 }

@@ -32,7 +32,7 @@ pub struct Surface<F: Float> {
     pub geometric_normal: Vector<F>,
     /// Unit normal for shading, on the viewer's side.
     pub normal: Vector<F>,
-    /// Where the viewer is on the inner side, where the normal does not point.
+    /// Where the viewer is on the inner side, from which corners go around clockwise.
     pub inside: F::Mask,
     /// Texture coordinates.
     pub uv: (F, F),
@@ -103,16 +103,15 @@ impl<F: Float> Surface<F> {
     #[inline(always)]
     fn facing(world: Local<F>, ray: &Ray<F>, material: F::Int) -> Self {
         let zero = F::zero();
-        // The shading normal says which side is outside; where there is none, it is the geometric one.
-        let outward = world.normal;
-        let agrees = outward.dot(world.geometric_normal).ge(zero);
-        let geometric = Vector::select(agrees, world.geometric_normal, -world.geometric_normal);
-        let inside = geometric.dot(ray.direction).gt(zero);
+        // The winding says which side is outside; vertex normals shade and no more.
+        let inside = world.geometric_normal.dot(ray.direction).gt(zero);
+        let geometric = Vector::select(inside, -world.geometric_normal, world.geometric_normal);
+        let agrees = world.normal.dot(geometric).ge(zero);
         Self {
             position: world.position,
             offset: off_surface(world.position, world.error, geometric),
-            geometric_normal: Vector::select(inside, -geometric, geometric),
-            normal: Vector::select(inside, -outward, outward),
+            geometric_normal: geometric,
+            normal: Vector::select(agrees, world.normal, -world.normal),
             inside,
             uv: world.uv,
             color: world.color,
@@ -368,6 +367,6 @@ fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, p
 
 /// Normals go by the transpose of the inverse: its columns are the rows of to-local.
 #[inline(always)]
-fn turn<F: Float>(to_local: &Rows<F>, n: Vector<F>) -> Vector<F> {
+pub(super) fn turn<F: Float>(to_local: &Rows<F>, n: Vector<F>) -> Vector<F> {
     unit_or(to_local.x * n.x + to_local.y * n.y + to_local.z * n.z, n)
 }

@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::Two;
-use super::{Float, Int, Kernel, Lanes, Mask, Part};
+use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
 /// AVX2.
 pub(super) struct Set;
@@ -15,9 +15,9 @@ impl Lanes for Set {
     type Block = F32x8;
 
     #[inline(always)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
-        unsafe { run_apart(kernel) }
+        unsafe { run_outlined(kernel) }
     }
 }
 
@@ -48,7 +48,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 /// As for [`run`].
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
+unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
 }
 
@@ -59,7 +59,7 @@ unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
 /// As for [`run`].
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn part_apart<P: Part>(part: P) -> P::Output {
+unsafe fn part_outlined<P: Outlined>(part: P) -> P::Output {
     part.run()
 }
 
@@ -145,9 +145,9 @@ impl Float for F32x8 {
     type Int = I32x8;
 
     #[inline(always)]
-    fn apart<P: Part>(part: P) -> P::Output {
+    fn outlined<P: Outlined>(part: P) -> P::Output {
         // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
-        unsafe { part_apart(part) }
+        unsafe { part_outlined(part) }
     }
     #[inline(always)]
     fn splat(value: f32) -> Self {

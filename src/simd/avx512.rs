@@ -5,7 +5,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::avx2::F32x8;
 use super::sixteen::{self, Sixteen};
-use super::{Float, Int, Kernel, Lanes, Mask, Part};
+use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
 pub(super) struct Set;
@@ -16,9 +16,9 @@ impl Lanes for Set {
     type Block = F32x8;
 
     #[inline(always)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
-        unsafe { run_apart(kernel) }
+        unsafe { run_outlined(kernel) }
     }
 }
 
@@ -47,7 +47,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 /// As for [`run`].
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
+unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Set>()
 }
 
@@ -58,7 +58,7 @@ unsafe fn run_apart<K: Kernel>(kernel: K) -> K::Output {
 /// As for [`run`].
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn part_apart<P: Part>(part: P) -> P::Output {
+unsafe fn part_outlined<P: Outlined>(part: P) -> P::Output {
     part.run()
 }
 
@@ -151,9 +151,9 @@ impl Float for F32x16 {
     type Int = I32x16;
 
     #[inline(always)]
-    fn apart<P: Part>(part: P) -> P::Output {
+    fn outlined<P: Outlined>(part: P) -> P::Output {
         // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
-        unsafe { part_apart(part) }
+        unsafe { part_outlined(part) }
     }
     #[inline(always)]
     fn splat(value: f32) -> Self {

@@ -67,8 +67,8 @@ pub trait Float:
     type Int: Int<Float = Self, Mask = Self::Mask>;
 
     /// Runs a part of a computation as a function of its own, compiled for the same instructions:
-    /// as [`Lanes::apart`], for code that knows its lanes alone.
-    fn apart<P: Part>(part: P) -> P::Output;
+    /// as [`Lanes::outlined`], for code that knows its lanes alone.
+    fn outlined<P: Outlined>(part: P) -> P::Output;
 
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
@@ -191,11 +191,11 @@ pub trait Lanes: 'static {
 
     /// Runs a part of a kernel as a function of its own. What a kernel calls is inlined wherever
     /// it is called; this keeps what is large and called from several places from multiplying.
-    fn apart<K: Kernel>(kernel: K) -> K::Output;
+    fn outlined<K: Kernel>(kernel: K) -> K::Output;
 }
 
-/// A part of a computation over lanes that [`Float::apart`] runs.
-pub trait Part {
+/// A part of a computation over lanes that [`Float::outlined`] runs.
+pub trait Outlined {
     /// What comes out.
     type Output;
     /// Does it. Implementations must be `#[inline(always)]`.

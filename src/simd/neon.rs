@@ -4,7 +4,7 @@ use std::arch::aarch64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::Two;
-use super::{Float, Int, Kernel, Lanes, Mask, Part};
+use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
 /// NEON.
 pub(super) struct Set;
@@ -15,7 +15,7 @@ impl Lanes for Set {
     type Block = F32x8;
 
     #[inline(never)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
 }
@@ -103,7 +103,7 @@ impl Float for F32x8 {
     type Int = I32x8;
 
     #[inline(never)]
-    fn apart<P: Part>(part: P) -> P::Output {
+    fn outlined<P: Outlined>(part: P) -> P::Output {
         part.run()
     }
     #[inline(always)]

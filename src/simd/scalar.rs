@@ -2,7 +2,7 @@
 
 use std::num::Wrapping;
 
-use super::{Float, Int, Kernel, Lanes, Mask, Part};
+use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
 /// Works on any processor.
 pub(super) struct Portable;
@@ -13,7 +13,7 @@ impl Lanes for Portable {
     type Block = f32;
 
     #[inline(never)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
 }
@@ -35,7 +35,7 @@ impl Float for f32 {
     type Int = Wrapping<u32>;
 
     #[inline(never)]
-    fn apart<P: Part>(part: P) -> P::Output {
+    fn outlined<P: Outlined>(part: P) -> P::Output {
         part.run()
     }
     #[inline(always)]

@@ -18,9 +18,10 @@ pub struct Model(pub std::path::PathBuf);
 pub struct Overrides(pub Vec<(String, MaterialId)>);
 
 /// Marks the entities that came with an ancestor's [`Model`]: a saved scene names the file and
-/// leaves them out.
+/// leaves them out, as long as they are what they were, which is hashed here
+/// ([`super::World::fingerprint`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed;
+pub struct Placed(pub u64);
 
 /// The entity that this one's [`Transform`] is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

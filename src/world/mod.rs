@@ -3,6 +3,8 @@
 //! and shared data (materials) live beside it in [`Assets`], referred to by
 //! integer ids. [`crate::compile`] turns a world into a scene.
 
+use std::hash::{Hash, Hasher};
+
 pub mod assets;
 pub mod components;
 pub mod material;
@@ -31,13 +33,38 @@ impl World {
     /// is the author's: hecs iterates by archetype.
     pub fn in_order(&self) -> Vec<hecs::Entity> {
         let mut entities: Vec<_> = self.entities.iter().map(|e| e.entity()).collect();
-        entities.sort_by_key(|e| e.id());
+        // Numbers are given again after a despawn, with a higher generation.
+        entities.sort_by_key(|e| e.to_bits());
         entities
     }
 
     /// [`World::name_of`] the entities by their numbers.
     pub fn names(&self) -> std::collections::HashMap<u32, String> {
         self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
+    }
+
+    /// A hash of what an entity is: where it stands, its shape, material, light and camera. The same
+    /// within a program alone.
+    pub fn fingerprint(&self, entity: hecs::Entity) -> u64 {
+        type Parts<'a> = (
+            Option<&'a Transform>,
+            Option<&'a Shape>,
+            Option<&'a MaterialId>,
+            Option<&'a Light>,
+            Option<&'a Camera>,
+            Option<&'a Parent>,
+        );
+        let mut hasher = std::hash::DefaultHasher::new();
+        let mut query = self.entities.query_one::<Parts>(entity);
+        format!("{:?}", query.get().ok()).hash(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Marks an entity as one that has come with a [`Model`] as it is now.
+    pub fn mark_placed(&mut self, entity: hecs::Entity) {
+        let placed = Placed(self.fingerprint(entity));
+        // One that is not there needs no mark.
+        let _ = self.entities.insert_one(entity, placed);
     }
 
     /// Does something to every light.

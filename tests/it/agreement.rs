@@ -207,7 +207,7 @@ fn check_world(made: &dyn Fn() -> World) {
 
 /// Films of some of the samples add up to the whole; a part of the image is as it is in the whole.
 fn parts_make_the_whole(world: &World, options: Options, expected: &Film) {
-    let mut merged = Film::new(Region::whole(world.settings.size));
+    let mut merged = Film::new(Region::whole(world.settings.size), expected.unit());
     for range in [2..4, 0..1, 1..2] {
         let session = Session::new(compile(world, None).expect("a scene"), &world.settings, options);
         let mut session = session.with_samples(range);

@@ -9,6 +9,7 @@ mod gltf;
 mod images;
 mod lamps;
 mod meshes;
+mod metamorphic;
 mod path;
 mod pictures;
 mod references;

@@ -217,7 +217,8 @@ fn alpha_lets_light_through() {
 fn shadows_of_sheets_are_transparent() {
     use rayfront::world::{AlphaMode, Falloff};
     let lit = |sheet: Option<f32>| {
-        let mut world = world(1, 16);
+        // Whether a shadow ray meets the sheet is left to chance.
+        let mut world = world(1, 1024);
         world.settings.max_depth = 0;
         let white = world.assets.add_material(None, surface(0.8, 0.0, 1.0));
         let corners =

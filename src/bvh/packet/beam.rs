@@ -2,9 +2,9 @@
 
 use super::super::Root;
 use super::super::layout::{Node, PADDING, TriangleBlock};
+use super::super::presence::Word;
 use super::super::triangle::Shear;
 use super::rays::{Active, Bits, Columns, GROUPS, RAYS};
-use crate::math::NONE;
 use crate::simd::{Float, Int, Mask, Sixteen};
 
 /// A beam whose slopes differ by more than this is not worth it.
@@ -142,8 +142,8 @@ impl Beam {
     #[inline(always)]
     pub fn meets_triangles<F: Float>(&self, block: &TriangleBlock) -> u32 {
         let mut met = 0;
-        for at in (0..block.primitive.len()).step_by(F::WIDTH) {
-            let mut mask = !F::Int::load(&block.primitive[at..]).eq(F::Int::splat(NONE));
+        for at in (0..block.words.len()).step_by(F::WIDTH) {
+            let mut mask = !F::Int::load(&block.words[at..]).eq(F::Int::splat(Word::UNUSED.0));
             let depth = &block.vertex[self.axes[2] % 3];
             let depth = [F::load(&depth[0][at..]), F::load(&depth[1][at..]), F::load(&depth[2][at..])];
             for axis in 0..2 {

@@ -15,6 +15,7 @@
 
 mod beam;
 mod rays;
+mod scene;
 
 use std::marker::PhantomData;
 
@@ -22,16 +23,19 @@ use super::Rays;
 use super::answers::Answers;
 use super::layout::{BLOCK, Bvh, Child, Kind, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::better_in_lanes;
+use super::presence::{Candidate, Word};
 use super::ray::Slabs;
 use super::sphere;
-use super::traverse::{self, Keys, Part};
-use super::triangle::{self, Asked, BlockHits, ExactRays, Plane};
+use super::traverse::{self, Keys, Subtree};
+use super::triangle::{self, Asked, BlockHits};
 use crate::math::{Hit, NONE};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 use beam::Beam;
 use rays::{Active, Bits, Column, Columns, GROUPS};
 pub(super) use rays::{LEAST_WIDTH, RAYS};
+pub(super) use scene::Query;
+use scene::{InGroup, OfGroup, Scene};
 
 /// Passes over a packet before the rest of it is left to the single-ray kernel.
 const PASSES: usize = 4;
@@ -78,22 +82,6 @@ struct Entry {
     groups: u32,
 }
 
-/// A triangle and a group of rays.
-struct OfGroup<'a> {
-    rays: &'a Columns,
-    group: usize,
-    block: &'a TriangleBlock,
-    place: usize,
-}
-
-impl<F: Float> ExactRays<F> for OfGroup<'_> {
-    #[inline(always)]
-    fn t(&self, lanes: F::Mask, t: F) -> F {
-        let (origin, direction) = self.rays.lines::<F>(self.group);
-        Plane::new(self.block.corners(self.place)).t_in_lanes(&origin, &direction, lanes, t)
-    }
-}
-
 impl Packet {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
@@ -103,7 +91,7 @@ impl Packet {
 
     /// Answers the rays from `first` on, at most [`RAYS`], if they run side by side.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(
+    fn trace<L: Lanes, A: Answers>(
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
@@ -114,6 +102,7 @@ impl Packet {
     ) -> Verdict {
         let width = L::Queue::WIDTH;
         let Some(root) = bvh.root else { return Verdict::Refused };
+        let scene = Scene { bvh, asker: rays.asker(first) };
         self.visits = 0;
         self.rays.load::<L::Queue>(rays, first, count);
         let mut waiting = Active::NONE;
@@ -126,14 +115,14 @@ impl Packet {
             let beam = Beam::around::<L::Queue>(&self.rays, &active, &root);
             let beam = beam.filter(|_| active.count() >= FEWEST);
             match beam {
-                Some(beam) if beam.apex.is_some() => self.walk::<L, A, true>(bvh, active, &beam, keys),
-                Some(beam) => self.walk::<L, A, false>(bvh, active, &beam, keys),
+                Some(beam) if beam.apex.is_some() => self.walk::<L, A, true>(scene, active, &beam, keys),
+                Some(beam) => self.walk::<L, A, false>(scene, active, &beam, keys),
                 // Nothing has been done yet, and the caller has a better way.
                 None if pass == 0 => return Verdict::Refused,
-                None => self.one_by_one::<L, A>(bvh, active, width, keys),
+                None => self.one_by_one::<L, A>(scene, active, width, keys),
             }
         }
-        self.one_by_one::<L, A>(bvh, waiting, width, keys);
+        self.one_by_one::<L, A>(scene, waiting, width, keys);
         answers.put_all(first, &self.rays.hits(count));
         if self.visits as f32 > DEAR[usize::from(A::ANY)] * count as f32 {
             Verdict::Dear
@@ -146,11 +135,12 @@ impl Packet {
     #[inline(always)]
     fn walk<L: Lanes, A: Answers, const APEX: bool>(
         &mut self,
-        bvh: &Bvh,
+        scene: Scene,
         mut active: Active,
         beam: &Beam,
         keys: &mut Keys,
     ) {
+        let bvh = scene.bvh;
         let Some(root) = bvh.root else { return };
         let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
         let mut groups = self.enter::<L::Queue, APEX>(&active, active.groups, &planes, beam);
@@ -162,19 +152,19 @@ impl Packet {
                     Kind::Node => self.open::<L>(bvh, child.index(), groups, beam, &mut top),
                     Kind::Triangles => {
                         let block = &bvh.triangles[child.index()];
-                        let done = self.test::<L, A, APEX>(block, groups, &mut active, beam);
+                        let done = self.test::<L, A, APEX>(scene, block, groups, &mut active, beam);
                         if done {
                             return;
                         }
                     }
                     Kind::Spheres => {
                         let block = &bvh.spheres[child.index()];
-                        if self.test_spheres::<L::Queue, A>(block, groups, &mut active) {
+                        if self.test_spheres::<L::Queue, A>(scene, block, groups, &mut active) {
                             return;
                         }
                     }
                     Kind::Instance => {
-                        self.leave_to_single::<L, A>(bvh, child, groups, &mut active, keys);
+                        self.leave_to_single::<L, A>(scene, child, groups, &mut active, keys);
                         if active.groups == 0 {
                             return;
                         }
@@ -274,6 +264,7 @@ impl Packet {
     #[inline(always)]
     fn test<L: Lanes, A: Answers, const APEX: bool>(
         &mut self,
+        scene: Scene,
         block: &TriangleBlock,
         groups: u32,
         active: &mut Active,
@@ -297,7 +288,7 @@ impl Packet {
             let todo = groups & active.groups;
             for group in Bits(todo) {
                 let group = group % GROUPS;
-                self.test_one::<L::Queue, A, APEX>(block, place, &corners, group, active, beam);
+                self.test_one::<L::Queue, A, APEX>(scene, (block, place), &corners, group, active, beam);
             }
             if A::ANY && active.groups == 0 {
                 return true;
@@ -310,8 +301,8 @@ impl Packet {
     #[inline(always)]
     fn test_one<F: Float, A: Answers, const APEX: bool>(
         &mut self,
-        block: &TriangleBlock,
-        place: usize,
+        scene: Scene,
+        (block, place): (&TriangleBlock, usize),
         corners: &[[[f32; BLOCK]; 3]; 3],
         group: usize,
         active: &mut Active,
@@ -340,7 +331,7 @@ impl Packet {
         let exact = OfGroup { rays: &self.rays, group, block, place };
         let hits = triangle::intersect_rays(seen, &shear, &asked, &exact);
         if hits.mask.any() {
-            self.take::<F, A>(&hits, block.primitive[place], group, active);
+            self.take::<F, A>(&hits, Candidate::triangle(Word(block.words[place])), group, active, scene);
         }
     }
 
@@ -348,12 +339,13 @@ impl Packet {
     #[inline(always)]
     fn test_spheres<F: Float, A: Answers>(
         &mut self,
+        scene: Scene,
         block: &SphereBlock,
         groups: u32,
         active: &mut Active,
     ) -> bool {
-        for (place, primitive) in block.primitive.into_iter().enumerate() {
-            if primitive == NONE {
+        for (place, word) in block.words.into_iter().enumerate() {
+            if !Word(word).is_used() {
                 break;
             }
             for group in Bits(groups & active.groups) {
@@ -363,7 +355,8 @@ impl Packet {
                 let lanes = F::Mask::from_bits(active.lanes[group]);
                 let hits = sphere::intersect_rays(block.sphere(place), origin, direction, t_min, lanes);
                 if hits.mask.any() {
-                    self.take::<F, A>(&hits, primitive, group, active);
+                    let candidate = Candidate::sphere(Word(word));
+                    self.take::<F, A>(&hits, candidate, group, active, scene);
                 }
             }
         }
@@ -375,16 +368,18 @@ impl Packet {
     fn take<F: Float, A: Answers>(
         &mut self,
         hits: &BlockHits<F>,
-        primitive: u32,
+        candidate: Candidate,
         group: usize,
         active: &mut Active,
+        scene: Scene,
     ) {
         let at = group * F::WIDTH;
         let (near, best) = (F::load(&self.near.0[at..]), F::load(&self.rays.t.0[at..]));
         let t_min = F::load(&self.rays.t_min.0[at..]);
-        let id = F::Int::splat(primitive);
+        let id = F::Int::splat(candidate.id);
         let before = (best, F::Int::load(&self.rays.primitive.0[at..]));
-        let (t, better) = better_in_lanes(hits, id, near, t_min, before);
+        let of_group = InGroup { first: scene.asker, at };
+        let (t, better) = better_in_lanes(hits, candidate, near, t_min, before, &of_group);
         if !better.any() {
             return;
         }
@@ -407,7 +402,7 @@ impl Packet {
     #[inline(always)]
     fn leave_to_single<L: Lanes, A: Answers>(
         &mut self,
-        bvh: &Bvh,
+        scene: Scene,
         child: Child,
         groups: u32,
         active: &mut Active,
@@ -418,7 +413,8 @@ impl Packet {
             let lanes = active.lanes[group];
             for lane in Bits(lanes) {
                 let i = (group * L::Queue::WIDTH + lane) % RAYS;
-                if self.near.0[i] >= 0.0 && self.single::<L, A>(bvh, i, key(self.near.0[i], child.0), keys) {
+                if self.near.0[i] >= 0.0 && self.single::<L, A>(scene, i, key(self.near.0[i], child.0), keys)
+                {
                     active.remove(group, 1 << lane);
                 }
             }
@@ -427,7 +423,13 @@ impl Packet {
 
     /// What goes its own way.
     #[inline(always)]
-    fn one_by_one<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rest: Active, width: usize, keys: &mut Keys) {
+    fn one_by_one<L: Lanes, A: Answers>(
+        &mut self,
+        scene: Scene,
+        rest: Active,
+        width: usize,
+        keys: &mut Keys,
+    ) {
         let groups = rest.groups;
         for group in Bits(groups) {
             let group = group % GROUPS;
@@ -435,8 +437,8 @@ impl Packet {
             for lane in Bits(lanes) {
                 let i = (group * width + lane) % RAYS;
                 let ray = self.rays.ray(i);
-                if let Some(start) = traverse::start(bvh, &ray, &Slabs::new(&ray)) {
-                    self.single::<L, A>(bvh, i, start, keys);
+                if let Some(start) = traverse::start(scene.bvh, &ray, &Slabs::new(&ray)) {
+                    self.single::<L, A>(scene, i, start, keys);
                 }
             }
         }
@@ -444,7 +446,7 @@ impl Packet {
 
     /// One ray through a part of the tree; whether it is done, since any hit will do.
     #[inline(always)]
-    fn single<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, i: usize, start: u64, keys: &mut Keys) -> bool {
+    fn single<L: Lanes, A: Answers>(&mut self, scene: Scene, i: usize, start: u64, keys: &mut Keys) -> bool {
         let mut best = Hit {
             t: self.rays.t.0[i],
             u: self.rays.u.0[i],
@@ -453,7 +455,9 @@ impl Packet {
             instance: self.rays.instance.0[i],
         };
         let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);
-        let done = L::apart(Part { bvh, ray, start, keys, best: &mut best, answers });
+        let Scene { bvh, asker } = scene;
+        let asker = asker.after(i);
+        let done = L::outlined(Subtree { bvh, ray, asker, start, keys, best: &mut best, answers });
         (self.rays.t.0[i], self.rays.u.0[i], self.rays.v.0[i]) =
             (if done { -1.0 } else { best.t }, best.u, best.v);
         (self.rays.primitive.0[i], self.rays.instance.0[i]) = (best.primitive, best.instance);

@@ -3,7 +3,8 @@
 use super::super::Rays;
 use super::super::answers::Answers;
 use super::super::layout::{Child, Kind, SphereBlock, TriangleBlock};
-use super::super::leaf::{self, Best, Visit};
+use super::super::leaf::{self, Askers, Best, Visit};
+use super::super::presence::{Asker, Candidate, Word};
 use super::super::sphere;
 use super::super::triangle::{self, Asked, BlockHits, Exact, ExactRays, Shear};
 use super::super::ways::OCTANTS;
@@ -62,8 +63,8 @@ impl<F: Float> AtLeaf<F> {
     fn meet_triangles<A: Answers>(&mut self, block: &TriangleBlock, scene: Scene, rows: &[Quad]) {
         let axes = Shear::AXES[scene.way / OCTANTS];
         let origin = [self.origin[axes[0]], self.origin[axes[1]], self.origin[axes[2]]];
-        for (place, primitive) in block.primitive.into_iter().enumerate() {
-            if primitive == NONE {
+        for (place, word) in block.words.into_iter().enumerate() {
+            if !Word(word).is_used() {
                 break;
             }
             let mut corners = [[0.0; 3]; 3];
@@ -76,7 +77,7 @@ impl<F: Float> AtLeaf<F> {
             let asked = Asked { lanes: self.entered, t_min: self.t_min, t_max: self.best.t };
             let exact = OfRows { rows, ids: &self.ids, rays: scene.rays, block, place };
             let hits = triangle::intersect_rays(seen, &self.shear, &asked, &exact);
-            self.take::<A>(&hits, primitive);
+            self.take::<A>(&hits, Candidate::triangle(Word(word)), scene, rows);
         }
     }
 
@@ -88,20 +89,22 @@ impl<F: Float> AtLeaf<F> {
         for (direction, column) in direction.iter_mut().zip(scene.rays.direction) {
             *direction = F::gather(column, queued.to_bits(), self.entered);
         }
-        for (place, primitive) in block.primitive.into_iter().enumerate() {
-            if primitive == NONE {
+        for (place, word) in block.words.into_iter().enumerate() {
+            if !Word(word).is_used() {
                 break;
             }
             let placed = block.sphere(place);
             let hits = sphere::intersect_rays(placed, self.origin, direction, self.t_min, self.entered);
-            self.take::<A>(&hits, primitive);
+            self.take::<A>(&hits, Candidate::sphere(Word(word)), scene, rows);
         }
     }
 
     #[inline(always)]
-    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, primitive: u32) {
+    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, candidate: Candidate, scene: Scene, rows: &[Quad]) {
         if hits.mask.any() {
-            self.found = self.found | self.best.take::<A>(hits, primitive, self.near, self.t_min);
+            let askers = Listed { rays: scene.rays, rows, ids: &self.ids };
+            let taken = self.best.take::<A>(hits, candidate, self.near, self.t_min, &askers);
+            self.found = self.found | taken;
         }
     }
 
@@ -158,7 +161,8 @@ impl Walk {
         let axes = Shear::AXES[way / OCTANTS];
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
-            let visit = Visit { near: Float::max(*near, row[1][3]), t_min: row[1][3], instance: NONE };
+            let (near, t_min) = (Float::max(*near, row[1][3]), row[1][3]);
+            let visit = Visit::new(bvh, near, t_min, NONE, asker(rays, row));
             if visit.near > row[0][3] {
                 continue;
             }
@@ -173,6 +177,25 @@ impl Walk {
                 put_best(row, &hit);
             }
         }
+    }
+}
+
+/// What the ray of a row asks by.
+#[inline(always)]
+pub(super) fn asker<'a>(rays: &Rays<'a>, row: &[Quad]) -> Asker<'a> {
+    rays.asker(row[3][3].to_bits() as usize)
+}
+
+/// Rays of a list that can ask.
+struct Listed<'a> {
+    rays: &'a Rays<'a>,
+    rows: &'a [Quad],
+    ids: &'a [u32; LANES],
+}
+
+impl Askers for Listed<'_> {
+    fn asker(&self, lane: usize) -> Asker<'_> {
+        asker(self.rays, &self.rows[ROW * self.ids[lane] as usize..])
     }
 }
 

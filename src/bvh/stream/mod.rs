@@ -21,10 +21,10 @@ use std::marker::PhantomData;
 use super::Rays;
 use super::answers::Answers;
 use super::layout::{Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
-use super::traverse::{Keys, Part};
+use super::traverse::{Keys, Subtree};
 use super::ways::{OCTANTS, Ways, starts};
 use crate::simd::sixteen::key;
-use crate::simd::{Float, Int, Lanes, Mask};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
 /// The most rays that are sorted at once.
@@ -81,6 +81,24 @@ pub(super) struct Stream {
     walk: Walk,
 }
 
+/// [`Stream::trace`].
+pub(super) struct Query<'a, 'r, A> {
+    pub stream: &'a mut Stream,
+    pub bvh: &'a Bvh,
+    pub rays: &'a Rays<'r>,
+    pub ways: &'a mut Ways,
+    pub keys: &'a mut Keys,
+    pub answers: &'a mut A,
+}
+
+impl<A: Answers> Kernel for Query<'_, '_, A> {
+    type Output = Density;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Density {
+        self.stream.trace::<L, A>(self.bvh, self.rays, self.ways, self.keys, self.answers)
+    }
+}
+
 /// Where a walk is.
 #[derive(Default)]
 struct Walk {
@@ -106,7 +124,7 @@ struct Scene<'a> {
 impl Stream {
     /// Answers at most [`RAYS`] rays.
     #[inline(always)]
-    pub fn trace<L: Lanes, A: Answers>(
+    fn trace<L: Lanes, A: Answers>(
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
@@ -323,9 +341,10 @@ impl Walk {
             }
             let mut hit = best(row);
             let ray = rays.get(row[3][3].to_bits() as usize);
-            let found = L::apart(Part {
+            let found = L::outlined(Subtree {
                 bvh,
                 ray: &ray,
+                asker: leaves::asker(rays, row),
                 start: key(near, child.0),
                 keys: &mut *keys,
                 best: &mut hit,

@@ -184,3 +184,37 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// The front of a triangle is where its corners go around counter-clockwise, in whatever space.
+    #[test]
+    fn a_triangle_has_its_front_where_its_corners_say(seed: u64, mirrored: bool) {
+        let mut random = Stream::new(seed);
+        let corners = [(); 3].map(|()| point(&mut random, 2.0));
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let ray = towards(point(&mut random, 6.0), (corners[0] + corners[1] + corners[2]) / 3.0);
+        let direction = Vec3::new(ray.direction.x, ray.direction.y, ray.direction.z);
+        prop_assume!(normal.normalize().dot(direction).abs() > 1e-3);
+        let mut soup = Soup::default();
+        soup.push_triangle(corners.map(|corner| corner.to_array()));
+        if mirrored {
+            // The same triangle, placed by a mirror.
+            soup.positions.iter_mut().for_each(|position| position[0] = -position[0]);
+            soup.placed = vec![DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))];
+        } else {
+            soup.world = [1, 0];
+        }
+        let mut bvh = soup.build();
+        // A mirror turns corners around, but not the sides of what they bound.
+        let front = (normal.dot(direction) < 0.0) != mirrored;
+        for (presence, met) in [(Presence::Front, front), (Presence::Back, !front), (Presence::Always, true)] {
+            bvh.set_presence(|_| presence, &[]);
+            for (level, way) in all_kernels() {
+                let (hits, occluded) = trace_as(way, level, &bvh, &[ray]);
+                prop_assert_eq!((!hits[0].is_miss(), occluded[0] == 1), (met, met));
+            }
+        }
+    }
+}

@@ -6,15 +6,19 @@ mod kernels;
 mod oracle;
 mod watertight;
 
+use std::num::Wrapping;
+
 use glam::{DAffine3, DQuat, DVec3};
 use proptest::prelude::*;
 use rand::RngExt;
 
 use self::oracle::{bracket, oracle};
 use super::layout::Instance;
+use super::presence::Word;
 use super::*;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
 use crate::sampling::Stream;
+use crate::sampling::hash::combine;
 use crate::simd::Level;
 
 /// Geometry, what of it is in the world and what in the one subtree, and where that is placed.
@@ -77,6 +81,17 @@ fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
     ray(from, way.try_normalize().unwrap_or(DVec3::X).as_vec3(), 0.0, f32::INFINITY)
 }
 
+/// Half of what is asked for is there.
+struct Riddle;
+
+impl Surfaces for Riddle {
+    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+        let Hit { primitive, instance, .. } = crossing.hit;
+        let numbers = [ray as u32, primitive, instance, crossing.front as u32].map(Wrapping);
+        numbers.into_iter().reduce(combine).is_some_and(|hash| hash.0 & 1 == 0)
+    }
+}
+
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     trace_as(Way { coherence: Coherence::Unknown, streams: true }, level, bvh, rays)
@@ -108,7 +123,8 @@ fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> 
         column(|r| r.t_max),
     ];
     let [ox, oy, oz, dx, dy, dz, t_min, t_max] = &columns;
-    let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max };
+    let asker = Asker::new(&Riddle, 0);
+    let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, asker };
     let n = rays.len();
     let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let (mut primitive, mut instance) = (vec![0; n], vec![0; n]);
@@ -124,12 +140,21 @@ fn bits(hit: &Hit) -> [u32; 5] {
     [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive, hit.instance]
 }
 
-/// Every level gives the oracle's answer to the last bit.
+/// Every level gives the oracle's answer to the last bit: where all is there, and where much is not.
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
-    let bvh = soup.build();
-    let expected: Vec<Hit> = rays.iter().map(|ray| oracle(&bvh, ray)).collect();
+    let mut bvh = soup.build();
+    agree_in(&bvh, rays);
+    let all = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
+    let of = |id: u32| all[combine(Wrapping(id), Wrapping(5)).0 as usize % 4];
+    let given = |i: usize| [None, Some(Presence::Front), Some(Presence::Asked)][i % 3];
+    bvh.set_presence(of, &(0..soup.placed.len()).map(given).collect::<Vec<_>>());
+    agree_in(&bvh, rays);
+}
+
+fn agree_in(bvh: &Bvh, rays: &[Ray<f32>]) {
+    let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle(bvh, ray, i)).collect();
     for (level, way) in all_kernels() {
-        let (hits, occluded) = trace_as(way, level, &bvh, rays);
+        let (hits, occluded) = trace_as(way, level, bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
@@ -416,11 +441,11 @@ fn words(bvh: &Bvh) -> Vec<u32> {
     }
     for block in &bvh.triangles {
         words.extend(block.vertex.as_flattened().as_flattened().iter().map(|c| c.to_bits()));
-        words.extend(block.primitive);
+        words.extend(block.words);
     }
     for block in &bvh.spheres {
         words.extend(block.center.as_flattened().iter().chain(&block.radius).map(|c| c.to_bits()));
-        words.extend(block.primitive);
+        words.extend(block.words);
     }
     words.push(bvh.root.map_or(NONE, |root| root.child.0));
     words

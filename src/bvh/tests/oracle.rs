@@ -2,10 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{Soup, ray};
+use super::{Riddle, Soup, ray};
 use crate::bvh::layout::{Child, Kind, PADDING};
+use crate::bvh::presence::{Crossing, Presence, Surfaces, Word};
 use crate::bvh::triangle::{self, Asked, Shear};
-use crate::bvh::{Bvh, sphere};
+use crate::bvh::{Bvh, SPHERE, sphere};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
 /// Where a ray enters a box, whether or not it does.
@@ -22,8 +23,9 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
     near
 }
 
-/// The documented answer: the least (max(t, entry), primitive, instance) of all primitives.
-pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
+/// The documented answer: the least (max(t, entry), primitive, instance) of all primitives that are
+/// there for the ray of a number.
+pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
     let everywhere = Asked::between(f32::NEG_INFINITY, f32::INFINITY);
@@ -39,14 +41,29 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
                 ray(Vec3::from_array(point), Vec3::from_array(direction), world.t_min, world.t_max)
             }
         };
-        let mut consider = |hits: triangle::BlockHits<f32>, primitive: u32| {
-            let t = if hits.t > near { hits.t } else { near };
-            let key = |h: &Hit| (h.primitive, h.instance);
-            let found = Hit { t, u: hits.u, v: hits.v, primitive, instance };
-            // What was raised is not what must be beyond t_min.
-            let counts = hits.mask && hits.t > world.t_min && t <= world.t_max;
-            if counts && (best.is_miss() || t < best.t || (t == best.t && key(&found) < key(&best))) {
-                best = found;
+        let given = bvh.instances.get(instance as usize).and_then(|instance| instance.presence);
+        let mut consider = |hits: triangle::BlockHits<f32>, word: u32, flag: u32| {
+            let word = Word(word);
+            // Where a ray enters a sphere, and where it leaves it.
+            let twice = hits.side > 0.0 && hits.far > hits.t;
+            for (t, front) in [(hits.t, hits.side > 0.0), (if twice { hits.far } else { f32::NAN }, false)] {
+                let key = |h: &Hit| (h.primitive, h.instance);
+                let raised = if t > near { t } else { near };
+                let primitive = word.number() | flag;
+                let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
+                // What was raised is not what must be beyond t_min.
+                let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
+                let there = match given.unwrap_or(word.presence()) {
+                    Presence::Always => true,
+                    Presence::Front => front,
+                    Presence::Back => !front,
+                    Presence::Asked => Riddle.is_there(number, &Crossing { hit: found, front }),
+                };
+                let better =
+                    best.is_miss() || raised < best.t || (raised == best.t && key(&found) < key(&best));
+                if counts && there && better {
+                    best = found;
+                }
             }
         };
         match child.kind() {
@@ -62,14 +79,15 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>) -> Hit {
                 for lane in 0..8 {
                     consider(
                         triangle::intersect(block, lane, &local, &Shear::new(&local), &everywhere),
-                        block.primitive[lane],
+                        block.words[lane],
+                        0,
                     );
                 }
             }
             Kind::Spheres => {
                 let block = &bvh.spheres[child.index()];
                 for lane in 0..8 {
-                    consider(sphere::intersect(block, lane, &local), block.primitive[lane]);
+                    consider(sphere::intersect(block, lane, &local), block.words[lane], SPHERE);
                 }
             }
             Kind::Instance => {

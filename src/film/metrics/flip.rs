@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::plane::{Plane, gaussian, normalised};
+use super::raster::{Raster, gaussian, normalised};
 use crate::math::{DMat3, DVec3, Rgb};
 
 /// The paper's viewer: 0.7 m from a screen 0.7 m and 3,840 pixels wide.
@@ -69,19 +69,19 @@ struct Seen {
 impl Seen {
     fn new(space: &Space, width: usize, pixels: &[Rgb]) -> Seen {
         let opponent: Vec<Triple> = pixels.iter().map(|pixel| space.opponent(pixel)).collect();
-        let planes = [0, 1, 2].map(|i| Plane::new(width, &opponent, |pixel| pixel[i]));
+        let planes = [0, 1, 2].map(|i| Raster::new(width, &opponent, |pixel| pixel[i]));
         let [y, cx, cz] = [0, 1, 2].map(|i| sensed(&planes[i], SENSITIVITY[i]));
         let color = (0..pixels.len())
             .map(|i| space.hunt(space.light([y.values[i], cx.values[i], cz.values[i]])))
             .collect();
         // Features are looked for in lightness from 0 to 1.
-        let lightness = Plane::new(width, &planes[0].values, |y| (y + 16.0) / 116.0);
+        let lightness = Raster::new(width, &planes[0].values, |y| (y + 16.0) / 116.0);
         Seen { color, edges: features(&lightness, edge_weights), points: features(&lightness, point_weights) }
     }
 }
 
 /// What remains of a component at the distance of the viewer.
-fn sensed(plane: &Plane, gaussians: &[(f64, f64)]) -> Plane {
+fn sensed(plane: &Raster, gaussians: &[(f64, f64)]) -> Raster {
     // All components reach as far as the widest: 3 σ.
     let sigma = |b: f64| (b / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma(0.04)).ceil() as usize;
@@ -102,7 +102,7 @@ fn sensed(plane: &Plane, gaussians: &[(f64, f64)]) -> Plane {
 }
 
 /// The strength of what a pair of detectors, along rows and along columns, finds.
-fn features(lightness: &Plane, detector: impl Fn(f64, usize) -> Vec<f64>) -> Vec<f64> {
+fn features(lightness: &Raster, detector: impl Fn(f64, usize) -> Vec<f64>) -> Vec<f64> {
     let sigma = 0.5 * FEATURE_WIDTH * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma).ceil() as usize;
     let (weights, blur) = (detector(sigma, radius), normalised(&gaussian(sigma, radius)));

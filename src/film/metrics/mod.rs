@@ -5,12 +5,12 @@
 
 pub mod colormap;
 mod flip;
-mod plane;
+mod raster;
 mod ssim;
 
 use super::tonemap::srgb_encode;
 use crate::math::Rgb;
-use plane::Plane;
+use raster::Raster;
 
 /// Light above this counts as this in the relative error, so that a few very bright pixels do
 /// not outweigh all others.
@@ -81,8 +81,8 @@ fn mean_square(a: &[Rgb], b: &[Rgb], error: impl Fn(f64, f64) -> f64) -> f64 {
 }
 
 /// What grey the eye sees, encoded.
-fn luma(width: usize, shown: &[Rgb]) -> Plane {
-    Plane::new(width, shown, |pixel| f64::from(pixel.map(srgb_encode).luminance()))
+fn luma(width: usize, shown: &[Rgb]) -> Raster {
+    Raster::new(width, shown, |pixel| f64::from(pixel.map(srgb_encode).luminance()))
 }
 
 fn ratios(image: &[Rgb], reference: &[Rgb]) -> [f64; 3] {

@@ -3,7 +3,7 @@
 //!
 //! The crates that there are work on 8 bits in blocks of 8 × 8 pixels, not with the paper's window.
 
-use super::plane::{Plane, gaussian, normalised};
+use super::raster::{Raster, gaussian, normalised};
 
 /// The paper's window.
 const RADIUS: usize = 5;
@@ -14,9 +14,9 @@ const C2: f64 = 0.03 * 0.03;
 
 /// The mean over all windows that lie within the image (over all pixels where none does): 1 for
 /// equal images, less for others. Values are encoded for the eye, 0 to 1.
-pub(super) fn mean(a: &Plane, b: &Plane) -> f64 {
+pub(super) fn mean(a: &Raster, b: &Raster) -> f64 {
     let window = normalised(&gaussian(SIGMA, RADIUS));
-    let blurred = |plane: &Plane| plane.filtered(&window, &window);
+    let blurred = |plane: &Raster| plane.filtered(&window, &window);
     let (mean_a, mean_b) = (blurred(a), blurred(b));
     let (aa, bb, ab) = (
         blurred(&a.zip(a, |x, y| x * y)),
@@ -44,9 +44,9 @@ pub(super) fn mean(a: &Plane, b: &Plane) -> f64 {
 mod tests {
     use super::*;
 
-    fn plane(value: impl Fn(usize) -> f64) -> Plane {
+    fn plane(value: impl Fn(usize) -> f64) -> Raster {
         let pixels: Vec<usize> = (0..24 * 20).collect();
-        Plane::new(24, &pixels, |i| value(*i))
+        Raster::new(24, &pixels, |i| value(*i))
     }
 
     #[test]

@@ -56,7 +56,7 @@ use super::LoadOptions;
 use super::names::Names;
 use crate::error::{LoadError, did_you_mean};
 use crate::math::{Aabb, DAffine3};
-use crate::world::{Assets, Camera, Light, MeshId, Parent, Placed, Shape, Transform, World};
+use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
 
 /// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
 #[derive(Debug)]
@@ -203,7 +203,7 @@ impl Model {
             builder.add(node.transform);
             let parent = node.parent.and_then(|place| entities.get(place).copied()).or(parent);
             if let Some(parent) = parent {
-                builder.add_bundle((Parent(parent), Placed));
+                builder.add(Parent(parent));
             }
             if let Some(name) = &node.name {
                 builder.add(names.unique(name));
@@ -217,7 +217,11 @@ impl Model {
             if let Some(camera) = node.camera {
                 builder.add(camera);
             }
-            entities.push(world.entities.spawn(builder.build()));
+            let entity = world.entities.spawn(builder.build());
+            if parent.is_some() {
+                world.mark_placed(entity);
+            }
+            entities.push(entity);
         }
     }
 }

@@ -5,15 +5,15 @@ use std::num::Wrapping;
 use std::ops::Range;
 
 use super::Todo;
-use super::queue::{Columns, HitQueue, PADDING, PathQueue};
+use super::queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
 use super::stages::Generate;
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Features, FirstHit, Gathering, Region};
+use crate::integrator::Frame;
 use crate::integrator::path::{Path, unpack_pixel};
-use crate::integrator::{Frame, path_tracing};
-use crate::math::{Color, NONE, Rgb, Vector};
-use crate::shading::principled::Spot;
-use crate::shading::{HitLanes, Shaded, Surface};
+use crate::math::{NONE, Rgb, Vector};
+use crate::shading::classic::Shaded;
+use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
 
@@ -21,12 +21,10 @@ use crate::world::Transport;
 pub struct FirstHits {
     paths: PathQueue,
     hits: HitQueue,
-    /// The place in the wave at which each path began.
-    places: Vec<u32>,
     found: Vec<Option<FirstHit>>,
     pixels: Vec<u32>,
     samples: Vec<u32>,
-    t_max: Vec<f32>,
+    ends: Ends,
     stack: Stack,
 }
 
@@ -37,11 +35,10 @@ impl FirstHits {
         Self {
             paths: PathQueue(Columns::new(capacity)),
             hits: HitQueue(Columns::new(capacity)),
-            places: vec![0; capacity],
             found: vec![None; capacity],
             pixels: vec![0; capacity + PADDING],
             samples: vec![0; capacity + PADDING],
-            t_max: vec![f32::INFINITY; capacity],
+            ends: Ends::new(capacity + PADDING),
             stack: Stack::new(&frame.scene.bvh),
         }
     }
@@ -74,66 +71,39 @@ impl FirstHits {
         self.paths.0.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
         dispatch(level, Generate { frame, pixels, samples, count, out });
-        self.found[..count].fill(None);
-        (0..count).for_each(|at| self.places[at] = at as u32);
-        while !self.paths.0.is_empty() {
-            let count = self.paths.0.len();
-            let (rays, hits) = (self.paths.rays(&self.t_max), self.hits.columns(count));
-            bvh::closest(level, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
-            let mut kept = 0;
-            for at in 0..count {
-                let (path, hit) = (self.paths.load::<f32>(at), self.hits.load::<f32>(at));
-                if hit.primitive == Wrapping(NONE) {
-                    continue;
-                }
-                let found = look_up(frame, &path, &hit);
-                self.found[self.places[at] as usize] = found;
-                if found.is_none() {
-                    // In place: what is written lies at or before what has been read.
-                    let onward = Path { t_min: hit.t, ..path };
-                    self.paths.store(kept, true, &onward, Wrapping(NONE));
-                    self.places[kept] = self.places[at];
-                    kept += 1;
-                }
-            }
-            self.paths.0.set_len(kept);
+        let surfaces = OfPaths { frame, paths: &self.paths };
+        let (rays, hits) = (self.paths.rays(&self.ends, &surfaces), self.hits.columns(count));
+        bvh::closest(level, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        for at in 0..count {
+            let (path, hit) = (self.paths.load::<f32>(at), self.hits.load::<f32>(at));
+            self.found[at] = (hit.primitive != Wrapping(NONE)).then(|| look_up(frame, &path, &hit));
         }
     }
 }
 
-/// A hit as the transport sees it; none where the surface is not there for this sample.
-fn look_up(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>) -> Option<FirstHit> {
+/// A hit as the transport sees it.
+fn look_up(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstHit {
     let scene = &frame.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
+    let (material, width) = (surface.material.0, path.width + path.spread * hit.t);
     let (normal, albedo) = match frame.transport {
         Transport::Whitted => {
-            let shaded = Shaded::new(&scene.materials, &scene.textures, &surface, true);
-            (surface.normal, shaded.diffuse)
+            let shaded = Shaded::new(scene, hit, &surface, path.direction, width, true);
+            (shaded.normal, shaded.model.diffuse)
         }
-        Transport::Path => principled(frame, path, hit, &surface)?,
+        Transport::Path => {
+            let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, true);
+            (point.normal(), point.base_color())
+        }
     };
     let camera = &scene.camera;
     let from_camera = surface.position - Vector::splat(camera.origin);
-    Some(FirstHit {
+    FirstHit {
         depth_m: from_camera.dot(Vector::splat(camera.forward)),
         normal: [normal.x, normal.y, normal.z],
         albedo: Rgb::new(albedo.r, albedo.g, albedo.b),
         position: [surface.position.x, surface.position.y, surface.position.z],
         entity: scene.geometry.entity_of(hit.primitive.0, hit.instance.0),
-        material: surface.material.0,
-    })
-}
-
-/// Shading normal and base colour under the path transport.
-fn principled(
-    frame: &Frame,
-    path: &Path<f32>,
-    hit: &HitLanes<f32>,
-    surface: &Surface<f32>,
-) -> Option<(Vector<f32>, Color<f32>)> {
-    let width = path.width + path.spread * hit.t;
-    let material = surface.material.0;
-    let spot = Spot::new(&frame.scene, material, hit, surface, path.direction, width, true);
-    let passes = path_tracing::passing(frame, path, hit, &spot, true);
-    (!passes).then(|| (spot.normal(), spot.base_color()))
+        material,
+    }
 }

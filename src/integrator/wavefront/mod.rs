@@ -12,8 +12,8 @@
 pub mod first_hits;
 mod path_stages;
 pub mod queue;
+mod reports;
 mod stages;
-mod tell;
 
 use std::ops::Range;
 use std::time::Instant;
@@ -27,8 +27,8 @@ use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
-use path_stages::{Groups, PassShadows, ShadePaths};
-use queue::{Columns, HitQueue, PADDING, PathQueue, ShadowQueue, VertexQueue};
+use path_stages::{Groups, ShadePaths};
+use queue::{Columns, Ends, HitQueue, OfPaths, OfShadows, PADDING, PathQueue, ShadowQueue, VertexQueue};
 use stages::{Generate, Light, Retire, Shade};
 
 /// A worker's queues, made once.
@@ -36,7 +36,6 @@ pub struct Wave {
     /// Paths of the wave.
     paths: PathQueue,
     hits: HitQueue,
-    shadow_hits: HitQueue,
     vertices: VertexQueue,
     reflect: PathQueue,
     refract: PathQueue,
@@ -48,7 +47,7 @@ pub struct Wave {
     pixels: Vec<u32>,
     samples: Vec<u32>,
     groups: Groups,
-    t_max: Vec<f32>,
+    ends: Ends,
     stack: Stack,
 }
 
@@ -60,7 +59,6 @@ impl Wave {
         Self {
             paths: PathQueue(Columns::new(capacity)),
             hits: HitQueue(Columns::new(capacity)),
-            shadow_hits: HitQueue(Columns::new(capacity)),
             vertices: VertexQueue(Columns::new(capacity)),
             reflect: PathQueue(Columns::new(capacity)),
             refract: PathQueue(Columns::new(capacity)),
@@ -70,21 +68,21 @@ impl Wave {
             occluded: integers(),
             pixels: integers(),
             samples: integers(),
-            groups: Groups::new(capacity, frame.scene.principled.len(), sorting),
-            t_max: vec![f32::INFINITY; capacity + PADDING],
+            groups: Groups::new(capacity, frame.scene.materials.len(), sorting),
+            ends: Ends::new(capacity + PADDING),
             stack: Stack::new(&frame.scene.bvh),
         }
     }
 
     /// Renders a range of samples of all the film's pixels.
-    pub fn render<O: Observer>(
+    pub fn render(
         &mut self,
         frame: &Frame,
         level: Level,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) {
         let mut todo = Todo::new(film.region(), samples);
         let mut clock = Clock { statistics, last: Instant::now(), observer };
@@ -94,40 +92,34 @@ impl Wave {
                 return;
             }
             let count = self.paths.0.len();
-            let rays = self.paths.rays(&self.t_max);
+            let surfaces = OfPaths { frame, paths: &self.paths };
+            let rays = self.paths.rays(&self.ends, &surfaces);
             let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
             bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
             clock.stage(Stage::Intersect);
-            self.tell_hits(level, clock.observer);
+            self.report_hits(level, clock.observer);
             let (paths, hits) = (&mut self.paths, &mut self.hits);
             dispatch(level, Retire { frame, paths, hits, film, observer: &mut *clock.observer });
             clock.stage(Stage::Retire);
             match frame.transport {
                 Transport::Whitted => {
                     self.shade(frame, level, &mut clock);
-                    self.tell_vertices(level, clock.observer);
+                    self.report_vertices(level, clock.observer);
                     self.lights(frame, level, &mut clock);
                 }
                 Transport::Path => {
                     self.shade_paths(frame, level, &mut clock);
-                    self.tell_paths(frame, level, clock.observer);
-                    self.pass_shadows(frame, level, &mut clock);
+                    self.report_paths(frame, level, clock.observer);
+                    self.shadows(frame, level, &mut clock);
                 }
             }
-            self.tell_ends(clock.observer);
+            self.report_ends(clock.observer);
             self.advance(film, &mut clock);
         }
     }
 
     /// New samples into the free places of the wave.
-    fn generate<O: Observer>(
-        &mut self,
-        frame: &Frame,
-        level: Level,
-        film: &mut Film,
-        todo: &mut Todo,
-        clock: &mut Clock<O>,
-    ) {
+    fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
         let room = self.paths.0.room();
         let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
@@ -140,7 +132,7 @@ impl Wave {
         clock.stage(Stage::Generate);
     }
 
-    fn shade<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
+    fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         let stage = Shade {
             frame,
             paths: &mut self.paths,
@@ -157,7 +149,7 @@ impl Wave {
     }
 
     /// The path transport's vertices, material by material.
-    fn shade_paths<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
+    fn shade_paths(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         self.groups.sort(self.hits.materials(self.paths.0.len()));
         let stage = ShadePaths {
             frame,
@@ -173,30 +165,10 @@ impl Wave {
         clock.stage(Stage::Shade);
     }
 
-    /// The path transport's shadow rays: where surfaces may not be there, each of those that are
-    /// met is looked at.
-    fn pass_shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
-        if !frame.scene.has_cutouts {
-            return self.shadows(frame, level, clock);
-        }
-        clock.statistics.rays.shadow += self.shadow.0.len() as u64;
-        let mut sent = self.sent::<O>();
-        while !self.shadow.0.is_empty() {
-            let count = self.shadow.0.len();
-            let (bvh, hits) = (&frame.scene.bvh, self.shadow_hits.columns(count));
-            bvh::closest(level, bvh, self.shadow.rays(), Coherence::Unknown, &mut self.stack, hits);
-            self.arrive::<O>(&mut sent);
-            let (paths, shadow) = (&mut self.paths, &mut self.shadow);
-            dispatch(level, PassShadows { frame, shadow, hits: &self.shadow_hits, paths });
-        }
-        self.tell_passed(level, &sent, clock.observer);
-        clock.stage(Stage::Shadow);
-    }
-
     /// All samples of all lights, light by light, as many to a shadow wave as fit.
-    fn lights<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
+    fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
-            for which in 0..frame.scene.lights[light].samples() {
+            for which in 0..frame.scene.lights[light].samples {
                 if self.shadow.0.room() < self.paths.0.len() {
                     self.shadows(frame, level, clock);
                 }
@@ -204,16 +176,17 @@ impl Wave {
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(level, Light { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
-                self.tell_lights(level, light, which, before, clock.observer);
+                self.report_lights(level, light, which, before, clock.observer);
             }
         }
         self.shadows(frame, level, clock);
     }
 
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    fn shadows<O: Observer>(&mut self, frame: &Frame, level: Level, clock: &mut Clock<O>) {
+    fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         let count = self.shadow.0.len();
-        let rays = self.shadow.rays();
+        let surfaces = OfShadows { frame, paths: &self.paths, shadow: &self.shadow };
+        let rays = self.shadow.rays(&self.ends, &surfaces);
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
         bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         let ([r, g, b], targets) = self.shadow.contributions();
@@ -227,13 +200,13 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
-        self.tell_shadows(frame, level, clock.observer);
+        self.report_shadows(frame, level, clock.observer);
         self.shadow.0.clear();
         clock.stage(Stage::Shadow);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.
-    fn advance<O: Observer>(&mut self, film: &mut Film, clock: &mut Clock<O>) {
+    fn advance(&mut self, film: &mut Film, clock: &mut Clock) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
         for i in 0..pixels.len() {
@@ -302,13 +275,13 @@ impl Todo {
 }
 
 /// Charges the time since the last stage to this one.
-struct Clock<'a, O> {
+struct Clock<'a> {
     statistics: &'a mut Statistics,
     last: Instant,
-    observer: &'a mut O,
+    observer: &'a mut dyn Observer,
 }
 
-impl<O: Observer> Clock<'_, O> {
+impl Clock<'_> {
     fn stage(&mut self, stage: Stage) {
         let now = Instant::now();
         self.statistics.stages[stage as usize] += now - self.last;

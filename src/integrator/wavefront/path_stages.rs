@@ -1,12 +1,9 @@
-//! Stages of the path transport: hits are shaded material by material, and shadow rays may meet
-//! what is not there.
+//! Stages of the path transport: hits are shaded material by material.
 
 use super::queue::{HitQueue, PathQueue, ShadowQueue};
 use super::stages::lanes;
-use crate::integrator::shadow::connect;
 use crate::integrator::{Frame, Sorting, path_tracing};
-use crate::math::{Color, NONE};
-use crate::shading::surface::material_of;
+use crate::math::Color;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
 /// Places of hits in the order in which they are shaded.
@@ -141,75 +138,5 @@ fn put_back<F: Float>(
         let place = at[lane] as usize;
         (to_r[place], to_g[place], to_b[place]) = (r[lane], g[lane], b[lane]);
         flags[place] = flag[lane];
-    }
-}
-
-/// Shadow rays that have met something: what goes on behind it closes ranks at the front.
-pub struct PassShadows<'a> {
-    /// The scene.
-    pub frame: &'a Frame,
-    /// Rays, in and out.
-    pub shadow: &'a mut ShadowQueue,
-    /// What they have met.
-    pub hits: &'a HitQueue,
-    /// Whose radiance gets what arrives.
-    pub paths: &'a mut PathQueue,
-}
-
-impl Kernel for PassShadows<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let (width, count) = (L::Queue::WIDTH, self.shadow.0.len());
-        let mut kept = 0;
-        for at in (0..count).step_by(width) {
-            let valid = lanes::<L::Queue>(count - at);
-            let (mut shadow, target) = self.shadow.load::<L::Queue>(at);
-            let hit = self.hits.load::<L::Queue>(at);
-            let geometry = &self.frame.scene.geometry;
-            let materials = material_of(geometry, &hit, valid);
-            let missed = valid & hit.primitive.eq(Int::splat(NONE));
-            if missed.any() {
-                arrive::<L::Queue>(self.paths, target, shadow.contribution, missed);
-            }
-            let mut todo = valid & !missed;
-            let mut goes_on = <L::Queue as Float>::Mask::from_bits(0);
-            while todo.any() {
-                let material = crate::shading::emitter::lane(materials, todo);
-                let same = todo & materials.eq(Int::splat(material));
-                let (left, passes) = path_tracing::shadow_hit(self.frame, &shadow, &hit, material, same);
-                shadow.contribution = Color::select(same, left, shadow.contribution);
-                goes_on = goes_on | passes;
-                todo = todo & !same;
-            }
-            shadow.ray.t_min = hit.t;
-            shadow.mask = goes_on;
-            // In place: what is written lies at or before what has been read.
-            self.shadow.store(kept, &shadow, target);
-            kept += goes_on.count();
-        }
-        self.shadow.0.set_len(kept);
-    }
-}
-
-/// Adds contributions where they belong. Every path has at most one shadow ray, so that the order
-/// does not matter.
-#[inline(always)]
-fn arrive<F: Float>(paths: &mut PathQueue, target: F::Int, contribution: Color<F>, mask: F::Mask) {
-    let mut at = [0; 16];
-    let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
-    target.store(&mut at);
-    contribution.r.store(&mut r);
-    contribution.g.store(&mut g);
-    contribution.b.store(&mut b);
-    let [to_r, to_g, to_b] = paths.radiance_mut();
-    let mut bits = mask.bits();
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits - 1;
-        let place = at[lane] as usize;
-        let so_far = Color::new(to_r[place], to_g[place], to_b[place]);
-        let sum = connect(so_far, Color::new(r[lane], g[lane], b[lane]));
-        (to_r[place], to_g[place], to_b[place]) = (sum.r, sum.g, sum.b);
     }
 }

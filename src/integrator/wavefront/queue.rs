@@ -2,8 +2,10 @@
 //! pack them directly. Columns are as long as the queue's capacity plus the widest lane
 //! count: kernels may write past the end of what is used, never past a column.
 
-use crate::bvh::{HitsMut, Rays};
+use crate::bvh::{Asker, Crossing, HitsMut, Rays, Surfaces};
+use crate::integrator::Frame;
 use crate::integrator::path::Path;
+use crate::integrator::presence::Traced;
 use crate::integrator::shadow::ShadowRay;
 use crate::math::{Color, Ray, Vector};
 use crate::shading::HitLanes;
@@ -126,19 +128,19 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
     Color::new(v.x, v.y, v.z)
 }
 
-/// Paths: origin, direction, throughput, radiance, density, beginning, width, spread; pixel,
+/// Paths: origin, direction, throughput, radiance, density, width, spread; pixel,
 /// sample, branch, depth, medium, source.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<16, 6>);
+pub struct PathQueue(pub Columns<15, 6>);
 
 /// Bytes of a path in its queue.
-pub const PATH_BYTES: usize = Columns::<16, 6>::ITEM;
+pub const PATH_BYTES: usize = Columns::<15, 6>::ITEM;
 /// Bytes of a hit.
 pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
 /// Bytes of a shadow ray.
-pub const SHADOW_BYTES: usize = Columns::<11, 1>::ITEM;
+pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM;
 /// Bytes of a vertex.
 pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
@@ -162,9 +164,8 @@ impl PathQueue {
             branch: q.integer(2, at),
             depth: q.integer(3, at),
             pdf: q.float(12, at),
-            t_min: q.float(13, at),
-            width: q.float(14, at),
-            spread: q.float(15, at),
+            width: q.float(13, at),
+            spread: q.float(14, at),
             medium: q.integer(4, at),
         }
     }
@@ -183,9 +184,8 @@ impl PathQueue {
             branch: F::Int::gather(&i[2], places, mask),
             depth: F::Int::gather(&i[3], places, mask),
             pdf: F::gather(&f[12], places, mask),
-            t_min: F::gather(&f[13], places, mask),
-            width: F::gather(&f[14], places, mask),
-            spread: F::gather(&f[15], places, mask),
+            width: F::gather(&f[13], places, mask),
+            spread: F::gather(&f[14], places, mask),
             medium: F::Int::gather(&i[4], places, mask),
         }
     }
@@ -194,24 +194,8 @@ impl PathQueue {
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
-        let floats = [
-            o.x,
-            o.y,
-            o.z,
-            d.x,
-            d.y,
-            d.z,
-            t.r,
-            t.g,
-            t.b,
-            r.r,
-            r.g,
-            r.b,
-            path.pdf,
-            path.t_min,
-            path.width,
-            path.spread,
-        ];
+        let floats =
+            [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.width, path.spread];
         let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, source];
         self.0.pack::<F>(at, mask, floats, integers);
     }
@@ -224,15 +208,16 @@ impl PathQueue {
         self.0.set_len(at + mask.count());
     }
 
-    /// The rays along which the paths go, with a column of their ends.
-    pub fn rays<'a>(&'a self, t_max: &'a [f32]) -> Rays<'a> {
+    /// The rays along which the paths go, with columns of where they begin and end.
+    pub fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfPaths) -> Rays<'a> {
         let n = self.0.length;
         let column = |i: usize| &self.0.floats[i][..n];
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
-            t_min: column(13),
-            t_max: &t_max[..n],
+            t_min: &ends.zero[..n],
+            t_max: &ends.infinity[..n],
+            asker: Asker::new(surfaces, 0),
         }
     }
 
@@ -334,8 +319,8 @@ impl HitQueue {
     }
 }
 
-/// Shadow rays: origin, direction, end, contribution, beginning; which hit they are for.
-pub struct ShadowQueue(pub Columns<11, 1>);
+/// Shadow rays: origin, direction, end, contribution; which hit they are for.
+pub struct ShadowQueue(pub Columns<10, 1>);
 
 impl ShadowQueue {
     /// Appends rays.
@@ -350,34 +335,20 @@ impl ShadowQueue {
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, shadow: &ShadowRay<F>, target: F::Int) {
         let (o, d, c) = (shadow.ray.origin, shadow.ray.direction, shadow.contribution);
-        let ray = &shadow.ray;
-        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, ray.t_max, c.r, c.g, c.b, ray.t_min];
+        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, shadow.ray.t_max, c.r, c.g, c.b];
         self.0.pack::<F>(at, shadow.mask, floats, [target]);
     }
 
-    /// The rays from `at` on, all of them valid, and which hits they are for.
-    #[inline(always)]
-    pub fn load<F: Float>(&self, at: usize) -> (ShadowRay<F>, F::Int) {
-        let q = &self.0;
-        let ray = Ray {
-            origin: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
-            direction: Vector::new(q.float(3, at), q.float(4, at), q.float(5, at)),
-            t_min: q.float(10, at),
-            t_max: q.float(6, at),
-        };
-        let contribution = Color::new(q.float(7, at), q.float(8, at), q.float(9, at));
-        (ShadowRay { ray, contribution, mask: F::Mask::first(F::WIDTH) }, q.integer(0, at))
-    }
-
-    /// The rays.
-    pub fn rays(&self) -> Rays<'_> {
+    /// The rays, with a column of where they begin.
+    pub fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfShadows) -> Rays<'a> {
         let n = self.0.length;
         let column = |i: usize| &self.0.floats[i][..n];
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
-            t_min: column(10),
+            t_min: &ends.zero[..n],
             t_max: column(6),
+            asker: Asker::new(surfaces, 0),
         }
     }
 
@@ -396,6 +367,55 @@ impl ShadowQueue {
     pub fn contributions(&self) -> ([&[f32]; 3], &[u32]) {
         let n = self.0.length;
         ([7, 8, 9].map(|i| &self.0.floats[i][..n]), &self.0.integers[0][..n])
+    }
+}
+
+/// Columns of where rays begin and end that begin at once and end nowhere.
+pub struct Ends {
+    zero: Vec<f32>,
+    infinity: Vec<f32>,
+}
+
+impl Ends {
+    /// For queues of a capacity.
+    pub fn new(capacity: usize) -> Self {
+        Self { zero: vec![0.0; capacity], infinity: vec![f32::INFINITY; capacity] }
+    }
+
+    /// Bytes of both.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.zero[..]) + size_of_val(&self.infinity[..])
+    }
+}
+
+/// What is there for the rays of paths.
+pub struct OfPaths<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// The paths.
+    pub paths: &'a PathQueue,
+}
+
+impl Surfaces for OfPaths<'_> {
+    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+        Traced { frame: self.frame, path: &self.paths.load(ray), shadow: None }.meets(crossing)
+    }
+}
+
+/// What is there for rays to lights.
+pub struct OfShadows<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Where the rays come from.
+    pub paths: &'a PathQueue,
+    /// The rays.
+    pub shadow: &'a ShadowQueue,
+}
+
+impl Surfaces for OfShadows<'_> {
+    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+        let path = &self.paths.load(self.shadow.0.integers[0][ray] as usize);
+        Traced { frame: self.frame, path, shadow: Some(self.shadow.ray(ray)) }.meets(crossing)
     }
 }
 

@@ -53,7 +53,7 @@ impl Kernel for Generate<'_> {
 }
 
 /// Misses to the film; hits close ranks at the front of both queues.
-pub struct Retire<'a, O> {
+pub struct Retire<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths, in and out.
@@ -63,10 +63,10 @@ pub struct Retire<'a, O> {
     /// Where misses end.
     pub film: &'a mut Film,
     /// Is told of them.
-    pub observer: &'a mut O,
+    pub observer: &'a mut dyn Observer,
 }
 
-impl<O: Observer> Kernel for Retire<'_, O> {
+impl Kernel for Retire<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -95,7 +95,7 @@ impl<O: Observer> Kernel for Retire<'_, O> {
                     bits &= bits - 1;
                     let (x, y) = unpack_pixel(pixel[lane]);
                     self.film.add(x, y, sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
-                    if O::LOOKS {
+                    if self.observer.looks() {
                         let path = self.paths.load::<f32>(at + lane);
                         let radiance = Color::new(r[lane], g[lane], b[lane]);
                         self.observer.report(&observe::end(&path, radiance));

@@ -3,7 +3,6 @@
 //! (Kulla and Conty 2017) so that a white surface in white surroundings stays white.
 
 use std::num::Wrapping;
-use std::sync::LazyLock;
 
 use super::ggx::Ggx;
 use crate::math::Vector;
@@ -20,12 +19,10 @@ const SAMPLES: u32 = 2048;
 /// Albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is
 /// F₀ · `straight` + F₉₀ · `grazing`: both at each roughness and cosine, and their means over the
 /// hemisphere.
-struct Table {
+pub struct Table {
     entries: Vec<f32>,
     means: Vec<f32>,
 }
-
-static TABLE: LazyLock<Table> = LazyLock::new(Table::new);
 
 /// Two parts of an albedo (see [`directional`]).
 #[derive(Clone, Copy)]
@@ -54,7 +51,11 @@ impl<F: Float> Albedo<F> {
 }
 
 impl Table {
-    fn new() -> Self {
+    /// Without entries.
+    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new() };
+
+    /// Takes about a quarter of a second.
+    pub(super) fn new() -> Self {
         let (mut entries, mut means) = (Vec::new(), Vec::new());
         for r in 0..ROUGHNESSES {
             let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
@@ -116,8 +117,8 @@ pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
 
 /// Albedo for a cosine to the normal at a roughness √α.
 #[inline(always)]
-pub fn directional<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
-    let table = &TABLE.entries[..];
+pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
+    let table = &table.entries[..];
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let first = (r * F::Int::splat(COSINES as u32) + c) * F::Int::splat(2);
@@ -130,10 +131,10 @@ pub fn directional<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> Albedo<F
 
 /// The same, averaged over the hemisphere with weight cos/π.
 #[inline(always)]
-pub fn average<F: Float>(roughness: F, mask: F::Mask) -> Albedo<F> {
+pub fn average<F: Float>(table: &Table, roughness: F, mask: F::Mask) -> Albedo<F> {
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let first = r * F::Int::splat(2);
-    entry(&TABLE.means, first, mask).mix(entry(&TABLE.means, first + F::Int::splat(2), mask), wr)
+    entry(&table.means, first, mask).mix(entry(&table.means, first + F::Int::splat(2), mask), wr)
 }
 
 #[inline(always)]

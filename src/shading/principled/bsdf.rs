@@ -11,8 +11,9 @@ use super::glass;
 use super::parameters::{Has, Parameters};
 use super::reflectance::{Reflectance, schlick};
 use super::sheen;
+use super::tables::LobeTables;
 use crate::math::{Color, Vector};
-use crate::simd::{Float, Mask, Part};
+use crate::simd::{Float, Mask, Outlined};
 
 const PI: f32 = std::f32::consts::PI;
 /// Narrower lobes than this are perfect mirrors.
@@ -22,6 +23,7 @@ pub const SMOOTH: f32 = 1e-3;
 pub struct Bsdf<F: Float> {
     pub(super) has: Has,
     pub(super) p: Parameters<F>,
+    pub(super) tables: LobeTables,
     /// To the viewer, in the frame.
     pub(super) wo: Vector<F>,
     /// Where the mirror lobe is a perfect mirror's.
@@ -52,7 +54,7 @@ pub struct Bsdf<F: Float> {
 impl<F: Float> Bsdf<F> {
     /// For light that leaves along `to_viewer`.
     #[inline(always)]
-    pub fn new(has: Has, p: Parameters<F>, to_viewer: Vector<F>, mask: F::Mask) -> Self {
+    pub fn new(has: Has, p: Parameters<F>, tables: LobeTables, to_viewer: Vector<F>, mask: F::Mask) -> Self {
         let (zero, one, black) = (F::zero(), F::one(), Color::black());
         let white = black.complement();
         let wo = p.frame.local(to_viewer);
@@ -61,6 +63,7 @@ impl<F: Float> Bsdf<F> {
         let mut bsdf = Self {
             has,
             p,
+            tables,
             wo,
             smooth: none,
             lambda: zero,
@@ -80,12 +83,12 @@ impl<F: Float> Bsdf<F> {
         if has.specular {
             bsdf.smooth = p.ggx.x.max(p.ggx.y).lt(F::splat(SMOOTH));
             bsdf.lambda = p.ggx.lambda(wo);
-            bsdf.own = albedo::directional(wo.z, p.roughness, mask);
-            bsdf.mean = albedo::average(p.roughness, mask);
+            bsdf.own = albedo::directional(tables.mirror, wo.z, p.roughness, mask);
+            bsdf.mean = albedo::average(tables.mirror, p.roughness, mask);
             bsdf.mirror_albedos(mask);
         }
         if has.solid && (mask & !bsdf.smooth).any() {
-            let gain = glass::gain(wo.z, p.roughness, p.eta, bsdf.own.whole(), mask);
+            let gain = glass::gain(tables.glass, wo.z, p.roughness, p.eta, bsdf.own.whole(), mask);
             bsdf.gain = if has.film { bsdf.gain_under_film(gain) } else { Color::grey(gain) };
         }
         bsdf.layers(to_viewer, mask);
@@ -99,7 +102,7 @@ impl<F: Float> Bsdf<F> {
         let one = F::one();
         if self.has.sheen {
             let sheen = &self.p.sheen;
-            let albedo = sheen::albedo(self.wo.z, sheen.roughness, mask);
+            let albedo = sheen::albedo(self.tables.sheen, self.wo.z, sheen.roughness, mask);
             self.below = self.below * (one - sheen.color.max_component() * albedo);
         }
         if self.has.coat {
@@ -116,7 +119,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn coat_albedo(&self, mask: F::Mask) -> F {
         let coat = &self.p.coat;
-        let own = albedo::directional(self.coat_wo.z, coat.roughness, mask);
+        let own = albedo::directional(self.tables.mirror, self.coat_wo.z, coat.roughness, mask);
         (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
     }
 
@@ -165,7 +168,7 @@ impl<F: Float> Bsdf<F> {
     /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
     #[inline(always)]
     pub fn evaluate(&self, direction: Vector<F>, mask: F::Mask) -> (Color<F>, F) {
-        F::apart(Evaluate { bsdf: self, direction, mask })
+        F::outlined(Evaluate { bsdf: self, direction, mask })
     }
 
     #[inline(always)]
@@ -201,7 +204,8 @@ impl<F: Float> Bsdf<F> {
             pdf = pdf + F::select(behind, density, zero);
         }
         if self.has.coat {
-            let (lobe, density) = self.coat(direction, front);
+            // Its own normals say where it reflects to, not those of what lies below.
+            let (lobe, density) = self.coat(direction, side.gt(zero));
             value = value + lobe;
             pdf = pdf + density * self.chance[4];
         }
@@ -223,7 +227,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
-        let other = albedo::directional(wi.z, p.roughness, mask);
+        let other = albedo::directional(self.tables.mirror, wi.z, p.roughness, mask);
         let incoming = if self.has.diffuse { self.left_by(&other) } else { Color::black() };
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
@@ -298,7 +302,7 @@ impl<F: Float> Bsdf<F> {
 
     /// The clear layer's mirror.
     #[inline(always)]
-    fn coat(&self, direction: Vector<F>, front: F::Mask) -> (Color<F>, F) {
+    fn coat(&self, direction: Vector<F>, outwards: F::Mask) -> (Color<F>, F) {
         let (zero, coat) = (F::zero(), &self.p.coat);
         let alpha = coat.roughness * coat.roughness;
         let ggx = Ggx { x: alpha, y: alpha };
@@ -306,7 +310,7 @@ impl<F: Float> Bsdf<F> {
         let (lobe, pdf) = single_mirror(&ggx, self.coat_wo, wi);
         let h = (self.coat_wo + wi).normalize();
         let reflected = schlick(coat.f0, coat.f90, self.coat_wo.dot(h).max(zero));
-        let there = front & wi.z.gt(zero) & !self.coat_smooth;
+        let there = outwards & wi.z.gt(zero) & !self.coat_smooth;
         let value = reflected * (lobe * coat.weight);
         (Color::select(there, value, Color::black()), F::select(there, pdf, zero))
     }
@@ -329,7 +333,7 @@ struct Evaluate<'a, F: Float> {
     mask: F::Mask,
 }
 
-impl<F: Float> Part for Evaluate<'_, F> {
+impl<F: Float> Outlined for Evaluate<'_, F> {
     type Output = (Color<F>, F);
     #[inline(always)]
     fn run(self) -> (Color<F>, F) {

@@ -95,6 +95,7 @@ fn tent<F: Float>(u: F) -> F {
 #[cfg(test)]
 mod tests {
     use super::super::bsdf::Bsdf;
+    use super::super::tables::LobeTables;
     use super::super::tests::{glass, towards};
     use super::*;
     use crate::sampling::sobol;
@@ -132,8 +133,11 @@ mod tests {
                 for i in 0..count {
                     let number = |d| sobol::two::<f32>(Wrapping(i), Wrapping(d));
                     p.split(1.5, DISPERSION, inside, carried, number(1));
-                    let sampled =
-                        Bsdf::new(has, p, towards(cos, 0.1), true).sample(number(2).0, number(3), true);
+                    let sampled = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true).sample(
+                        number(2).0,
+                        number(3),
+                        true,
+                    );
                     if !sampled.valid {
                         continue;
                     }

@@ -2,7 +2,6 @@
 //! meets microfacets more than once, and is made up for by a factor on both lobes.
 
 use std::num::Wrapping;
-use std::sync::LazyLock;
 
 use super::albedo::between;
 use super::ggx::Ggx;
@@ -22,7 +21,8 @@ const COSINES: usize = 16;
 /// Directions for an entry.
 const SAMPLES: u32 = 512;
 
-static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+/// Takes about a tenth of a second.
+pub(super) fn table() -> Vec<f32> {
     let mut table = Vec::with_capacity(RATIOS * ROUGHNESSES * COSINES);
     for e in 0..RATIOS {
         let place = 2.0 * e as f32 / (RATIOS - 1) as f32 - 1.0;
@@ -37,7 +37,7 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
         }
     }
     table
-});
+}
 
 /// The mean of G₂/G₁ over visible normals and both ways that light can take from each, over that of a
 /// rough mirror: the ratio changes less with cosine and roughness than either.
@@ -70,8 +70,7 @@ fn integrate(cosine: f32, alpha: f32, eta: f32) -> f32 {
 /// The factor for a cosine to the normal, a roughness √α, a ratio of indices (viewer's side over
 /// the other) and the albedo of a rough mirror of that cosine and roughness.
 #[inline(always)]
-pub fn gain<F: Float>(cosine: F, roughness: F, eta: F, mirror: F, mask: F::Mask) -> F {
-    let table = &TABLE[..];
+pub fn gain<F: Float>(table: &[f32], cosine: F, roughness: F, eta: F, mirror: F, mask: F::Mask) -> F {
     let odd = (eta - F::one()) / (eta + F::one());
     let away = (odd.abs() * F::splat(1.0 / LAST)).sqrt();
     let place = F::select(odd.lt(F::zero()), -away, away) + F::one();

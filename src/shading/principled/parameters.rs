@@ -1,9 +1,9 @@
 //! What the lobes of a surface are made from.
 
+use super::basis::Basis;
 use super::dispersion::Spectrum;
-use super::film::Film;
-use super::frame::Frame;
 use super::ggx::Ggx;
+use super::thin_film::ThinFilm;
 use crate::math::{Color, Vector};
 use crate::simd::Float;
 
@@ -42,7 +42,7 @@ pub struct Coat<F: Float> {
     /// Perceptual roughness.
     pub roughness: F,
     /// Its own frame.
-    pub frame: Frame<F>,
+    pub frame: Basis<F>,
     /// Reflectance straight on.
     pub f0: Color<F>,
     /// At grazing angles.
@@ -62,7 +62,7 @@ pub struct Sheen<F: Float> {
 #[derive(Clone, Copy)]
 pub struct Parameters<F: Float> {
     /// About the shading normal, on the viewer's side.
-    pub frame: Frame<F>,
+    pub frame: Basis<F>,
     /// On the viewer's side.
     pub geometric_normal: Vector<F>,
     /// Albedo of diffuse light, before what lies above takes its part.
@@ -85,6 +85,8 @@ pub struct Parameters<F: Float> {
     pub through: Color<F>,
     /// Index of refraction on the viewer's side over that on the other.
     pub eta: F,
+    /// Where the viewer is within the body.
+    pub inside: F::Mask,
     /// The same by colours, if they differ.
     pub spectrum: Spectrum<F>,
     /// Above it.
@@ -92,5 +94,5 @@ pub struct Parameters<F: Float> {
     /// Above it.
     pub sheen: Sheen<F>,
     /// On its mirror lobe.
-    pub film: Film<F>,
+    pub film: ThinFilm<F>,
 }

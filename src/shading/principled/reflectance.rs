@@ -3,11 +3,11 @@
 
 use super::albedo::{self, Albedo};
 use super::bsdf::Bsdf;
-use super::film::{Film, Interference};
+use super::thin_film::{Interference, ThinFilm};
 use crate::math::Color;
 use crate::math::elementary::pow;
 use crate::shading::fresnel;
-use crate::simd::{Float, Part};
+use crate::simd::{Float, Outlined};
 
 /// Gauss's nodes and weights for the mean over the hemisphere, ∫ f(μ) 2μ dμ: by μ².
 const NODES: [(f32, f32); 4] =
@@ -61,7 +61,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.film {
             return bare;
         }
-        F::apart(Covered { film: p.film, cos: self.cos_outside(cos), bare, metallic: self.has.metallic })
+        F::outlined(Covered { film: p.film, cos: self.cos_outside(cos), bare, metallic: self.has.metallic })
     }
 
     /// Films lie on the outside of bodies: what leaves one meets its film at the angle that it has
@@ -73,7 +73,7 @@ impl<F: Float> Bsdf<F> {
         }
         let eta = self.p.eta;
         let outside = (F::one() - eta * eta * (F::one() - cos * cos)).max(F::zero()).sqrt();
-        F::select(eta.gt(F::one()), outside, cos)
+        F::select(self.p.inside, outside, cos)
     }
 
     #[inline(always)]
@@ -159,7 +159,7 @@ impl<F: Float> Bsdf<F> {
         let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
         let mut weights = F::zero();
         for (cos, weight) in NODES {
-            let own = albedo::directional(F::splat(cos), p.roughness, mask);
+            let own = albedo::directional(self.tables.mirror, F::splat(cos), p.roughness, mask);
             let weight = own.whole() * F::splat(weight);
             sum = sum.plus(self.under_film(&own).times(weight));
             weights = weights + weight;
@@ -190,13 +190,13 @@ impl<F: Float> Bsdf<F> {
 
 /// Reflectances with a film, which are needed in many places.
 struct Covered<F: Float> {
-    film: Film<F>,
+    film: ThinFilm<F>,
     cos: F,
     bare: Reflectance<F>,
     metallic: bool,
 }
 
-impl<F: Float> Part for Covered<F> {
+impl<F: Float> Outlined for Covered<F> {
     type Output = Reflectance<F>;
     #[inline(always)]
     fn run(self) -> Reflectance<F> {

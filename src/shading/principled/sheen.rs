@@ -1,8 +1,6 @@
 //! Fibres that stand up from a surface: the "Charlie" distribution of Estevez and Kulla (2017)
 //! with Ashikhmin's visibility term (KHR_materials_sheen).
 
-use std::sync::LazyLock;
-
 use super::albedo::between;
 use super::glass::plane;
 use crate::math::elementary::pow;
@@ -32,7 +30,8 @@ fn lobe<F: Float>(roughness: F, cos_h: F, cos_o: F, cos_i: F) -> F {
     density / visible.max(F::splat(1e-6))
 }
 
-static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+/// Albedos of white fibres.
+pub(super) fn table() -> Vec<f32> {
     let mut table = Vec::new();
     for r in 0..ROUGHNESSES {
         for c in 0..COSINES {
@@ -42,7 +41,7 @@ static TABLE: LazyLock<Vec<f32>> = LazyLock::new(|| {
         }
     }
     table
-});
+}
 
 /// ∫ D V cos dω over the hemisphere.
 fn integrate(cos_o: f32, roughness: f32) -> f32 {
@@ -66,9 +65,9 @@ fn integrate(cos_o: f32, roughness: f32) -> f32 {
 
 /// Albedo of white fibres for a cosine to the normal.
 #[inline(always)]
-pub fn albedo<F: Float>(cosine: F, roughness: F, mask: F::Mask) -> F {
+pub fn albedo<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> F {
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let row = F::Int::splat(COSINES as u32);
-    plane(&TABLE, r * row + c, row, wc, wr, mask)
+    plane(table, r * row + c, row, wc, wr, mask)
 }

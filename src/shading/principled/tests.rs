@@ -1,11 +1,12 @@
 //! Energy, densities and reciprocity of the lobes.
 
+use super::basis::Basis;
 use super::bsdf::Bsdf;
 use super::dispersion::Spectrum;
-use super::film::Film;
-use super::frame::Frame;
 use super::ggx::Ggx;
 use super::parameters::{Coat, Has, Parameters, Sheen};
+use super::tables::LobeTables;
+use super::thin_film::ThinFilm;
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::sobol;
 use std::num::Wrapping;
@@ -28,7 +29,7 @@ pub(super) fn towards(cos: f32, turns: f32) -> Vector<f32> {
 /// An opaque surface of base colour `base`, of ior 1.5.
 fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
     let up = vector(0.0, 0.0, 1.0);
-    let frame = Frame::about(up);
+    let frame = Basis::about(up);
     let alpha = (roughness * roughness).max(1e-4);
     let parameters = Parameters {
         frame,
@@ -43,10 +44,11 @@ fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
         roughness,
         through: grey(0.0),
         eta: 1.0,
+        inside: false,
         spectrum: Spectrum::none(),
         coat: Coat { weight: 0.0, roughness: 0.0, frame, f0: grey(0.04), f90: grey(1.0) },
         sheen: Sheen { color: grey(0.0), roughness: 0.5 },
-        film: Film { weight: 0.0, thickness: 0.0, ior: 1.0 },
+        film: ThinFilm { weight: 0.0, thickness: 0.0, ior: 1.0 },
     };
     (Has { diffuse: metallic < 1.0, metallic: metallic > 0.0, specular: true, ..Has::default() }, parameters)
 }
@@ -57,13 +59,14 @@ pub(super) fn glass(roughness: f32, inside: bool) -> (Has, Parameters<f32>) {
     parameters.through = grey(1.0);
     parameters.diffuse = grey(0.0);
     parameters.eta = if inside { 1.5 } else { 1.0 / 1.5 };
+    parameters.inside = inside;
     (Has { specular: true, transmission: true, solid: true, ..Has::default() }, parameters)
 }
 
 /// The same under a film.
 fn covered((mut has, mut p): (Has, Parameters<f32>), thickness: f32, ior: f32) -> (Has, Parameters<f32>) {
     has.film = true;
-    p.film = Film { weight: 1.0, thickness, ior };
+    p.film = ThinFilm { weight: 1.0, thickness, ior };
     (has, p)
 }
 
@@ -73,7 +76,7 @@ fn albedo(has: Has, p: Parameters<f32>, cos: f32) -> f32 {
 }
 
 fn colored_albedo(has: Has, p: Parameters<f32>, cos: f32, count: u32) -> [f32; 3] {
-    let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
+    let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
     let mut sum = [0.0f64; 3];
     for i in 0..count {
         let i = Wrapping(i);
@@ -202,9 +205,11 @@ fn a_film_of_no_thickness_changes_nothing() {
     for (plain, ior) in [(opaque(0.7, 0.5, 0.4), 1.8), (glass(0.3, false), 1.3), (glass(0.3, true), 1.3)] {
         for (a, b) in [(0.9, 0.5), (0.4, 0.7), (0.6, -0.8)] {
             let (has, p) = covered(plain, 0.0, ior);
-            let film = Bsdf::new(has, p, towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
+            let film =
+                Bsdf::new(has, p, LobeTables::all(), towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
             let (has, p) = plain;
-            let without = Bsdf::new(has, p, towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
+            let without =
+                Bsdf::new(has, p, LobeTables::all(), towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
             assert!(
                 (film.g - without.g).abs() < 2e-3 * without.g.max(0.01),
                 "{a} {b}: {} {}",
@@ -223,8 +228,8 @@ fn what_goes_there_comes_back() {
             for film in [0.0, 350.0] {
                 let (mut has, mut p) = covered(opaque(0.7, metallic, roughness), film, 1.7);
                 (has.film, p.film.weight) = (film > 0.0, 0.8);
-                let there = Bsdf::new(has, p, wo, true).evaluate(wi, true).0.r / b;
-                let back = Bsdf::new(has, p, wi, true).evaluate(wo, true).0.r / a;
+                let there = Bsdf::new(has, p, LobeTables::all(), wo, true).evaluate(wi, true).0.r / b;
+                let back = Bsdf::new(has, p, LobeTables::all(), wi, true).evaluate(wo, true).0.r / a;
                 assert!((there / back - 1.0).abs() < 1e-3, "{metallic} {roughness} {a} {b}: {there} {back}");
             }
         }
@@ -237,7 +242,7 @@ const SECTORS: usize = 16;
 
 /// Pearson's χ² of sampled directions against the integral of the density over cells.
 fn chi_square(has: Has, p: Parameters<f32>, cos: f32) -> (f64, usize) {
-    let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
+    let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
     let mut counts = vec![0u32; RINGS * SECTORS];
     let total = 200_000u32;
     let hash = |i: u32, d: u32| {

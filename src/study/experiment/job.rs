@@ -7,7 +7,7 @@ use super::results::Row;
 use super::shapes;
 use crate::bvh::narrow::Narrow;
 use crate::bvh::traverse::closest_one;
-use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack, brute};
+use crate::bvh::{self, Asker, Bvh, Coherence, HitsMut, Rays, Stack, brute};
 use crate::film::metrics;
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
 use crate::math::{Rgb, Vec3};
@@ -189,7 +189,7 @@ impl Kernel for Singly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for i in 0..self.rays.len() {
-            self.hits.t[i] = closest_one::<L>(self.bvh, &self.rays.ray(i), self.stack).t;
+            self.hits.t[i] = closest_one::<L>(self.bvh, &self.rays.ray(i), Asker::CREDULOUS, self.stack).t;
         }
     }
 }

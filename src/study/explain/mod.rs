@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use crate::film::{Film, Region};
 use crate::integrator::bounces::Kind;
-use crate::integrator::look::Fate;
+use crate::integrator::decision::Fate;
 use crate::integrator::observe::{Event, Place, Triple, Way, What};
 use crate::integrator::{Frame, Schedule};
-use crate::math::{Hit, NONE};
+use crate::math::Hit;
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
-use crate::scene::emitters::Source;
+use crate::scene::emitters::EmitterOf;
 use crate::world::{Transport, World};
 
 /// A sample from the camera to the ends of all its paths.
@@ -186,11 +186,11 @@ impl Names {
     /// What shines under the path transport.
     fn emitter(&self, scene: &CompiledScene, emitter: u32) -> String {
         match scene.emitters.source(emitter) {
-            Source::Light(light) => self.light(light),
-            Source::Surface(primitive, instance) => {
+            EmitterOf::Light(light) => self.light(light),
+            EmitterOf::Surface(primitive, instance) => {
                 self.entity(scene.geometry.entity_of(primitive, instance))
             }
-            Source::Environment => "the environment".into(),
+            EmitterOf::Environment => "the environment".into(),
         }
     }
 }
@@ -267,8 +267,6 @@ impl Story<'_> {
                 self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
             }
             What::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),
-            // Behind what is not there it is still on the same bounce.
-            What::Onward { .. } if self.last_fate() == Some(Fate::Passes) => {}
             What::Onward { way, .. } => {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
@@ -322,15 +320,11 @@ impl Story<'_> {
         self.path()?.steps.last_mut()?.vertex.as_mut()
     }
 
-    fn last_fate(&mut self) -> Option<Fate> {
-        self.last_vertex()?.fate
-    }
-
     /// What is known of a hit before it has been looked up.
     fn vertex(&self, hit: Hit) -> Vertex {
         let scene = &self.frame.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance);
-        let name = scene.materials.names.get(material as usize);
+        let name = scene.material_names.get(material as usize);
         Vertex {
             entity: self.names.entity(scene.geometry.entity_of(hit.primitive, hit.instance)),
             material: name.cloned().unwrap_or_else(|| format!("material {material}")),
@@ -354,9 +348,8 @@ impl Story<'_> {
         }
         let scene = &self.frame.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
-        let (materials, kr) = (&scene.materials, &scene.materials.kr);
-        let mirrors = kr.constant[material] != [0.0; 3] || kr.texture[material] != NONE;
-        if !mirrors && materials.ior[material] <= 0.0 {
+        let classic = &scene.materials[material].classic;
+        if classic.kr.is_black() && classic.ior <= 0.0 {
             Why::Surface
         } else if place.depth >= self.frame.max_depth {
             Why::Bounces
@@ -376,7 +369,7 @@ impl Story<'_> {
             Fate::Unlit => Why::Unlit,
             Fate::Absorbed => Why::Absorbed,
             Fate::Black => Why::Black,
-            Fate::Drawn { .. } | Fate::Passes => Why::Roulette,
+            Fate::Drawn { .. } => Why::Roulette,
         }
     }
 }

@@ -65,9 +65,13 @@ fn a_planted_fault_is_found_where_it_is() {
             0,
         ),
         (|frame| frame.scene.geometry.spheres[0][0] += 1e-3, Stage::Shade, 0),
-        (|frame| frame.scene.materials.kr.constant.iter_mut().for_each(|kr| kr[1] *= 0.75), Stage::Shade, 1),
         (
-            |frame| frame.scene.materials.diffuse.constant.iter_mut().for_each(|kd| kd[2] *= 0.75),
+            |frame| frame.scene.materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
+            Stage::Shade,
+            1,
+        ),
+        (
+            |frame| frame.scene.materials.iter_mut().for_each(|m| m.classic.diffuse.factor[2] *= 0.75),
             Stage::Light,
             0,
         ),

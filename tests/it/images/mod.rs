@@ -3,6 +3,8 @@
 mod cameras;
 mod lights;
 mod materials;
+mod path_panoramas;
+mod path_textures;
 mod textures;
 mod watertight;
 

@@ -24,12 +24,7 @@ const OPERATIONS: [&str; 14] = [
 ];
 
 /// File, function, which rule it breaks, and why it may.
-const MAY_BREAK: [(&str, &str, Rule, &str); 4] = [
-    ("integrator/bounces.rs", "counted", Rule::Closure, "still to be mended"),
-    ("shading/details.rs", "point_coordinates", Rule::Closure, "still to be mended"),
-    ("shading/emitter.rs", "sample", Rule::Closure, "still to be mended"),
-    ("shading/environment.rs", "place", Rule::Closure, "still to be mended"),
-];
+const MAY_BREAK: [(&str, &str, Rule, &str); 0] = [];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rule {
@@ -128,8 +123,8 @@ fn broken(source: &Source) -> Vec<Broken> {
         let line = |at: usize| code[..at].matches('\n').count() + 1;
         let is_fine = |line: &str| line == "#[inline(always)]" || line.contains("target_feature");
         // This is the one that makes functions of their own.
-        let is_apart = source.module() == "simd" && name == "apart";
-        if !is_apart && !attributes(&code, at).any(is_fine) {
+        let is_outlined = source.module() == "simd" && name == "outlined";
+        if !is_outlined && !attributes(&code, at).any(is_fine) {
             found.push(Broken { line: line(at), function: name.clone(), rule: Rule::Inline });
         }
         let body = &code[..closing(&code, end)];

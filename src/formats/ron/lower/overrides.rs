@@ -68,6 +68,7 @@ impl<'a> Lowering<'_, 'a> {
                 Some(Change::Whole(material)) => self.world.entities.insert_one(entity, material),
                 Some(Change::Copy(mesh)) => self.world.entities.insert_one(entity, Shape::Mesh(mesh)),
             };
+            self.world.mark_placed(entity);
         }
         Ok(())
     }

@@ -141,3 +141,12 @@ fn overrides_of_nothing_are_refused() {
     let found = message("gltf: \"room.glb\", overrides: {\"paint\": \"galss\"}");
     assert!(found.ends_with("unknown material \"galss\""), "{found}");
 }
+
+#[test]
+fn what_has_been_changed_in_it_cannot_be_saved() {
+    let mut world = read(SCENE).unwrap();
+    let inside = world.in_order().into_iter().find(|entity| world.entities.get::<&Placed>(*entity).is_ok());
+    world.entities.insert_one(inside.unwrap(), MaterialId::DEFAULT).unwrap();
+    let error = write(&world, Path::new("scenes/test.ron")).unwrap_err().to_string();
+    assert!(error.contains("it came with a glTF file and has been changed"), "{error}");
+}

@@ -44,7 +44,15 @@ type Written<T = String> = Result<T, String>;
 fn text(world: &World, scene_path: &Path) -> Written {
     let mut order = world.in_order();
     // What came with a glTF file will come with it again.
-    order.retain(|entity| world.entities.get::<&Placed>(*entity).is_err());
+    let placed = |entity: hecs::Entity| world.entities.get::<&Placed>(entity).ok().map(|placed| placed.0);
+    if let Some(changed) = order.iter().find(|e| placed(**e).is_some_and(|was| was != world.fingerprint(**e)))
+    {
+        let name = world.name_of(*changed);
+        let reason = "it came with a glTF file and has been changed, which a scene cannot say: take away its \
+                      Placed and the Model above it, or save it as a glTF file";
+        return Err(format!("{name}: {reason}"));
+    }
+    order.retain(|entity| placed(*entity).is_none());
     let names = entity_names(world, &order)?;
     let paths = AssetPaths::new(&world.assets, scene_path);
     let materials = material_names(world, &order);

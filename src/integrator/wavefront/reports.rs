@@ -1,14 +1,12 @@
 //! What an observer of the wave is told after each stage, read from the queues. All of it is
 //! left out where nobody looks.
 
-use std::collections::HashSet;
-
 use super::Wave;
 use super::queue::PathQueue;
-use crate::integrator::look::look;
+use crate::integrator::decision::decide;
 use crate::integrator::observe::{self, Event, Flow, Observer, Way};
 use crate::integrator::{Frame, Stage};
-use crate::math::{Color, Hit, NONE};
+use crate::math::{Color, Hit};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 use crate::world::Transport;
 
@@ -22,13 +20,12 @@ impl Wave {
             + self.vertices.0.bytes()
             + self.shadow.0.bytes()
             + columns.map(|column| size_of_val(&column[..])).iter().sum::<usize>()
-            + self.shadow_hits.0.bytes()
-            + size_of_val(&self.t_max[..])
+            + self.ends.bytes()
     }
 
     /// The rays of the wave and what they have met.
-    pub(super) fn tell_hits<O: Observer>(&self, level: Level, observer: &mut O) {
-        if !O::LOOKS {
+    pub(super) fn report_hits(&self, level: Level, observer: &mut dyn Observer) {
+        if !observer.looks() {
             return;
         }
         let count = self.paths.0.len();
@@ -50,8 +47,8 @@ impl Wave {
     }
 
     /// Where the paths of the wave are, and what goes on from there.
-    pub(super) fn tell_vertices<O: Observer>(&self, level: Level, observer: &mut O) {
-        if !O::LOOKS {
+    pub(super) fn report_vertices(&self, level: Level, observer: &mut dyn Observer) {
+        if !observer.looks() {
             return;
         }
         let count = self.paths.0.len();
@@ -60,50 +57,50 @@ impl Wave {
             let (own, shading) = (vertex.geometric_normal, vertex.normal);
             observer.report(&observe::vertex(&path, vertex.position, own, shading));
         }
-        tell_onward(&self.reflect, Way::Reflect, observer);
-        tell_onward(&self.refract, Way::Refract, observer);
+        report_onward(&self.reflect, Way::Reflect, observer);
+        report_onward(&self.refract, Way::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.0.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
     }
 
     /// The same under the path transport, with the rays to lights.
-    pub(super) fn tell_paths<O: Observer>(&self, frame: &Frame, level: Level, observer: &mut O) {
-        if !O::LOOKS {
+    pub(super) fn report_paths(&self, frame: &Frame, level: Level, observer: &mut dyn Observer) {
+        if !observer.looks() {
             return;
         }
         let count = self.paths.0.len();
         let materials = self.hits.materials(count);
         let seen = |i: usize| {
             let path = self.paths.load::<f32>(i);
-            (path, look(frame, &path, &self.hits.load::<f32>(i), materials[i]))
+            (path, decide(frame, &path, &self.hits.load::<f32>(i), materials[i]))
         };
         for i in 0..count {
-            let (path, look) = seen(i);
-            observe::path_vertex(&path, &look).iter().for_each(|event| observer.report(event));
+            let (path, decision) = seen(i);
+            observe::path_vertex(&path, &decision).iter().for_each(|event| observer.report(event));
         }
         let ([r, g, b], targets) = self.shadow.contributions();
         for (i, target) in targets.iter().enumerate() {
-            let (path, look) = seen(*target as usize);
+            let (path, decision) = seen(*target as usize);
             let contribution = Color::new(r[i], g[i], b[i]);
-            observer.report(&observe::path_light(&path, &look, &self.shadow.ray(i), contribution));
+            observer.report(&observe::path_light(&path, &decision, &self.shadow.ray(i), contribution));
         }
-        tell_onward(&self.reflect, Way::Scatter, observer);
+        report_onward(&self.reflect, Way::Scatter, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.0.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
     }
 
     /// The shadow rays from `first` on, which lead to a sample of a light.
-    pub(super) fn tell_lights<O: Observer>(
+    pub(super) fn report_lights(
         &self,
         level: Level,
         light: usize,
         which: u32,
         first: usize,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) {
-        if !O::LOOKS {
+        if !observer.looks() {
             return;
         }
         let ([r, g, b], targets) = self.shadow.contributions();
@@ -118,8 +115,8 @@ impl Wave {
     }
 
     /// Which of the shadow rays were blocked.
-    pub(super) fn tell_shadows<O: Observer>(&self, frame: &Frame, level: Level, observer: &mut O) {
-        if !O::LOOKS {
+    pub(super) fn report_shadows(&self, frame: &Frame, level: Level, observer: &mut dyn Observer) {
+        if !observer.looks() {
             return;
         }
         let (_, targets) = self.shadow.contributions();
@@ -136,43 +133,9 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Shadow, level, count, capacity, open)));
     }
 
-    /// Notes the rays to lights before they are traced behind what may not be there: the path of
-    /// each, and that it has not arrived.
-    pub(super) fn sent<O: Observer>(&self) -> Vec<(u32, bool)> {
-        if !O::LOOKS {
-            return Vec::new();
-        }
-        self.shadow.contributions().1.iter().map(|target| (*target, false)).collect()
-    }
-
-    /// Notes which of them have nothing more before them.
-    pub(super) fn arrive<O: Observer>(&self, sent: &mut [(u32, bool)]) {
-        if !O::LOOKS {
-            return;
-        }
-        let targets = self.shadow.contributions().1.iter().enumerate();
-        let free = targets.filter(|(i, _)| self.shadow_hits.load::<f32>(*i).primitive.0 == NONE);
-        let free: HashSet<u32> = free.map(|(_, target)| *target).collect();
-        sent.iter_mut().for_each(|(target, arrives)| *arrives |= free.contains(target));
-    }
-
-    /// What has become of them.
-    pub(super) fn tell_passed<O: Observer>(&self, level: Level, sent: &[(u32, bool)], observer: &mut O) {
-        if !O::LOOKS {
-            return;
-        }
-        for (target, arrives) in sent {
-            let path = self.paths.load::<f32>(*target as usize);
-            observer.report(&observe::path_shadow(&path, !arrives, path.radiance));
-        }
-        let open = (0..sent.len()).filter(|i| sent[*i].1);
-        let capacity = self.shadow.0.capacity();
-        observer.report(&Event::Wave(flow(Stage::Shadow, level, sent.len(), capacity, open)));
-    }
-
     /// The paths that go no further.
-    pub(super) fn tell_ends<O: Observer>(&self, observer: &mut O) {
-        if !O::LOOKS {
+    pub(super) fn report_ends(&self, observer: &mut dyn Observer) {
+        if !observer.looks() {
             return;
         }
         for i in (0..self.paths.0.len()).filter(|i| self.goes_on[*i] == 0) {
@@ -182,7 +145,7 @@ impl Wave {
     }
 }
 
-fn tell_onward<O: Observer>(queue: &PathQueue, way: Way, observer: &mut O) {
+fn report_onward(queue: &PathQueue, way: Way, observer: &mut dyn Observer) {
     for i in 0..queue.0.len() {
         observer.report(&observe::onward(way, &queue.load::<f32>(i)));
     }

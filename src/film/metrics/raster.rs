@@ -1,30 +1,30 @@
 //! One number a pixel, and separable filters over it.
 
 /// Row by row from the top.
-pub(super) struct Plane {
+pub(super) struct Raster {
     pub width: usize,
     pub height: usize,
     pub values: Vec<f64>,
 }
 
-impl Plane {
+impl Raster {
     /// From rows of pixels.
-    pub fn new<T>(width: usize, pixels: &[T], value: impl Fn(&T) -> f64) -> Plane {
+    pub fn new<T>(width: usize, pixels: &[T], value: impl Fn(&T) -> f64) -> Raster {
         let width = width.max(1);
-        Plane { width, height: pixels.len() / width, values: pixels.iter().map(value).collect() }
+        Raster { width, height: pixels.len() / width, values: pixels.iter().map(value).collect() }
     }
 
     /// The same for each pixel of two planes of one size.
-    pub fn zip(&self, other: &Plane, value: impl Fn(f64, f64) -> f64) -> Plane {
+    pub fn zip(&self, other: &Raster, value: impl Fn(f64, f64) -> f64) -> Raster {
         let values = self.values.iter().zip(&other.values).map(|(a, b)| value(*a, *b)).collect();
-        Plane { values, ..*self }
+        Raster { values, ..*self }
     }
 
     /// Weighs each pixel's neighbours in its row by `across`, then in its column by `down`; both
     /// have an odd length. Beyond the border the pixels of the border go on.
-    pub fn filtered(&self, across: &[f64], down: &[f64]) -> Plane {
+    pub fn filtered(&self, across: &[f64], down: &[f64]) -> Raster {
         let rows = convolve(&self.values, self.width, self.height, [1, self.width], across);
-        Plane { values: convolve(&rows, self.height, self.width, [self.width, 1], down), ..*self }
+        Raster { values: convolve(&rows, self.height, self.width, [self.width, 1], down), ..*self }
     }
 }
 
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn filters_go_along_rows_and_columns_and_over_the_border() {
         let pixels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-        let plane = Plane::new(3, &pixels, |value| *value);
+        let plane = Raster::new(3, &pixels, |value| *value);
         let left = plane.filtered(&[1.0, 0.0, 0.0], &[1.0]);
         assert_eq!(left.values, [1.0, 1.0, 2.0, 4.0, 4.0, 5.0]);
         let below = plane.filtered(&[1.0], &[0.0, 0.0, 1.0]);

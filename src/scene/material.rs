@@ -1,6 +1,6 @@
-//! Materials as the path transport reads them: one record each, because all lanes that are
-//! shaded together have the same material.
+//! Materials: one record each, because all lanes that are shaded together have the same material.
 
+use crate::bvh::Presence;
 use crate::math::NONE;
 
 /// A colour: a constant times a texture, if there is one.
@@ -74,7 +74,7 @@ pub struct NormalParam {
 
 /// A thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilmParam {
+pub struct ThinFilmParam {
     /// Coverage.
     pub factor: ScalarParam,
     /// Index of refraction.
@@ -87,12 +87,33 @@ pub struct FilmParam {
     pub thickest: f32,
 }
 
-/// What happens to light at a surface (see [`crate::world::Principled`] for the meanings).
+/// What Whitted's transport makes of a material: how it answers a light, and its mirror image and
+/// refraction (see [`crate::world::BlinnPhong`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Principled {
+pub struct Classic {
+    /// kd.
+    pub diffuse: ColorParam,
+    /// ks.
+    pub specular: ColorParam,
+    /// Exponent of the specular lobe.
+    pub shininess: f32,
+    /// Whether the lobe is Phong's, not Blinn's.
+    pub phong: bool,
+    /// Weight of the reflection.
+    pub kr: ColorParam,
+    /// Weight of the refraction.
+    pub kt: [f32; 3],
+    /// Index of refraction, 0 where light does not enter.
+    pub ior: f32,
+}
+
+/// What happens to light at a surface (see [`crate::world::Principled`] for the meanings). Presence,
+/// emission, colour and normal map are the same for both transports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
     /// Albedo of dielectrics, reflectance straight on of metals.
     pub base_color: ColorParam,
-    /// By [`Principled::coverage`].
+    /// By [`Material::coverage`].
     pub alpha: ScalarParam,
     /// What alpha means.
     pub coverage: Coverage,
@@ -153,13 +174,22 @@ pub struct Principled {
     /// Red, green: direction; blue: strength.
     pub anisotropy_texture: u32,
     /// On the mirror lobe, if there is one.
-    pub film: Option<FilmParam>,
+    pub film: Option<ThinFilmParam>,
+    /// For Whitted's transport.
+    pub classic: Classic,
+    /// Whether anything of it is looked up in a texture: [`Material::looks_up`].
+    pub textured: bool,
 }
 
-impl Principled {
-    /// Whether a ray may go on behind it as if it were not there.
-    pub fn may_pass(&self) -> bool {
-        self.hides_back || self.coverage != Coverage::Whole
+impl Material {
+    /// From where a surface of it is there for the tree, whose triangles a transform may have mirrored.
+    pub fn presence(&self, mirrored: bool) -> Presence {
+        match (self.coverage, self.hides_back) {
+            (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
+            (Coverage::Whole, false) => Presence::Always,
+            (Coverage::Whole, true) if mirrored => Presence::Back,
+            (Coverage::Whole, true) => Presence::Front,
+        }
     }
 
     /// Whether it reflects like a mirror, however blurred.
@@ -168,9 +198,46 @@ impl Principled {
         dielectric || !self.metallic.is_zero()
     }
 
+    /// Whether it has a lobe of microfacets: reflection, transmission, a film.
+    pub fn has_mirror(&self) -> bool {
+        self.is_specular() || !self.transmission.is_zero() || self.film.is_some()
+    }
+
     /// Whether it gives off light.
     pub fn emits(&self) -> bool {
         !self.emission.is_black() && !self.unlit
+    }
+
+    /// Whether it looks anything up in a texture.
+    pub fn looks_up(&self) -> bool {
+        let classic = &self.classic;
+        let colors = [
+            self.base_color,
+            self.emission,
+            self.specular_color,
+            self.diffuse_transmission_color,
+            self.sheen_color,
+            classic.diffuse,
+            classic.specular,
+            classic.kr,
+        ];
+        let scalars = [
+            self.alpha,
+            self.metallic,
+            self.roughness,
+            self.specular,
+            self.transmission,
+            self.diffuse_transmission,
+            self.coat,
+            self.coat_roughness,
+            self.sheen_roughness,
+        ];
+        colors.iter().any(|color| color.texture != NONE)
+            || scalars.iter().any(|scalar| scalar.texture != NONE)
+            || self.normal.is_some()
+            || self.coat_normal.is_some()
+            || self.anisotropy_texture != NONE
+            || self.film.is_some_and(|film| film.factor.texture != NONE || film.thickness.texture != NONE)
     }
 
     /// Whether directions along the surface matter.

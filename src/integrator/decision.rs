@@ -5,12 +5,11 @@ use super::bounces::Kind;
 use super::path::Path;
 use super::{Frame, path_tracing};
 use crate::math::Vector;
-use crate::shading::principled::Spot;
-use crate::shading::{HitLanes, Surface};
+use crate::shading::{HitLanes, ShadingPoint, Surface};
 
 /// What happens to a path at a vertex.
 #[derive(Clone, Copy)]
-pub struct Look {
+pub struct Decision {
     /// In world space.
     pub position: Vector<f32>,
     /// Of the surface itself, on the viewer's side.
@@ -29,8 +28,6 @@ pub struct Look {
 /// What becomes of a path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// The surface is not there: cut out, blended, or seen from behind.
-    Passes,
     /// This was the ray after the last bounce, of all or of a kind.
     Last,
     /// The surface shows its colour and answers no light.
@@ -51,44 +48,41 @@ pub enum Fate {
 }
 
 /// Looks at a path that has hit a material.
-pub fn look(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Look {
+pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Decision {
     let scene = &frame.scene;
-    let record = &scene.principled[material as usize];
+    let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
     let width = path.width + path.spread * hit.t;
-    let spot = Spot::new(scene, material, hit, &surface, path.direction, width, true);
-    let mut look = Look {
+    let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, true);
+    let mut decision = Decision {
         position: surface.position,
         geometric_normal: surface.geometric_normal,
         normal: surface.normal,
         emission_share: 1.0,
         light: None,
-        fate: Fate::Passes,
+        fate: Fate::Last,
     };
-    if path_tracing::passing(frame, path, hit, &spot, true) {
-        return look;
-    }
-    let throughput = path_tracing::absorbed(frame, path, hit.t, true);
+    let throughput = path_tracing::absorbed(frame, path, path.medium, hit.t, true);
     let path = &Path { throughput, ..*path };
-    look.normal = spot.normal();
+    decision.normal = point.normal();
     if record.emits() {
-        look.emission_share = path_tracing::emission_share(frame, path, hit, true);
+        decision.emission_share = path_tracing::emission_share(frame, path, hit, true);
     }
     if path_tracing::is_last(frame, path) {
-        return Look { fate: Fate::Last, ..look };
+        return decision;
     }
     if record.unlit {
-        return Look { fate: Fate::Unlit, ..look };
+        return Decision { fate: Fate::Unlit, ..decision };
     }
     let key = path.only_key(frame.seed);
-    let bsdf = path_tracing::bsdf(frame, path, &spot, key, true);
+    let bsdf = path_tracing::bsdf(frame, path, &point, key, true);
     if !scene.emitters.is_empty() && bsdf.scatters() {
         let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
-        look.light = Some((lit.emitter.0, lit.share));
+        decision.light = Some((lit.emitter.0, lit.share));
     }
     let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
     let left = path.throughput * drawn.weight;
-    look.fate = if !drawn.valid {
+    decision.fate = if !drawn.valid {
         Fate::Absorbed
     } else if left.max_component() <= 0.0 {
         Fate::Black
@@ -96,5 +90,5 @@ pub fn look(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32)
         let (kind, through) = (Kind::of(drawn.wide, drawn.through), drawn.through);
         Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }
     };
-    look
+    decision
 }

@@ -42,7 +42,7 @@ const fn fading(v: f32) -> f32 {
 
 /// What is known of a film.
 #[derive(Clone, Copy)]
-pub struct Film<F: Float> {
+pub struct ThinFilm<F: Float> {
     /// Coverage.
     pub weight: F,
     /// In nm.
@@ -63,7 +63,7 @@ pub struct Interference<F: Float> {
 impl<F: Float> Interference<F> {
     /// The cosine is that in the air.
     #[inline(always)]
-    pub fn new(film: &Film<F>, cos: F) -> Self {
+    pub fn new(film: &ThinFilm<F>, cos: F) -> Self {
         let (zero, one, two) = (F::zero(), F::one(), F::splat(2.0));
         let outer = -fresnel::reflectance(cos, one / film.ior).sqrt();
         let sin2 = (one - cos * cos) / (film.ior * film.ior);
@@ -155,8 +155,8 @@ mod tests {
     use super::*;
     use crate::math::Rgb;
 
-    fn film(thickness: f32, ior: f32) -> Film<f32> {
-        Film { weight: 1.0, thickness, ior }
+    fn film(thickness: f32, ior: f32) -> ThinFilm<f32> {
+        ThinFilm { weight: 1.0, thickness, ior }
     }
 
     fn grey(value: f32) -> Color<f32> {

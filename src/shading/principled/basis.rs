@@ -5,7 +5,7 @@ use crate::simd::Float;
 
 /// Orthonormal axes.
 #[derive(Clone, Copy)]
-pub struct Frame<F: Float> {
+pub struct Basis<F: Float> {
     /// Along the surface.
     pub x: Vector<F>,
     /// Along it, across x.
@@ -14,7 +14,7 @@ pub struct Frame<F: Float> {
     pub z: Vector<F>,
 }
 
-impl<F: Float> Frame<F> {
+impl<F: Float> Basis<F> {
     /// Any frame about a unit normal (Duff and others 2017).
     #[inline(always)]
     pub fn about(z: Vector<F>) -> Self {

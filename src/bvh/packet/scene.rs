@@ -1,0 +1,69 @@
+//! What a packet goes through and what its rays ask for there.
+
+use super::super::Rays;
+use super::super::answers::Answers;
+use super::super::layout::{Bvh, TriangleBlock};
+use super::super::leaf::Askers;
+use super::super::presence::Asker;
+use super::super::traverse::Keys;
+use super::super::triangle::{ExactRays, Plane};
+use super::rays::Columns;
+use super::{Packet, Verdict};
+use crate::simd::{Float, Kernel, Lanes};
+
+/// [`Packet::trace`].
+pub(in super::super) struct Query<'a, 'r, A> {
+    pub packet: &'a mut Packet,
+    pub bvh: &'a Bvh,
+    pub rays: &'a Rays<'r>,
+    /// The first of them, and how many.
+    pub first: usize,
+    pub count: usize,
+    pub keys: &'a mut Keys,
+    pub answers: &'a mut A,
+}
+
+impl<A: Answers> Kernel for Query<'_, '_, A> {
+    type Output = Verdict;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Verdict {
+        let Self { packet, bvh, rays, first, count, keys, answers } = self;
+        packet.trace::<L, A>(bvh, rays, first, count, keys, answers)
+    }
+}
+
+/// A triangle and a group of rays.
+pub struct OfGroup<'a> {
+    pub rays: &'a Columns,
+    pub group: usize,
+    pub block: &'a TriangleBlock,
+    pub place: usize,
+}
+
+impl<F: Float> ExactRays<F> for OfGroup<'_> {
+    #[inline(always)]
+    fn t(&self, lanes: F::Mask, t: F) -> F {
+        let (origin, direction) = self.rays.lines::<F>(self.group);
+        Plane::new(self.block.corners(self.place)).t_in_lanes(&origin, &direction, lanes, t)
+    }
+}
+
+/// What a packet goes through, and what its first ray asks by.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    pub bvh: &'a Bvh,
+    pub asker: Asker<'a>,
+}
+
+/// A group of rays that can ask.
+pub struct InGroup<'a> {
+    /// The packet's first ray.
+    pub first: Asker<'a>,
+    pub at: usize,
+}
+
+impl Askers for InGroup<'_> {
+    fn asker(&self, lane: usize) -> Asker<'_> {
+        self.first.after(self.at + lane)
+    }
+}

@@ -1,0 +1,87 @@
+//! Whether a surface that is cut out or blended is there for a path, and for its rays to lights: the
+//! tree asks while it traces them.
+
+use std::num::Wrapping;
+
+use super::Frame;
+use super::path::Path;
+use crate::bvh::{Crossing, SPHERE, Surfaces};
+use crate::math::{Hit, Ray, Vector};
+use crate::sampling::draw::draw_1d;
+use crate::sampling::hash::combine;
+use crate::sampling::{Dimension, Key};
+use crate::scene::material::Coverage;
+use crate::shading::details::point_coordinates;
+use crate::shading::point::{Tables, coverage};
+use crate::shading::{HitLanes, Surface};
+use crate::world::Transport;
+
+/// A ray of a path.
+pub struct Traced<'a> {
+    /// The scene.
+    pub frame: &'a Frame,
+    /// Whose random numbers it draws.
+    pub path: &'a Path<f32>,
+    /// The ray, if it goes from where the path is to a light, and not along the path.
+    pub shadow: Option<Ray<f32>>,
+}
+
+impl Traced<'_> {
+    /// Whether the ray meets something where it crosses a surface: always the same answer, as its
+    /// number belongs to the crossing.
+    pub fn meets(&self, crossing: &Crossing) -> bool {
+        let Self { frame, path, .. } = *self;
+        let scene = &frame.scene;
+        let Hit { primitive, instance, .. } = crossing.hit;
+        let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
+        if material.hides_back && crossing.front == scene.geometry.is_mirrored(primitive) {
+            return false;
+        }
+        let there = self.coverage(crossing);
+        if material.coverage != Coverage::Blend {
+            return there > 0.0;
+        }
+        let layer =
+            combine(combine(Wrapping(primitive), Wrapping(instance)), Wrapping(crossing.front.into()));
+        let dimension = if self.shadow.is_some() { Dimension::ShadowAlpha } else { Dimension::Alpha };
+        let number: f32 =
+            draw_1d(frame.sampler, frame.samples, self.key().fork(layer.0), dimension.at(path.depth));
+        there > number
+    }
+
+    /// Which random numbers it draws.
+    fn key(&self) -> Key<Wrapping<u32>> {
+        let Self { frame, path, shadow } = *self;
+        match (frame.transport, shadow) {
+            (Transport::Path, _) => path.only_key(frame.seed),
+            (Transport::Whitted, None) => path.key(frame.seed),
+            // There are many from each vertex.
+            (Transport::Whitted, Some(ray)) => {
+                let Vector { x, y, z } = ray.direction;
+                let which = [x, y, z].map(|c| Wrapping(c.to_bits())).into_iter().reduce(combine);
+                path.key(frame.seed).fork(which.unwrap_or_default().0)
+            }
+        }
+    }
+
+    /// How much of the surface is there.
+    fn coverage(&self, crossing: &Crossing) -> f32 {
+        let scene = &self.frame.scene;
+        let Hit { t, u, v, primitive, instance } = crossing.hit;
+        let hit = HitLanes { t, u, v, primitive: Wrapping(primitive), instance: Wrapping(instance) };
+        let uv = match primitive & SPHERE {
+            0 => (u, v),
+            _ => Surface::new(&scene.geometry, &self.shadow.unwrap_or(self.path.ray()), &hit, true).uv,
+        };
+        let at = point_coordinates(&scene.geometry, &hit, uv, true);
+        let tables = Tables { geometry: &scene.geometry, textures: &scene.textures };
+        let material = scene.geometry.material_of(primitive, instance);
+        coverage(&scene.materials[material as usize], tables, &hit, &at, true)
+    }
+}
+
+impl Surfaces for Traced<'_> {
+    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
+        self.meets(crossing)
+    }
+}

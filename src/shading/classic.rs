@@ -1,0 +1,100 @@
+//! What Whitted's transport asks of a surface: the classic parameters where textures have been looked up.
+
+use super::blinn_phong::BlinnPhong;
+use super::details::vertex_color;
+use super::emitter::lane;
+use super::point::ShadingPoint;
+use super::surface::{HitLanes, Surface};
+use crate::math::{Color, Vector};
+use crate::scene::CompiledScene;
+use crate::simd::{Float, Int, Mask};
+
+/// Lanes of any materials.
+#[derive(Clone, Copy)]
+pub struct Shaded<F: Float> {
+    /// How it answers light.
+    pub model: BlinnPhong<F>,
+    /// Weight of the mirror image.
+    pub kr: Color<F>,
+    /// Weight of what is seen through.
+    pub kt: Color<F>,
+    /// Index of refraction, 0 where light does not enter.
+    pub ior: F,
+    /// Radiance given off to the viewer.
+    pub emission: Color<F>,
+    /// Unit normal for shading, with what a normal map does to it, on the viewer's side.
+    pub normal: Vector<F>,
+}
+
+impl<F: Float> Shaded<F> {
+    /// Looks surfaces up that rays along `direction` have hit, `width` metres wide there: material by
+    /// material, as rays that run side by side have mostly hit the same.
+    #[inline(always)]
+    pub fn new(
+        scene: &CompiledScene,
+        hit: &HitLanes<F>,
+        surface: &Surface<F>,
+        direction: Vector<F>,
+        width: F,
+        mask: F::Mask,
+    ) -> Self {
+        let (zero, black) = (F::zero(), Color::black());
+        let nothing = F::Mask::from_bits(0);
+        let model = BlinnPhong { diffuse: black, specular: black, shininess: zero, phong: nothing };
+        let (normal, mut todo) = (surface.normal, mask);
+        let mut shaded = Self { model, kr: black, kt: black, ior: zero, emission: black, normal };
+        while todo.any() {
+            let material = lane(surface.material, todo);
+            let same = todo & surface.material.eq(F::Int::splat(material));
+            let point = ShadingPoint::new(scene, material, hit, surface, direction, width, same);
+            shaded = Self::select(same, Self::of(&point), shaded);
+            todo = todo & !same;
+        }
+        shaded
+    }
+
+    /// Surfaces of one material.
+    #[inline(always)]
+    fn of(point: &ShadingPoint<F>) -> Self {
+        let (material, classic) = (point.material, &point.material.classic);
+        let emission = if material.unlit { point.base_color() } else { point.emission() };
+        Self {
+            model: BlinnPhong {
+                diffuse: point.color(&classic.diffuse) * vertex_color(point.surface),
+                specular: point.color(&classic.specular),
+                shininess: F::splat(classic.shininess),
+                phong: F::Mask::from_bits(if classic.phong { u32::MAX } else { 0 }),
+            },
+            kr: point.color(&classic.kr),
+            kt: Color::splat(classic.kt.into()),
+            ior: F::splat(classic.ior),
+            emission,
+            // Without a map they stay what they are, even where they look away from the viewer.
+            normal: if material.normal.is_some() { point.normal() } else { point.surface.normal },
+        }
+    }
+
+    #[inline(always)]
+    fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        let (yes_phong, no_phong) = (yes.model.phong & mask, no.model.phong & !mask);
+        Self {
+            model: BlinnPhong {
+                diffuse: Color::select(mask, yes.model.diffuse, no.model.diffuse),
+                specular: Color::select(mask, yes.model.specular, no.model.specular),
+                shininess: F::select(mask, yes.model.shininess, no.model.shininess),
+                phong: yes_phong | no_phong,
+            },
+            kr: Color::select(mask, yes.kr, no.kr),
+            kt: Color::select(mask, yes.kt, no.kt),
+            ior: F::select(mask, yes.ior, no.ior),
+            emission: Color::select(mask, yes.emission, no.emission),
+            normal: Vector::select(mask, yes.normal, no.normal),
+        }
+    }
+
+    /// Whether any lane of the mask lets light through.
+    #[inline(always)]
+    pub fn any_refracts(&self, mask: F::Mask) -> bool {
+        (mask & self.ior.gt(F::zero())).any()
+    }
+}

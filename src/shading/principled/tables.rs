@@ -1,0 +1,53 @@
+//! What is known of lobes beforehand: albedos by cosine and roughness, computed before rendering begins,
+//! once for all scenes of a program.
+
+use std::sync::OnceLock;
+
+use super::{albedo, glass, sheen};
+use crate::scene::Material;
+
+/// Tables of lobes. Those that no material needs are empty.
+#[derive(Clone, Copy)]
+pub struct LobeTables {
+    /// Of rough mirrors.
+    pub(super) mirror: &'static albedo::Table,
+    /// Of rough glass.
+    pub(super) glass: &'static [f32],
+    /// Of fibres.
+    pub(super) sheen: &'static [f32],
+}
+
+static MIRROR: OnceLock<albedo::Table> = OnceLock::new();
+static GLASS: OnceLock<Vec<f32>> = OnceLock::new();
+static SHEEN: OnceLock<Vec<f32>> = OnceLock::new();
+static NO_MIRROR: albedo::Table = albedo::Table::EMPTY;
+
+impl LobeTables {
+    /// None.
+    pub const NONE: LobeTables = LobeTables { mirror: &NO_MIRROR, glass: &[], sheen: &[] };
+
+    /// All.
+    pub fn all() -> Self {
+        Self {
+            mirror: MIRROR.get_or_init(albedo::Table::new),
+            glass: GLASS.get_or_init(glass::table),
+            sheen: SHEEN.get_or_init(sheen::table),
+        }
+    }
+
+    /// Those that materials need.
+    pub fn of(materials: &[Material]) -> Self {
+        let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
+        let mut tables = Self::NONE;
+        if any(|m| m.has_mirror() || !m.coat.is_zero()) {
+            tables.mirror = MIRROR.get_or_init(albedo::Table::new);
+        }
+        if any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero()) {
+            tables.glass = GLASS.get_or_init(glass::table);
+        }
+        if any(|m| !m.sheen_color.is_black()) {
+            tables.sheen = SHEEN.get_or_init(sheen::table);
+        }
+        tables
+    }
+}

@@ -1,0 +1,266 @@
+//! What is the same for a whole world: its size, how it is turned, how bright it is, in which order
+//! it was made, how its work is divided.
+
+use rayfront::compile::compile;
+use rayfront::film::{Film, Region};
+use rayfront::integrator::Schedule;
+use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
+use rayfront::render::{Options, Session};
+use rayfront::world::{
+    Assets, Background, ColorInput, Falloff, Light, Material, Parent, Shape, Transform, Transport, Volume,
+    World,
+};
+
+use super::stage::{self, camera, front_lamp, place, place_mesh};
+use super::{Relations, Seen};
+
+/// The things of a room in some order, one of them of some material.
+fn room(transport: Transport, material: usize, order: &[usize]) -> World {
+    let mut world = stage::world(transport, 12, 400);
+    let material = stage::materials(&mut world.assets).swap_remove(material).1;
+    for thing in order {
+        spawn(&mut world, *thing, &material);
+    }
+    world
+}
+
+const THINGS: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+
+fn spawn(world: &mut World, thing: usize, material: &Material) {
+    match thing {
+        0 => camera(world, [0.5, 1.6, 3.0], [0.0, 0.2, 0.0], 0.9),
+        1 => place_mesh(world, stage::floor(3.0, -0.6), stage::matte(0.5), Transform::IDENTITY),
+        2 => place_mesh(world, stage::shell(), material.clone(), stage::at(0.6, 0.3, 0.0)),
+        3 => {
+            let material = stage::without_tangents(material);
+            place(world, Shape::Sphere { radius_m: 0.5 }, material, stage::at(-0.9, 0.1, 0.3));
+        }
+        4 => place_mesh(world, stage::ceiling(0.7, 2.0), front_lamp(4.0, |_| ()), Transform::IDENTITY),
+        5 => place(world, Shape::Sphere { radius_m: 0.3 }, stage::lamp(5.0), stage::at(-1.6, 1.0, 0.4)),
+        6 => {
+            let light = Light::Point { power_w: Rgb::splat(80.0), falloff: Falloff::InverseSquare };
+            world.entities.spawn((light, stage::at(1.5, 1.8, 1.0)));
+        }
+        7 => {
+            let (power_w, size_m) = (Rgb::splat(20.0), Vec2::new(1.0, 0.7));
+            let light =
+                Light::Area { power_w, size_m, samples: 2, pattern: Default::default(), visible: true };
+            world.entities.spawn((light, stage::looking([1.5, 1.5, -1.5], [0.0, 0.0, 0.0])));
+        }
+        _ => {
+            let light = Light::Directional { irradiance: Rgb::new(0.5, 0.4, 0.3), angle: 0.0 };
+            world.entities.spawn((light, stage::looking([-1.0, 2.0, 1.0], [0.0, 0.0, 0.0])));
+        }
+    }
+}
+
+fn names() -> Vec<&'static str> {
+    stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
+}
+
+/// Everything within a transform, lights with power for their new distance.
+fn moved(mut world: World, matrix: Mat4, scale: f32) -> World {
+    let all = world.in_order();
+    let root = world.entities.spawn((Transform::Matrix(matrix),));
+    for entity in all {
+        world.entities.insert_one(entity, Parent(root)).expect("it is there");
+    }
+    world.change_lights(|light| match light {
+        Light::Point { power_w, .. } | Light::Spot { power_w, .. } | Light::Area { power_w, .. } => {
+            *power_w = *power_w * (scale * scale);
+        }
+        _ => (),
+    });
+    for named in &mut world.assets.materials {
+        if let Material::Principled(m) = &mut named.material {
+            m.volume = m.volume.map(|v| Volume { attenuation_distance: v.attenuation_distance * scale, ..v });
+        }
+    }
+    world
+}
+
+/// A thousand times as large or as small, turned somehow, mirrored: the same picture, or its mirror image.
+#[test]
+fn size_and_direction_mean_nothing() {
+    let mut all = Relations::default();
+    let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_y(2.1) * Quat::from_rotation_z(-0.4);
+    for (index, name) in names().into_iter().enumerate() {
+        for transport in stage::BOTH {
+            let world = || room(transport, index, &THINGS);
+            let plain = Seen::of(&world());
+            for scale in [1000.0, 0.001] {
+                let matrix = Mat4::from_scale(Vec3::splat(scale));
+                let what = format!("{name}, {transport:?}, times {scale}");
+                all.same(&Seen::of(&moved(world(), matrix, scale)), &plain, &what);
+            }
+            let shift = Mat4::from_translation(Vec3::new(3.0, -7.0, 1.0));
+            let turned = Seen::of(&moved(world(), shift * Mat4::from_quat(turn), 1.0));
+            // The sky stays above.
+            all.same(&turned, &plain, &format!("{name}, {transport:?}, turned"));
+        }
+    }
+}
+
+/// A sphere takes along what lies on it when it is turned with all else: bumps and brushes, too.
+#[test]
+fn a_sphere_is_turned_with_its_bumps() {
+    let mut all = Relations::default();
+    let turn = Mat4::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_z(-0.4));
+    for (index, name) in names().into_iter().enumerate() {
+        let world = || {
+            let mut world = room(Transport::Path, index, &[0, 1, 4, 7]);
+            let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+            place(&mut world, Shape::Sphere { radius_m: 0.6 }, material, stage::at(0.0, 0.3, 0.3));
+            world
+        };
+        all.same(&Seen::of(&moved(world(), turn, 1.0)), &Seen::of(&world()), name);
+    }
+}
+
+/// In whichever order things come, they are there.
+#[test]
+fn the_order_of_things_means_nothing() {
+    let mut all = Relations::default();
+    for (index, name) in names().into_iter().enumerate() {
+        for transport in stage::BOTH {
+            let plain = Seen::of(&room(transport, index, &THINGS));
+            for order in [[8, 7, 6, 5, 4, 3, 2, 1, 0], [3, 6, 0, 8, 4, 1, 5, 7, 2]] {
+                let what = format!("{name}, {transport:?}, {order:?}");
+                all.same(&Seen::of(&room(transport, index, &order)), &plain, &what);
+            }
+        }
+    }
+}
+
+/// What has been there and is gone leaves no trace, and what comes later comes last.
+#[test]
+fn what_is_gone_leaves_no_trace() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        let material = stage::matte(0.6);
+        let mut plain = room(transport, 0, &THINGS[..7]);
+        spawn(&mut plain, 7, &material);
+        for gone in 0..4 {
+            let mut world = stage::world(transport, 12, 400);
+            let classic = stage::materials(&mut world.assets).swap_remove(0).1;
+            let mut away = Vec::new();
+            for thing in &THINGS[..7] {
+                if *thing % 4 == gone {
+                    away.push(world.entities.spawn((stage::at(0.0, 0.0, 0.0),)));
+                }
+                spawn(&mut world, *thing, &classic);
+            }
+            for entity in away {
+                world.entities.despawn(entity).expect("it is there");
+            }
+            let before = world.in_order();
+            spawn(&mut world, 7, &material);
+            let after = world.in_order();
+            all.holds(after[..before.len()] == before, || format!("the new one does not come last, {gone}"));
+            all.equal(&Seen::of(&world), &Seen::of(&plain), &format!("{transport:?}, {gone}"));
+            let exact = Seen::of(&world).pixels == Seen::of(&plain).pixels;
+            all.holds(exact, || format!("{transport:?}, {gone}: not to the bit"));
+        }
+    }
+}
+
+/// A sheet in two pieces is the sheet.
+#[test]
+fn a_sheet_in_two_is_the_sheet() {
+    let mut all = Relations::default();
+    for (index, name) in names().into_iter().enumerate() {
+        for transport in stage::BOTH {
+            let seen = |pieces: u32| {
+                let mut world = room(transport, index, &[0, 1, 4, 6]);
+                let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+                let width = 2.0 / pieces as f32;
+                for piece in 0..pieces {
+                    let left = -1.0 + width * piece as f32;
+                    let mut mesh = stage::quad([left, 0.0, 1.0], [width, 0.0, 0.0], [0.0, 0.4, -2.0]);
+                    mesh.uvs.iter_mut().for_each(|uv| uv.x = (uv.x * width + left + 1.0) / 2.0);
+                    place_mesh(&mut world, mesh, material.clone(), Transform::IDENTITY);
+                }
+                Seen::of(&world)
+            };
+            all.same(&seen(2), &seen(1), &format!("{name}, {transport:?}"));
+        }
+    }
+}
+
+/// All light times a power of two: the picture times that, to the last bits.
+#[test]
+fn light_has_no_scale() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        let lit = |factor: f32| {
+            let mut world = room(transport, 0, &THINGS);
+            world.settings.background = Background::Constant(Rgb::splat(0.2 * factor));
+            world.settings.ambient = Rgb::splat(0.05 * factor);
+            world.change_lights(|light| match light {
+                Light::Directional { irradiance, .. } => *irradiance = *irradiance * factor,
+                Light::Environment { radiance, .. } => *radiance = *radiance * factor,
+                Light::Point { power_w, .. } | Light::Spot { power_w, .. } | Light::Area { power_w, .. } => {
+                    *power_w = *power_w * factor;
+                }
+            });
+            for named in &mut world.assets.materials {
+                match &mut named.material {
+                    Material::Principled(m) => scale(&mut m.emission, factor),
+                    Material::BlinnPhong(m) => scale(&mut m.emission, factor),
+                }
+            }
+            Seen::of(&world)
+        };
+        let plain = lit(1.0);
+        for power in [-40, -10, 10, 40] {
+            let factor = 2.0f32.powi(power);
+            let scaled = lit(factor).times(1.0 / factor);
+            let close = |(a, b): (f32, f32)| (a - b).abs() <= 1e-5 * b.max(0.01);
+            let alike = |(a, b): &(&Rgb, &Rgb)| a.to_array().into_iter().zip(b.to_array()).all(close);
+            let different = scaled.pixels.iter().zip(&plain.pixels).filter(|pair| !alike(pair)).count();
+            let (x, y) = (scaled.mean(), plain.mean());
+            all.holds(different == 0, || {
+                format!("{transport:?}, 2^{power}: {different} pixels, {x} and {y}")
+            });
+        }
+    }
+}
+
+fn scale(input: &mut ColorInput, factor: f32) {
+    if let ColorInput::Constant(color) = input {
+        *color = *color * factor;
+    }
+}
+
+fn session(world: &World, schedule: Schedule) -> Session {
+    let options = Options { schedule, ..Options::default() };
+    Session::new(compile(world, None).expect("a scene"), &world.settings, options)
+}
+
+/// Both schedules, and samples in two films: the same to the bit, for every material.
+#[test]
+fn films_are_the_same_however_they_are_made() {
+    for (index, name) in names().into_iter().enumerate() {
+        for transport in stage::BOTH {
+            let mut world = room(transport, index, &THINGS);
+            world.settings.samples = 8;
+            // Something in the same place as something else.
+            let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+            place_mesh(&mut world, stage::shell(), material, stage::at(0.6, 0.3, 0.0));
+            let whole = |schedule: Schedule| {
+                let mut session = session(&world, schedule);
+                session.advance(u32::MAX);
+                session.film().clone()
+            };
+            let expected = whole(Schedule::Wavefront);
+            assert_eq!(whole(Schedule::Recursive), expected, "{name}, {transport:?}");
+            let mut merged = Film::new(Region::whole(world.settings.size), expected.unit());
+            for samples in [0..3, 3..8] {
+                let mut part = session(&world, Schedule::Wavefront).with_samples(samples);
+                part.advance(u32::MAX);
+                merged.merge(part.film());
+            }
+            assert_eq!(merged, expected, "{name}, {transport:?}, merged");
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Pictures on surfaces: from whichever set of coordinates and however turned.
+
+use rayfront::math::{Mat4, Rgb, Vec2};
+use rayfront::world::assets::{ColorSpace, TextureFilter, Wrap};
+use rayfront::world::{
+    AlphaMode, Background, BlinnPhong, Channel, ColorInput, Falloff, Light, Material, Mesh, ScalarInput,
+    Shape, Texels, Texture, TextureId, Transform, Transport, World,
+};
+
+use super::stage::{self, camera, grey, number, place, place_mesh, principled};
+use super::{Relations, Seen};
+
+const FILTERS: [TextureFilter; 3] =
+    [TextureFilter::Nearest, TextureFilter::Bilinear, TextureFilter::Trilinear];
+
+/// What a texture is used for.
+#[derive(Clone, Copy, Debug)]
+enum Use {
+    Classic,
+    Base,
+    Emission,
+    Alpha,
+}
+
+const USES: [Use; 4] = [Use::Classic, Use::Base, Use::Emission, Use::Alpha];
+
+fn material(texture: TextureId, what: Use) -> Material {
+    let input = ColorInput::Texture(texture);
+    match what {
+        Use::Classic => Material::BlinnPhong(BlinnPhong { diffuse: input, ..BlinnPhong::default() }),
+        Use::Base => principled(|m| (m.base_color, m.double_sided) = (input, true)),
+        Use::Emission => {
+            principled(|m| (m.base_color, m.emission, m.double_sided) = (grey(0.0), input, true))
+        }
+        Use::Alpha => principled(|m| {
+            (m.base_color, m.double_sided) = (grey(0.7), true);
+            m.alpha = ScalarInput { factor: 1.0, texture: Some((texture, Channel::Red)) };
+            m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+        }),
+    }
+}
+
+/// Squares of 64 a side, finer than any pixel, in patches of different colours.
+fn fine(world: &mut World, look: impl FnOnce(&mut Texture)) -> TextureId {
+    let image = stage::image(&mut world.assets, 64, |u, v| {
+        let (x, y) = ((u * 64.0) as u32, (v * 64.0) as u32);
+        let noise = (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503).wrapping_add(x * y)) >> 3;
+        let grain = (noise % 16) as f32 / 15.0;
+        [grain, 0.8 * u + 0.2 * grain, 0.8 * v + 0.2 * grain]
+    });
+    let mut texture = Texture { color_space: ColorSpace::Linear, ..Texture::new(image) };
+    look(&mut texture);
+    world.assets.add_texture(texture)
+}
+
+/// A mesh with a picture, seen aslant under one lamp, with nothing random about the surface.
+fn scene(transport: Transport, what: Use, mesh: &dyn Fn() -> Mesh, look: impl FnOnce(&mut Texture)) -> Seen {
+    let mut world = stage::world(transport, 24, 16);
+    world.settings.max_depth = 0;
+    world.settings.background = Background::Constant(Rgb::splat(0.05));
+    camera(&mut world, [0.4, 1.6, 2.2], [0.0, 0.0, 0.0], 0.8);
+    let texture = fine(&mut world, look);
+    place_mesh(&mut world, mesh(), material(texture, what), Transform::Matrix(Mat4::from_rotation_y(0.2)));
+    let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
+    world.entities.spawn((light, stage::at(0.5, 2.0, 1.0)));
+    Seen::of(&world)
+}
+
+/// A square with two sets of coordinates, or with the second set as its only one.
+fn square(first: f32, second: f32, both: bool) -> Mesh {
+    let mut mesh = stage::floor(1.0, 0.0);
+    let scaled = |by: f32, uvs: &[Vec2]| uvs.iter().map(|uv| *uv * by).collect::<Vec<_>>();
+    let plain = mesh.uvs.clone();
+    if both {
+        (mesh.uvs, mesh.uvs1) = (scaled(first, &plain), scaled(second, &plain));
+    } else {
+        mesh.uvs = scaled(second, &plain);
+    }
+    mesh
+}
+
+/// A picture on the second set is that picture on the only one, however fine the first set is.
+#[test]
+fn the_second_set_of_coordinates_is_as_good_as_the_first() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        for what in USES {
+            for filter in FILTERS {
+                for (first, second) in [(0.05, 1.0), (16.0, 1.0), (1.0, 4.0)] {
+                    let alone =
+                        scene(transport, what, &|| square(first, second, false), |t| t.filter = filter);
+                    let on_second = scene(transport, what, &|| square(first, second, true), |t| {
+                        (t.filter, t.uv_set) = (filter, 1);
+                    });
+                    all.equal(
+                        &on_second,
+                        &alone,
+                        &format!("{transport:?} {what:?} {filter:?}, {first} {second}"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Texture coordinates as KHR_texture_transform has them.
+fn transformed(uv: Vec2, t: &Texture) -> Vec2 {
+    let (sin, cos) = (libm::sinf(t.rotation), libm::cosf(t.rotation));
+    let s = uv * t.scale;
+    Vec2::new(cos * s.x + sin * s.y, -sin * s.x + cos * s.y) + t.offset
+}
+
+/// A texture that is moved, turned and scaled is one that is not, at coordinates that are.
+#[test]
+fn a_transformed_texture_has_transformed_coordinates() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        for what in USES {
+            for filter in FILTERS {
+                for rotation in [0.0, 0.7, -2.0] {
+                    let look = |t: &mut Texture| {
+                        (t.filter, t.rotation, t.scale) = (filter, rotation, Vec2::new(1.5, 0.8));
+                        (t.offset, t.wrap) = (Vec2::new(0.2, -0.3), [Wrap::Repeat, Wrap::Mirror]);
+                    };
+                    let by_texture = scene(transport, what, &|| square(1.0, 1.0, false), look);
+                    let by_mesh = scene(
+                        transport,
+                        what,
+                        &|| {
+                            let mut t = Texture::new(rayfront::world::ImageId(0));
+                            look(&mut t);
+                            let mut mesh = square(1.0, 1.0, false);
+                            mesh.uvs.iter_mut().for_each(|uv| *uv = transformed(*uv, &t));
+                            mesh
+                        },
+                        |t| (t.filter, t.wrap) = (filter, [Wrap::Repeat, Wrap::Mirror]),
+                    );
+                    all.equal(
+                        &by_texture,
+                        &by_mesh,
+                        &format!("{transport:?} {what:?} {filter:?} by {rotation}"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Half a turn is a mirror along both axes, also where coordinates are not a mesh's.
+#[test]
+fn half_a_turn_is_a_mirror_both_ways() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        for what in [Use::Classic, Use::Emission] {
+            let ball = |look: fn(&mut Texture)| {
+                let mut world = stage::world(transport, 16, 16);
+                world.settings.max_depth = 0;
+                camera(&mut world, [0.0, 0.5, 3.0], [0.0, 0.0, 0.0], 0.8);
+                let texture = stage::paint(&mut world.assets);
+                look(&mut world.assets.textures[texture.0 as usize]);
+                place(
+                    &mut world,
+                    Shape::Sphere { radius_m: 1.0 },
+                    material(texture, what),
+                    Transform::IDENTITY,
+                );
+                let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
+                world.entities.spawn((light, stage::at(0.5, 2.0, 3.0)));
+                Seen::of(&world)
+            };
+            let turned = ball(|t| (t.rotation, t.offset) = (std::f32::consts::PI, Vec2::ONE));
+            let mirrored = ball(|t| (t.scale, t.offset) = (-Vec2::ONE, Vec2::ONE));
+            all.equal(&turned, &mirrored, &format!("{transport:?} {what:?}"));
+        }
+    }
+}
+
+/// Colours of vertices are a picture's that is as smooth.
+#[test]
+fn colours_of_vertices_are_those_of_a_picture() {
+    let mut all = Relations::default();
+    for transport in stage::BOTH {
+        let seen = |picture: bool| {
+            let mut world = stage::world(transport, 12, 16);
+            world.settings.max_depth = 0;
+            camera(&mut world, [0.0, 1.5, 1.0], [0.0, 0.0, 0.0], 0.8);
+            let texels = vec![[0.1, 0.2, 0.3], [0.9, 0.2, 0.3], [0.1, 0.6, 0.3], [0.9, 0.6, 0.3]];
+            let mut mesh = stage::floor(1.0, 0.0);
+            let mut look = Material::BlinnPhong(BlinnPhong { diffuse: grey(1.0), ..BlinnPhong::default() });
+            if picture {
+                let image = stage::image(&mut world.assets, 2, |_, _| [0.0; 3]);
+                world.assets.images[image.0 as usize].texels = Texels::Rgb32(texels);
+                let texture = Texture {
+                    color_space: ColorSpace::Linear,
+                    wrap: [Wrap::Clamp; 2],
+                    ..Texture::new(image)
+                };
+                look = material(world.assets.add_texture(texture), Use::Classic);
+                // From the middle of one texel to that of the next.
+                mesh.uvs.iter_mut().for_each(|uv| *uv = *uv * 0.5 + 0.25);
+            } else {
+                let at = |uv: &Vec2| Rgb::from(texels[uv.x as usize + 2 * uv.y as usize]);
+                mesh.colors = mesh.uvs.iter().map(at).collect();
+            }
+            place_mesh(&mut world, mesh, look, Transform::IDENTITY);
+            let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
+            world.entities.spawn((light, stage::at(0.5, 2.0, 1.0)));
+            Seen::of(&world)
+        };
+        all.equal(&seen(true), &seen(false), &format!("{transport:?}"));
+    }
+}
+
+/// What a channel says is what a number says, where it is the same everywhere.
+#[test]
+fn a_channel_that_is_the_same_everywhere_is_a_number() {
+    let mut all = Relations::default();
+    let seen = |textured: bool| {
+        let mut world = stage::world(Transport::Path, 12, 64);
+        stage::sky(&mut world);
+        camera(&mut world, [0.0, 1.5, 1.0], [0.0, 0.0, 0.0], 0.8);
+        let image = stage::image(&mut world.assets, 1, |_, _| [0.5, 0.25, 0.75]);
+        let texture =
+            world.assets.add_texture(Texture { color_space: ColorSpace::Linear, ..Texture::new(image) });
+        let of = |channel: Channel, value: f32| match textured {
+            true => ScalarInput { factor: 0.8, texture: Some((texture, channel)) },
+            false => number(0.8 * value),
+        };
+        let plain = principled(|m| {
+            (m.metallic, m.roughness) = (of(Channel::Red, 0.5), of(Channel::Green, 0.25));
+            (m.clearcoat, m.clearcoat_roughness) = (of(Channel::Blue, 0.75), of(Channel::Red, 0.5));
+            (m.sheen_color, m.sheen_roughness) = (grey(0.5), of(Channel::Blue, 0.75));
+            (m.transmission, m.alpha) = (of(Channel::Red, 0.5), of(Channel::Blue, 0.75));
+            (m.alpha_mode, m.double_sided) = (AlphaMode::Blend, true);
+        });
+        place_mesh(&mut world, stage::floor(1.0, 0.0), plain, Transform::IDENTITY);
+        Seen::of(&world)
+    };
+    all.equal(&seen(true), &seen(false), "channels");
+}
