@@ -23,13 +23,15 @@ pub(super) struct Surfaces<'a> {
     pub materials: &'a [Material],
     /// The triangles of each instance.
     pub placed: &'a [Range<u32>],
+    /// The same of copies.
+    pub copies: &'a [Range<u32>],
 }
 
 /// What shines.
 pub(super) struct Compiled {
     pub emitters: Emitters,
     pub lights: Vec<LightSamples>,
-    /// How many instances would be too many emitters.
+    /// How many instances and copies would be too many emitters.
     pub left_out: usize,
 }
 
@@ -53,8 +55,9 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
         }
         lights.push(light);
     }
-    in_the_world(&mut out, surfaces, &areas);
-    let left_out = instances(&mut out, surfaces, MOST_PLACED);
+    let mut room = MOST_PLACED;
+    let mut left_out = in_the_world(&mut out, surfaces, &areas, &mut room);
+    left_out += instances(&mut out, surfaces, room);
     out.finite = out.len() as u32;
     let bounds: Vec<LightBounds> = (0..out.len()).map(|emitter| bounds(&out, emitter)).collect();
     out.tree = light_tree::build(&bounds);
@@ -260,21 +263,42 @@ impl Shining {
     }
 }
 
-/// Triangles and spheres in world space whose material gives off light.
-fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u32>) {
+/// Triangles and spheres in world space whose material gives off light, of copies as many as there is room
+/// for; returns how many copies are left out.
+fn in_the_world(
+    out: &mut Emitters,
+    surfaces: &Surfaces,
+    areas: &HashMap<u32, u32>,
+    room: &mut usize,
+) -> usize {
     let Surfaces { geometry, materials, .. } = surfaces;
     let shines = |part: u32| {
         let material = geometry.parts.material[part as usize];
         materials.get(material as usize)?.emits().then_some(material)
     };
     if !(0..geometry.parts.material.len() as u32).any(|part| shines(part).is_some()) {
-        return;
+        return 0;
     }
     let triangles = geometry.world_triangles as usize;
     let spheres = geometry.world_spheres as usize;
     out.of_primitive = vec![NONE; triangles + spheres];
+    let shining = |copy: &&Range<u32>| {
+        (copy.start..copy.end).filter(|i| shines(geometry.triangle_parts[*i as usize]).is_some()).count()
+    };
+    let mut left_out: Vec<&Range<u32>> = Vec::new();
+    for copy in surfaces.copies {
+        match room.checked_sub(shining(&copy)) {
+            Some(rest) => *room = rest,
+            None => left_out.push(copy),
+        }
+    }
+    let mut next = left_out.iter().copied().peekable();
     for index in 0..triangles {
         let Some(material) = shines(geometry.triangle_parts[index]) else { continue };
+        while next.next_if(|copy| copy.end as usize <= index).is_some() {}
+        if next.peek().is_some_and(|copy| copy.start as usize <= index) {
+            continue;
+        }
         if out.of_primitive[index] != NONE {
             continue;
         }
@@ -296,6 +320,7 @@ fn in_the_world(out: &mut Emitters, surfaces: &Surfaces, areas: &HashMap<u32, u3
         let emitter = Shining { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
         out.of_primitive[triangles + index] = emitter;
     }
+    left_out.len()
 }
 
 /// The emitters of a mesh with instances, in its own space.
@@ -366,4 +391,42 @@ fn instances(out: &mut Emitters, surfaces: &Surfaces, most: usize) -> usize {
         }
     }
     left_out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{geometry, materials, transforms};
+    use super::*;
+    use crate::world::{self, BlinnPhong, ColorInput, Mesh, Shape, Transform, World};
+
+    #[test]
+    fn copies_are_lamps_as_far_as_there_is_room() {
+        let mut world = World::default();
+        let bright = BlinnPhong { emission: ColorInput::Constant(Rgb::WHITE), ..BlinnPhong::default() };
+        let material = world.assets.add_material(None, world::Material::BlinnPhong(bright));
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]];
+        let mesh = world.assets.add_mesh(Mesh { positions, triangles, ..Mesh::default() });
+        for _ in 0..3 {
+            world.entities.spawn((Shape::Mesh(mesh), material, Transform::IDENTITY));
+        }
+        let order = world.in_order();
+        let placed = transforms::compile(&world, &order).expect("transforms");
+        let (mut records, mut names) = materials::compile(&world.assets);
+        let sheets = &mut materials::Sheets::new(&mut records, &mut names);
+        let compiled = geometry::compile(&world, &order, &placed, &[], sheets).expect("triangles");
+        let surfaces = Surfaces {
+            geometry: &compiled.geometry,
+            materials: &records,
+            placed: &compiled.placed,
+            copies: &compiled.copies,
+        };
+        for (room, left_out) in [(12, 0), (11, 1), (4, 2), (3, 3)] {
+            let (mut out, mut rest) = (Emitters::default(), room);
+            assert_eq!(in_the_world(&mut out, &surfaces, &HashMap::new(), &mut rest), left_out);
+            assert_eq!((out.len(), rest), (12 - 4 * left_out, room - out.len()));
+            let lamps = out.of_primitive.iter().filter(|emitter| **emitter != NONE).count();
+            assert_eq!(lamps, out.len());
+        }
+    }
 }

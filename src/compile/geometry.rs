@@ -26,6 +26,8 @@ pub(super) struct Compiled {
     pub bvh: Bvh,
     /// The triangles of each instance.
     pub placed: Vec<Range<u32>>,
+    /// Those of each mesh that is placed several times and copied, place by place.
+    pub copies: Vec<Range<u32>>,
 }
 
 pub(super) fn compile(
@@ -36,7 +38,7 @@ pub(super) fn compile(
     sheets: &mut Sheets,
 ) -> Result<Compiled, CompileError> {
     let mut builder = Builder::default();
-    let mut placed = Vec::new();
+    let (mut placed, mut copies) = (Vec::new(), Vec::new());
     let uses = count_uses(world, order);
     let copied = choose_copied(world, &uses);
     check_size(world, &uses, &copied)?;
@@ -67,7 +69,11 @@ pub(super) fn compile(
                 builder.mesh(&mesh, matrix, |_| part(material));
             }
             Shape::Mesh(id) if copied[id.0 as usize] => {
+                let first = builder.geometry.triangles.len() as u32;
                 builder.mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material)));
+                if uses[id.0 as usize] > 1 {
+                    copies.push(first..builder.geometry.triangles.len() as u32);
+                }
             }
             Shape::Mesh(id) => {
                 let material = own.unwrap_or(MaterialId(NONE));
@@ -80,7 +86,7 @@ pub(super) fn compile(
         let part = Part { entity: rectangle.entity.id(), ..plain_part(MaterialId(rectangle.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
-    builder.finish(world, placed)
+    Ok(Compiled { copies, ..builder.finish(world, placed)? })
 }
 
 /// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
@@ -282,7 +288,7 @@ impl Builder {
             boxes.push(root.bounds);
         }
         bvh.add_root(&self.geometry.shapes(), 0..triangles, 0..spheres, &boxes);
-        Ok(Compiled { geometry: self.geometry, bvh, placed: ranges })
+        Ok(Compiled { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() })
     }
 
     /// A tree and its triangles.

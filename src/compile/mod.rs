@@ -31,11 +31,12 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let lights::Compiled { lamps, rectangles } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
-    let geometry::Compiled { geometry, mut bvh, placed } =
+    let geometry::Compiled { geometry, mut bvh, placed, copies } =
         geometry::compile(world, &order, &transforms, &rectangles, &mut sheets)?;
     set_presence(&mut bvh, &geometry, &materials);
     let environment = environment::compile(world, &order, &transforms);
-    let surfaces = emitters::Surfaces { geometry: &geometry, materials: &materials, placed: &placed };
+    let surfaces =
+        emitters::Surfaces { geometry: &geometry, materials: &materials, placed: &placed, copies: &copies };
     let emitters::Compiled { emitters, lights, left_out } =
         emitters::compile(&surfaces, &lamps, &environment);
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
@@ -56,7 +57,7 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     scene.warnings = warnings(&scene, world);
     if left_out > 0 && world.settings.transport == Transport::Path {
         scene.warnings.push(format!(
-            "meshes that shine have so many instances that {left_out} of them are found by chance alone, \
+            "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
              which is noisier: more than {} triangles would be lights",
             emitters::MOST_PLACED
         ));

@@ -25,7 +25,7 @@ pub struct Path<F: Float> {
     /// Bounces so far.
     pub depth: F::Int,
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
-    /// found it (the camera's, a mirror's). With all that follows for the path transport alone.
+    /// found it (the camera's, a mirror's). As [`Path::medium`] for the path transport alone.
     pub pdf: F,
     /// How wide the ray is at its origin, in metres.
     pub width: F,
@@ -44,25 +44,6 @@ impl<F: Float> Path<F> {
             direction: self.direction,
             t_min: F::zero(),
             t_max: F::splat(f32::INFINITY),
-        }
-    }
-
-    /// `yes` where `mask` is set, `no` elsewhere.
-    #[inline(always)]
-    pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
-        Self {
-            origin: Vector::select(mask, yes.origin, no.origin),
-            direction: Vector::select(mask, yes.direction, no.direction),
-            throughput: Color::select(mask, yes.throughput, no.throughput),
-            radiance: Color::select(mask, yes.radiance, no.radiance),
-            pixel: F::Int::select(mask, yes.pixel, no.pixel),
-            sample: F::Int::select(mask, yes.sample, no.sample),
-            branch: F::Int::select(mask, yes.branch, no.branch),
-            depth: F::Int::select(mask, yes.depth, no.depth),
-            pdf: F::select(mask, yes.pdf, no.pdf),
-            width: F::select(mask, yes.width, no.width),
-            spread: F::select(mask, yes.spread, no.spread),
-            medium: F::Int::select(mask, yes.medium, no.medium),
         }
     }
 
