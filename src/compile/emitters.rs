@@ -1,4 +1,4 @@
-//! Everything that lights surfaces to the columns that the path transport samples.
+//! Everything that lights surfaces to the columns that both transports sample.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -204,7 +204,7 @@ pub(super) fn absorbed<F: Float>(
 ) -> Color<F> {
     let mut throughput = path.throughput;
     let mut todo = mask & !medium.eq(F::Int::splat(NONE));
-    // What comes from infinitely far away has no way through what absorbs nothing of a colour, either.
+    // Infinity times a colour's absorption of zero would be no number.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
         let material = emitter::lane(medium, todo);

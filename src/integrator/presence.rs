@@ -10,6 +10,7 @@ use crate::math::{Hit, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, Key};
+use crate::scene::Material;
 use crate::scene::material::Coverage;
 use crate::shading::details::point_coordinates;
 use crate::shading::point::{Tables, coverage};
@@ -34,10 +35,10 @@ impl Traced<'_> {
         let scene = &frame.scene;
         let Hit { primitive, instance, .. } = crossing.hit;
         let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
-        if material.hides_back && crossing.front == scene.geometry.is_mirrored(primitive) {
+        if !material.shows(crossing.front != scene.geometry.is_mirrored(primitive)) {
             return false;
         }
-        let there = self.coverage(crossing);
+        let there = self.coverage(material, crossing);
         if material.coverage != Coverage::Blend {
             return there > 0.0;
         }
@@ -65,7 +66,7 @@ impl Traced<'_> {
     }
 
     /// How much of the surface is there.
-    fn coverage(&self, crossing: &Crossing) -> f32 {
+    fn coverage(&self, material: &Material, crossing: &Crossing) -> f32 {
         let scene = &self.frame.scene;
         let Hit { t, u, v, primitive, instance } = crossing.hit;
         let hit = HitLanes { t, u, v, primitive: Wrapping(primitive), instance: Wrapping(instance) };
@@ -75,8 +76,7 @@ impl Traced<'_> {
         };
         let at = point_coordinates(&scene.geometry, &hit, uv, true);
         let tables = Tables { geometry: &scene.geometry, textures: &scene.textures };
-        let material = scene.geometry.material_of(primitive, instance);
-        coverage(&scene.materials[material as usize], tables, &hit, &at, true)
+        coverage(material, tables, &hit, &at, true)
     }
 }
 

@@ -184,12 +184,17 @@ pub struct Material {
 impl Material {
     /// From where a surface of it is there for the tree, whose triangles a transform may have mirrored.
     pub fn presence(&self, mirrored: bool) -> Presence {
-        match (self.coverage, self.hides_back) {
+        match (self.coverage, self.shows(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
-            (Coverage::Whole, false) => Presence::Always,
-            (Coverage::Whole, true) if mirrored => Presence::Back,
-            (Coverage::Whole, true) => Presence::Front,
+            (Coverage::Whole, true) => Presence::Always,
+            (Coverage::Whole, false) if mirrored => Presence::Back,
+            (Coverage::Whole, false) => Presence::Front,
         }
+    }
+
+    /// Whether it has that side: its front, or its back.
+    pub fn shows(&self, front: bool) -> bool {
+        front || !self.hides_back
     }
 
     /// Whether it reflects like a mirror, however blurred.
