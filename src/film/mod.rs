@@ -27,18 +27,23 @@ impl Unit {
     /// Scenes whose brightest thing lies between these powers of two are counted as they are.
     const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
 
-    /// For a scene whose brightest thing has this radiance: suns must not be cut off, and starlight
-    /// must be more than a few quanta.
-    pub fn for_brightest(radiance: f32) -> Unit {
-        if radiance <= 0.0 || !radiance.is_finite() {
+    /// What surfaces are lit by is at least so many quanta, in powers of two.
+    const FINENESS: i32 = 20;
+
+    /// For a scene whose brightest thing has one radiance and whose surfaces are lit by about another:
+    /// suns must not be cut off, and starlight must be more than a few quanta. Where both cannot be
+    /// had, because something small is a million times as bright as all that it lights, that is cut off.
+    pub fn new(brightest: f32, usual: f32) -> Unit {
+        if !(brightest > 0.0 && brightest.is_finite() && usual > 0.0) {
             return Unit(0);
         }
-        let exponent = libm::ilogb(f64::from(radiance));
-        match exponent {
-            _ if Self::USUAL.contains(&exponent) => Unit(0),
-            // So far that both this power of two and its inverse are floats.
-            _ if exponent > *Self::USUAL.end() => Unit((exponent - Self::USUAL.end()).min(100)),
-            _ => Unit(exponent.max(-100)),
+        let [brightest, usual] = [brightest, usual].map(|radiance| libm::ilogb(f64::from(radiance)));
+        // So far that both this power of two and its inverse are floats.
+        let largest = (usual + 24 - Self::FINENESS).clamp(0, 100);
+        match brightest {
+            _ if Self::USUAL.contains(&brightest) => Unit(0),
+            _ if brightest > *Self::USUAL.end() => Unit((brightest - Self::USUAL.end()).min(largest)),
+            _ => Unit(brightest.max(-100)),
         }
     }
 
@@ -236,7 +241,7 @@ mod tests {
     fn films_count_in_units_of_what_is_brightest() {
         for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
             let brightest = libm::scalbnf(1.37, exponent);
-            let mut film = Film::new(Region::whole([1, 1]), Unit::for_brightest(brightest));
+            let mut film = Film::new(Region::whole([1, 1]), Unit::new(brightest, brightest));
             film.count(0, 0, 0);
             film.add(0, 0, 0, Rgb::new(brightest, brightest / 3.0, 0.0));
             let found = film.radiance()[0];
@@ -244,8 +249,11 @@ mod tests {
             assert!((found.g / brightest * 3.0 - 1.0).abs() < 3e-6, "2^{exponent}: {found:?}");
         }
         for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            assert_eq!(Unit::for_brightest(nothing), Unit::default());
+            assert_eq!(Unit::new(nothing, nothing), Unit::default());
         }
+        // A spark in a dim room: what it lights counts for more than how bright it is.
+        assert_eq!(Unit::new(1e9, 0.05), Unit::default());
+        assert_eq!((Unit::new(1e9, 1.0), Unit::new(1e9, 1e9)), (Unit(4), Unit(13)));
     }
 
     #[test]

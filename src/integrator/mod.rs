@@ -66,7 +66,8 @@ pub struct Frame {
 impl Frame {
     /// A scene with the settings to render it by.
     pub fn new(scene: CompiledScene, settings: &Settings) -> Self {
-        let unit = Unit::for_brightest(scene.brightest());
+        let (brightest, usual) = scene.levels();
+        let unit = Unit::new(brightest, usual);
         let lobes = match settings.transport {
             Transport::Whitted => LobeTables::NONE,
             Transport::Path => LobeTables::of(&scene.materials),

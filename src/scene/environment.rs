@@ -32,15 +32,23 @@ pub struct Panorama {
 }
 
 impl Environment {
-    /// The largest component of any radiance that comes from there.
-    pub fn brightest(&self) -> f32 {
+    /// The largest component of any radiance that comes from there, and about the mean of all.
+    pub fn levels(&self) -> (f32, f32) {
         match (&self.panorama, self.background) {
             (Some(panorama), _) => {
-                let texels = panorama.texels.iter().map(|texel| Rgb::from(*texel).max_component());
-                texels.fold(0.0, f32::max) * panorama.factor.max_component()
+                let (mut most, mut sum) = (0.0f32, 0.0);
+                for texel in &panorama.texels {
+                    let value = Rgb::from(*texel).max_component();
+                    (most, sum) = (most.max(value), sum + f64::from(value));
+                }
+                let factor = panorama.factor.max_component();
+                (most * factor, (sum / panorama.texels.len().max(1) as f64) as f32 * factor)
             }
-            (None, Background::Constant(color)) => color.max_component(),
-            (None, Background::Gradient { bottom, top }) => bottom.max_component().max(top.max_component()),
+            (None, Background::Constant(color)) => (color.max_component(), color.max_component()),
+            (None, Background::Gradient { bottom, top }) => {
+                let (bottom, top) = (bottom.max_component(), top.max_component());
+                (bottom.max(top), (bottom + top) * 0.5)
+            }
         }
     }
 

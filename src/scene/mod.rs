@@ -20,7 +20,8 @@ pub use material::Material;
 pub use textures::Textures;
 
 use crate::bvh::Bvh;
-use crate::math::{Aabb, Rgb};
+use crate::math::{Aabb, Rgb, Vec3};
+use emitters::kind;
 
 /// All that rendering needs to know of a world.
 #[derive(Debug)]
@@ -63,22 +64,29 @@ pub struct Memory {
 }
 
 impl CompiledScene {
-    /// About the radiance of the brightest thing that can be seen: in proportion to all light that there
-    /// is, if not more.
-    pub fn brightest(&self) -> f32 {
+    /// About the radiance of the brightest thing that can be seen, and what surfaces are lit by: both in
+    /// proportion to all light that there is.
+    pub fn levels(&self) -> (f32, f32) {
         let far = self.bounds.size().length().max(1e-6);
-        let emitters = (0..self.emitters.len() as u32).map(|emitter| {
+        let (mut brightest, mut usual) = self.environment.levels();
+        let mut note = |bright: f32, lit: f32| {
+            (brightest, usual) = (brightest.max(bright), usual.max(lit));
+        };
+        note(self.ambient.max_component(), self.ambient.max_component());
+        for emitter in 0..self.emitters.len() as u32 {
             let (kind, row) = self.emitters.row(emitter);
             let light = Rgb::new(row[10], row[11], row[12]).max_component();
-            // What has no extent is seen by the light that it throws.
-            if matches!(kind, emitters::kind::POINT | emitters::kind::SPOT) && row[9] > 0.0 {
-                return light / (far * far);
+            let vector = |at: usize| Vec3::from_slice(&row[at..]);
+            let seen = |area: f32| light * (area / (far * far)).min(1.0);
+            match kind {
+                kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
+                kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
+                // What has no extent is seen by the light that it throws.
+                kind::POINT | kind::SPOT if row[9] > 0.0 => note(light / (far * far), light / (far * far)),
+                _ => note(light, light),
             }
-            light
-        });
-        let own = self.materials.iter().map(|m| Rgb::from(m.emission.factor).max_component());
-        let brightest = emitters.chain(own).fold(self.ambient.max_component(), f32::max);
-        brightest.max(self.environment.brightest())
+        }
+        (brightest, usual)
     }
 
     /// What it takes.
