@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
-use super::collapse::{Plan, open};
+use super::collapse::{CollapsePlan, open};
 use super::layout::{Bvh, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
@@ -72,7 +72,7 @@ impl Bvh {
         let start = std::time::Instant::now();
         let Tree { mut nodes, order } = build(primitives, self.quality);
         let before = [self.nodes.len(), self.triangles.len(), self.spheres.len()];
-        let plan = Plan::new(&mut nodes, &order, before);
+        let plan = CollapsePlan::new(&mut nodes, &order, before);
         self.stack_size = self.stack_size.max(WIDTH * (plan.depth + 1));
         let leaf = |index: &u32| {
             let leaf = &nodes[*index as usize];

@@ -1,7 +1,7 @@
 //! The binary tree that is folded into wide nodes.
 
 use super::collapse::{Costs, Opening};
-use super::layout::{BLOCK, Child, Kind};
+use super::layout::{BLOCK, Child, ChildKind};
 use super::reference::{Extent, Reference};
 use crate::math::Aabb;
 
@@ -24,7 +24,7 @@ pub struct BinaryNode {
     /// References of a block; 0 for an inner node.
     pub count: u8,
     /// What a block holds.
-    pub kind: Kind,
+    pub kind: ChildKind,
     /// What it becomes, once that is known.
     pub child: Child,
     /// Which nodes below it become children of a wide node.
@@ -36,7 +36,7 @@ impl BinaryNode {
         bounds: Aabb::EMPTY,
         offset: 0,
         count: 0,
-        kind: Kind::Node,
+        kind: ChildKind::Node,
         child: Child(0),
         opening: Opening::NONE,
     };
@@ -64,7 +64,7 @@ impl BinaryNode {
 #[inline(always)]
 pub fn is_block(references: &[Reference]) -> bool {
     let kind = references[0].kind();
-    let most = if kind == Kind::Instance { 1 } else { BLOCK };
+    let most = if kind == ChildKind::Instance { 1 } else { BLOCK };
     references.len() <= most && references.iter().all(|r| r.kind() == kind)
 }
 

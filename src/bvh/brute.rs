@@ -2,7 +2,7 @@
 
 use super::leaf::{self, Visit};
 use super::presence::Asker;
-use super::ray::Local;
+use super::ray::LocalRay;
 use super::{Bvh, HitsMut};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Kernel, Lanes, Level, dispatch};
@@ -11,19 +11,19 @@ use crate::simd::{Kernel, Lanes, Level, dispatch};
 /// scenes without instances, which it passes over. Distances may differ in their last bits from
 /// those of the tree, which raises them to where the ray enters a leaf.
 pub fn closest(level: Level, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
-    dispatch(level, Everything { bvh, ray })
+    dispatch(level, BruteForce { bvh, ray })
 }
 
-struct Everything<'a> {
+struct BruteForce<'a> {
     bvh: &'a Bvh,
     ray: &'a Ray<f32>,
 }
 
-impl Kernel for Everything<'_> {
+impl Kernel for BruteForce<'_> {
     type Output = Hit;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Hit {
-        let local = Local::new(*self.ray);
+        let local = LocalRay::new(*self.ray);
         let t_min = self.ray.t_min;
         let visit = Visit::new(self.bvh, t_min, t_min, NONE, Asker::CREDULOUS);
         let mut best = Hit { t: self.ray.t_max, ..Hit::MISS };

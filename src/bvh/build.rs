@@ -56,7 +56,7 @@ pub fn peak_bytes(count: usize, mixed: bool, quality: BuildQuality) -> usize {
 }
 
 /// A bucket's subtree.
-struct Part {
+struct BucketTree {
     nodes: Vec<BinaryNode>,
     used: usize,
     summary: Summary,
@@ -80,11 +80,11 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
     }
     let mixed = primitives.are_mixed();
     let parts = tasks.into_par_iter().with_max_len(1);
-    let mut parts: Vec<Option<Part>> = parts
+    let mut parts: Vec<Option<BucketTree>> = parts
         .map(|(bucket, first, order)| {
             let mut references = Vec::with_capacity(order.len());
             references.extend(buckets.members(bucket).map(|i| primitives.reference(i as usize)));
-            Part::new(&mut references, first, order, mixed, quality)
+            BucketTree::new(&mut references, first, order, mixed, quality)
         })
         .collect();
     drop(buckets);
@@ -103,39 +103,39 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
     Tree { nodes, order }
 }
 
-impl Part {
+impl BucketTree {
     fn new(
         references: &mut [Reference],
         first: usize,
         order: &mut [u32],
         mixed: bool,
         quality: BuildQuality,
-    ) -> Option<Part> {
+    ) -> Option<BucketTree> {
         if references.is_empty() {
             return None;
         }
         let room = Room::new(references.len(), mixed);
         let mut nodes = Nodes::room(room.nodes);
         let mut tree = Nodes::new(&mut nodes);
-        let mut builder = Builder { is_fast: quality == BuildQuality::Fast, bins: Bins::default() };
-        let summary = builder.build(references, first, Place { depth: 0, room }, &mut tree);
+        let mut builder = SubtreeBuilder { is_fast: quality == BuildQuality::Fast, bins: Bins::default() };
+        let summary = builder.build(references, first, TreePosition { depth: 0, room }, &mut tree);
         let used = tree.count();
         for (id, reference) in order.iter_mut().zip(references) {
             *id = reference.id();
         }
-        Some(Part { nodes, used, summary })
+        Some(BucketTree { nodes, used, summary })
     }
 }
 
 /// Joins the buckets' trees as the buckets were cut.
-fn join_parts(parts: &mut [Option<Part>], nodes: &mut Nodes) -> Option<Summary> {
+fn join_parts(parts: &mut [Option<BucketTree>], nodes: &mut Nodes) -> Option<Summary> {
     if let [part] = parts {
         let part = part.take()?;
         nodes.append(&part.nodes[..part.used]);
         return Some(part.summary);
     }
     let (left, right) = parts.split_at_mut(parts.len() / 2);
-    let is_some = |parts: &[Option<Part>]| parts.iter().any(Option::is_some);
+    let is_some = |parts: &[Option<BucketTree>]| parts.iter().any(Option::is_some);
     if !is_some(left) || !is_some(right) {
         return join_parts(left, nodes).or(join_parts(right, nodes));
     }
@@ -148,30 +148,30 @@ fn join_parts(parts: &mut [Option<Part>], nodes: &mut Nodes) -> Option<Summary> 
 
 /// Where in the tree a range is.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct TreePosition {
     pub depth: u32,
     pub room: Room,
 }
 
-impl Place {
+impl TreePosition {
     /// Those of the two sides of a cut.
-    pub fn below(&self, left: usize, right: usize) -> [Place; 2] {
-        self.room.split(left, right).map(|room| Place { depth: self.depth + 1, room })
+    pub fn below(&self, left: usize, right: usize) -> [TreePosition; 2] {
+        self.room.split(left, right).map(|room| TreePosition { depth: self.depth + 1, room })
     }
 }
 
 /// What one thread needs to build a subtree.
-struct Builder {
+struct SubtreeBuilder {
     is_fast: bool,
     bins: Bins,
 }
 
-impl Builder {
+impl SubtreeBuilder {
     fn build(
         &mut self,
         references: &mut [Reference],
         first: usize,
-        place: Place,
+        place: TreePosition,
         nodes: &mut Nodes,
     ) -> Summary {
         if is_block(references) {
@@ -184,7 +184,7 @@ impl Builder {
         let (left, right) = references.split_at_mut(middle);
         let second = first + middle;
         if parallel {
-            let mut other = Builder { is_fast: self.is_fast, bins: Bins::default() };
+            let mut other = SubtreeBuilder { is_fast: self.is_fast, bins: Bins::default() };
             return nodes.node_in_parallel(
                 left_place.room.nodes,
                 |nodes| self.build(left, first, left_place, nodes),
@@ -200,7 +200,7 @@ impl Builder {
 
     /// Partitions the range and returns where its second half begins; both have as many
     /// references as there must be.
-    fn split(&mut self, references: &mut [Reference], place: Place) -> usize {
+    fn split(&mut self, references: &mut [Reference], place: TreePosition) -> usize {
         let fewest = place.room.fewest(references.len());
         let allowed = fewest..=references.len() - fewest;
         if place.depth >= MAX_SAH_DEPTH {

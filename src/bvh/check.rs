@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::collapse::NODE_COST;
-use super::layout::{BLOCK, Bvh, Child, Kind, Root};
+use super::layout::{BLOCK, Bvh, Child, ChildKind, Root};
 use crate::math::{Aabb, NONE, Vec3};
 
 /// A triangle that is in several leaves is looked for at so many points along each side.
@@ -19,7 +19,7 @@ struct Content {
 }
 
 /// The leaves that each primitive is in; instances apart.
-type Seen = HashMap<(bool, u32), (Content, Vec<Aabb>)>;
+type LeavesByPrimitive = HashMap<(bool, u32), (Content, Vec<Aabb>)>;
 
 impl Bvh {
     /// Whether every box lies in its parent's and every primitive of a tree in a leaf's box,
@@ -47,7 +47,7 @@ impl Bvh {
         let mut todo = vec![(root.child, area(&root.bounds))];
         let mut sum = 0.0;
         while let Some((child, area_of_child)) = todo.pop() {
-            if child.kind() != Kind::Node {
+            if child.kind() != ChildKind::Node {
                 sum += area_of_child;
                 continue;
             }
@@ -61,13 +61,13 @@ impl Bvh {
     }
 
     fn validate_tree(&self, root: Root) -> Result<(), String> {
-        let mut seen = Seen::new();
+        let mut seen = LeavesByPrimitive::new();
         let mut todo = vec![(root.child, root.bounds, 0)];
         while let Some((child, bounds, depth)) = todo.pop() {
             if depth * super::layout::WIDTH > self.stack_size {
                 return Err(format!("the tree is deeper than its stack of {}", self.stack_size));
             }
-            if child.kind() == Kind::Node {
+            if child.kind() == ChildKind::Node {
                 let node = &self.nodes[child.index()];
                 for slot in 0..node.child.len() {
                     let inner = node.bounds(slot);
@@ -86,7 +86,7 @@ impl Bvh {
                 if !here.insert(content.id) {
                     return Err(format!("primitive {} is twice in one leaf", content.id));
                 }
-                let key = (child.kind() == Kind::Instance, content.id);
+                let key = (child.kind() == ChildKind::Instance, content.id);
                 seen.entry(key).or_insert((content, Vec::new())).1.push(bounds);
             }
         }
@@ -97,9 +97,9 @@ impl Bvh {
     fn contents(&self, child: Child) -> Vec<Content> {
         let index = child.index();
         match child.kind() {
-            Kind::Node => Vec::new(),
-            Kind::Instance => vec![Content { id: index as u32, bounds: Aabb::EMPTY, corners: None }],
-            Kind::Triangles => {
+            ChildKind::Node => Vec::new(),
+            ChildKind::Instance => vec![Content { id: index as u32, bounds: Aabb::EMPTY, corners: None }],
+            ChildKind::Triangles => {
                 let block = &self.triangles[index];
                 let content = |lane: usize| {
                     let corners = block.corners(lane).map(Vec3::from_array);
@@ -108,7 +108,7 @@ impl Bvh {
                 };
                 (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
-            Kind::Spheres => {
+            ChildKind::Spheres => {
                 let block = &self.spheres[index];
                 let content = |lane: usize| {
                     let center = Vec3::from_array(block.center.map(|axis| axis[lane]));

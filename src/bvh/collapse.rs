@@ -6,7 +6,7 @@
 use smallvec::SmallVec;
 
 use super::binary::BinaryNode;
-use super::layout::{Child, Kind, WIDTH};
+use super::layout::{Child, ChildKind, WIDTH};
 
 /// Cost of testing a node's 16 boxes, in block tests.
 pub const NODE_COST: f32 = 0.8;
@@ -95,7 +95,7 @@ impl Costs {
 }
 
 /// Which binary nodes become what.
-pub struct Plan {
+pub struct CollapsePlan {
     /// Binary nodes that become wide ones, depth first.
     pub nodes: Vec<u32>,
     /// Leaves that become blocks of triangles, in their order.
@@ -106,7 +106,7 @@ pub struct Plan {
     pub depth: usize,
 }
 
-impl Plan {
+impl CollapsePlan {
     /// Writes every child's word into the tree, whose nodes and blocks come behind those
     /// that there are; `order` holds the ids of instances.
     pub fn new(tree: &mut [BinaryNode], order: &[u32], before: [usize; 3]) -> Self {
@@ -119,17 +119,17 @@ impl Plan {
         while let Some((index, depth)) = todo.pop() {
             let node = &mut tree[index as usize];
             let (kind, list, before) = match node.kind {
-                Kind::Node => (Kind::Node, &mut plan.nodes, nodes),
-                Kind::Triangles => (Kind::Triangles, &mut plan.triangles, triangles),
-                Kind::Spheres => (Kind::Spheres, &mut plan.spheres, spheres),
-                Kind::Instance => {
-                    node.child = Child::new(Kind::Instance, order[node.offset as usize] as usize);
+                ChildKind::Node => (ChildKind::Node, &mut plan.nodes, nodes),
+                ChildKind::Triangles => (ChildKind::Triangles, &mut plan.triangles, triangles),
+                ChildKind::Spheres => (ChildKind::Spheres, &mut plan.spheres, spheres),
+                ChildKind::Instance => {
+                    node.child = Child::new(ChildKind::Instance, order[node.offset as usize] as usize);
                     continue;
                 }
             };
             node.child = Child::new(kind, before + list.len());
             list.push(index);
-            if kind == Kind::Node {
+            if kind == ChildKind::Node {
                 plan.depth = plan.depth.max(depth);
                 children.clear();
                 open(tree, index as usize, &mut children);

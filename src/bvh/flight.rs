@@ -11,10 +11,10 @@
 use std::hint::select_unpredictable;
 
 use super::answers::Answers;
-use super::layout::{Bvh, Child, Kind, Node, SphereBlock, TriangleBlock, WIDTH};
+use super::layout::{Bvh, Child, ChildKind, Node, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
-use super::ray::{Local, Slabs, is_finite, to_local};
+use super::ray::{LocalRay, Slabs, is_finite, to_local};
 use super::traverse::LEAVE_INSTANCE;
 use super::triangle::{Exact, Shear};
 use super::{HitsMut, Rays, triangle};
@@ -40,14 +40,14 @@ pub(super) struct Flight {
 }
 
 /// [`Flight::trace`].
-pub(super) struct Query<'a, 'r, A> {
+pub(super) struct FlightQuery<'a, 'r, A> {
     pub flight: &'a mut Flight,
     pub bvh: &'a Bvh,
     pub rays: Rays<'r>,
     pub answers: &'a mut A,
 }
 
-impl<A: Answers> Kernel for Query<'_, '_, A> {
+impl<A: Answers> Kernel for FlightQuery<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -87,11 +87,11 @@ struct Lists {
     size: [usize; 4],
 }
 
-const NODES: usize = Kind::Node as usize;
-const TRIANGLES: usize = Kind::Triangles as usize;
-const SPHERES: usize = Kind::Spheres as usize;
+const NODES: usize = ChildKind::Node as usize;
+const TRIANGLES: usize = ChildKind::Triangles as usize;
+const SPHERES: usize = ChildKind::Spheres as usize;
 /// Into and out of instances, and rays that have ended.
-const PLACES: usize = Kind::Instance as usize;
+const PLACES: usize = ChildKind::Instance as usize;
 const POPS: usize = 4;
 const CANDIDATES: usize = 5;
 const LISTS: usize = 6;
@@ -292,7 +292,7 @@ impl InFlight {
     fn test_triangles<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
         let block = &bvh.triangles[self.child().index()];
         let visit = self.visit(bvh, rays);
-        let source = Source { bvh, rays, index: self.index, instance: self.instance };
+        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
         leaf::triangles::<L, HitsMut>(block, &source, &self.shear, visit, &mut self.best);
     }
 
@@ -300,7 +300,7 @@ impl InFlight {
     #[inline(always)]
     fn look_for_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays) {
         let block = &bvh.triangles[self.child().index()];
-        let source = Source { bvh, rays, index: self.index, instance: self.instance };
+        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
         let visit = self.visit(bvh, rays);
         let found = leaf::hits_triangles::<L, A>(block, &source, &self.shear, visit, self.best.t);
         self.best.primitive = select_unpredictable(found, 0, self.best.primitive);
@@ -340,7 +340,7 @@ impl InFlight {
     /// The canonical test of a block of spheres.
     #[inline(always)]
     fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
-        let source = Source { bvh, rays, index: self.index, instance: self.instance };
+        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
         let visit = self.visit(bvh, rays);
         leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
     }
@@ -350,7 +350,7 @@ impl InFlight {
     fn change_place<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays) {
         let world = rays.get(self.index as usize);
         if self.child().0 == LEAVE_INSTANCE {
-            self.enter(&Local::new(world), world.t_min, NONE);
+            self.enter(&LocalRay::new(world), world.t_min, NONE);
         } else {
             let placed = &bvh.instances[self.child().index()];
             let ray = to_local(&world, placed);
@@ -358,7 +358,7 @@ impl InFlight {
                 let near = key_distance(self.current);
                 self.keys[self.top as usize % KEYS] = key(0.0, LEAVE_INSTANCE);
                 self.top += 1;
-                self.enter(&Local::new(ray), near, self.child().index() as u32);
+                self.enter(&LocalRay::new(ray), near, self.child().index() as u32);
                 self.current = key(near, placed.root.0);
                 return;
             }
@@ -367,7 +367,7 @@ impl InFlight {
     }
 
     /// Goes over to another space.
-    fn enter(&mut self, local: &Local, floor: f32, instance: u32) {
+    fn enter(&mut self, local: &LocalRay, floor: f32, instance: u32) {
         self.slabs = Slabs { floor: floor.max(self.t_min), ..local.slabs };
         self.shear = local.shear;
         self.instance = instance;
@@ -375,14 +375,14 @@ impl InFlight {
 }
 
 /// Where the ray itself is to be had.
-struct Source<'a> {
+struct RaySource<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,
     index: u32,
     instance: u32,
 }
 
-impl Exact for Source<'_> {
+impl Exact for RaySource<'_> {
     fn ray(&self) -> Ray<f32> {
         let world = self.rays.get(self.index as usize);
         match self.bvh.instances.get(self.instance as usize) {

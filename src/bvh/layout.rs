@@ -23,7 +23,7 @@ pub struct Child(pub u32);
 
 /// The kinds of [`Child`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ChildKind {
     /// Index of a [`Node`].
     Node = 0,
     /// Index of a [`TriangleBlock`].
@@ -39,19 +39,19 @@ impl Child {
     pub const MAX_INDEX: usize = (1 << 30) - 1;
 
     /// A word from its parts.
-    pub fn new(kind: Kind, index: usize) -> Self {
+    pub fn new(kind: ChildKind, index: usize) -> Self {
         assert!(index <= Self::MAX_INDEX, "more than 2^30 nodes or blocks");
         Self((kind as u32) << 30 | index as u32)
     }
 
     /// What it points at.
     #[inline(always)]
-    pub fn kind(self) -> Kind {
+    pub fn kind(self) -> ChildKind {
         match self.0 >> 30 {
-            0 => Kind::Node,
-            1 => Kind::Triangles,
-            2 => Kind::Spheres,
-            _ => Kind::Instance,
+            0 => ChildKind::Node,
+            1 => ChildKind::Triangles,
+            2 => ChildKind::Spheres,
+            _ => ChildKind::Instance,
         }
     }
 
@@ -293,8 +293,8 @@ impl Bvh {
     #[inline(always)]
     pub(super) fn fetch(&self, child: Child) {
         match child.kind() {
-            Kind::Node => prefetch(self.nodes.as_ptr() as usize + child.index() * size_of::<Node>(), 7),
-            Kind::Triangles => {
+            ChildKind::Node => prefetch(self.nodes.as_ptr() as usize + child.index() * size_of::<Node>(), 7),
+            ChildKind::Triangles => {
                 prefetch(self.triangles.as_ptr() as usize + child.index() * size_of::<TriangleBlock>(), 5);
             }
             _ => {}
@@ -346,7 +346,7 @@ mod tests {
         let corners = [[0.0, 0.0, 0.0], [5.0, 1.0, 0.0], [1.0, 7.0, 0.0], [2.0, 2.0, 9.0]];
         for (slot, corner) in corners.into_iter().enumerate() {
             let min = Vec3::from_array(corner);
-            node.set(slot, &Aabb { min, max: min + 1.0 }, Child::new(Kind::Node, slot));
+            node.set(slot, &Aabb { min, max: min + 1.0 }, Child::new(ChildKind::Node, slot));
         }
         let order = order_of_children(&node);
         for octant in 0..8 {

@@ -25,7 +25,8 @@ pub mod build;
 pub mod check;
 pub mod clip;
 pub mod collapse;
-mod few;
+mod direction_classes;
+mod few_leaves;
 mod flight;
 pub mod layout;
 mod leaf;
@@ -43,7 +44,6 @@ mod stream;
 pub mod tally;
 pub mod traverse;
 pub mod triangle;
-mod ways;
 
 #[cfg(test)]
 mod tests;

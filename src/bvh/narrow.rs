@@ -10,7 +10,7 @@ use super::build::build;
 use super::layout::TriangleBlock;
 use super::leaf::{self, Visit};
 use super::primitives::Primitives;
-use super::ray::Local;
+use super::ray::LocalRay;
 use super::{HitsMut, Rays};
 use crate::math::{Aabb, Hit, Ray};
 use crate::simd::{Kernel, Lanes, Level, dispatch};
@@ -52,7 +52,7 @@ impl Narrow {
                 (narrow.blocks.len() - 1, LEAF)
             } else {
                 let second = index + node.second();
-                (second, apart(&nodes[index + 1], &nodes[second]))
+                (second, gap_axis(&nodes[index + 1], &nodes[second]))
             };
             narrow.nodes.push(Flat { bounds: node.bounds, next: next as u32, axis });
         }
@@ -66,25 +66,25 @@ impl Narrow {
 
     /// The nearest hit of each ray, as [`super::closest`] finds it.
     pub fn closest(&self, level: Level, rays: Rays, hits: HitsMut) {
-        dispatch(level, Walk { tree: self, rays, hits });
+        dispatch(level, NarrowWalk { tree: self, rays, hits });
     }
 }
 
 /// Along which axis two boxes' centres are farthest from each other; with 4 more if the second
 /// lies before the first.
-fn apart(first: &BinaryNode, second: &BinaryNode) -> u32 {
+fn gap_axis(first: &BinaryNode, second: &BinaryNode) -> u32 {
     let way = second.bounds.center() - first.bounds.center();
     let axis = way.abs().max_position() as u32;
     axis | if way[axis as usize] < 0.0 { 4 } else { 0 }
 }
 
-struct Walk<'a> {
+struct NarrowWalk<'a> {
     tree: &'a Narrow,
     rays: Rays<'a>,
     hits: HitsMut<'a>,
 }
 
-impl Kernel for Walk<'_> {
+impl Kernel for NarrowWalk<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
@@ -100,7 +100,7 @@ impl Kernel for Walk<'_> {
 impl Narrow {
     #[inline(always)]
     fn walk<L: Lanes>(&self, ray: &Ray<f32>, stack: &mut Vec<u32>) -> Hit {
-        let local = Local::new(*ray);
+        let local = LocalRay::new(*ray);
         let mut best = Hit { t: ray.t_max, ..Hit::MISS };
         if self.nodes.is_empty() || !super::ray::is_finite(ray) {
             return Hit::MISS;

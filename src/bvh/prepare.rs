@@ -10,7 +10,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 /// Rays of a batch.
 pub(super) const BATCH: usize = 16;
 
-type Column = [f32; BATCH];
+type BatchColumn = [f32; BATCH];
 
 /// A batch of rays, by columns.
 #[derive(Default)]
@@ -21,16 +21,16 @@ pub(super) struct Prepared {
     pub first: u32,
     /// The tree's root with the distance where the ray enters it.
     pub current: [u64; BATCH],
-    pub t_min: Column,
-    pub t_max: Column,
-    origin: [Column; 3],
-    near_scale: [Column; 3],
-    far_scale: [Column; 3],
+    pub t_min: BatchColumn,
+    pub t_max: BatchColumn,
+    origin: [BatchColumn; 3],
+    near_scale: [BatchColumn; 3],
+    far_scale: [BatchColumn; 3],
     near_side: [[u32; BATCH]; 3],
     longest: [u32; BATCH],
-    sheared_origin: [Column; 3],
-    shear: [Column; 3],
-    direction: [Column; 3],
+    sheared_origin: [BatchColumn; 3],
+    shear: [BatchColumn; 3],
+    direction: [BatchColumn; 3],
 }
 
 /// [`Prepared::fill`] as a function of its own.
@@ -68,7 +68,7 @@ impl Prepared {
     /// For boxes.
     #[inline(always)]
     pub fn slabs(&self, i: usize) -> Slabs {
-        let of = |c: &[Column; 3]| [c[0][i], c[1][i], c[2][i]];
+        let of = |c: &[BatchColumn; 3]| [c[0][i], c[1][i], c[2][i]];
         let [x, y, z] = &self.near_side;
         Slabs {
             origin: of(&self.origin),
@@ -82,7 +82,7 @@ impl Prepared {
     /// For triangles.
     #[inline(always)]
     pub fn shear(&self, i: usize) -> Shear {
-        let of = |c: &[Column; 3]| [c[0][i], c[1][i], c[2][i]];
+        let of = |c: &[BatchColumn; 3]| [c[0][i], c[1][i], c[2][i]];
         Shear {
             axes: Shear::AXES[self.longest[i] as usize % 4],
             origin: of(&self.sheared_origin),
@@ -114,7 +114,7 @@ impl Prepared {
 
     /// Prepares the lanes from `at` on; says which of them enter the tree.
     #[inline(always)]
-    fn lanes<F: Float>(&mut self, root: &Root, at: usize, entry: &mut Column) -> F::Mask {
+    fn lanes<F: Float>(&mut self, root: &Root, at: usize, entry: &mut BatchColumn) -> F::Mask {
         // A NaN stays one, −0 becomes 0.
         let t_min = F::zero().max(F::load(&self.t_min[at..])) + F::zero();
         t_min.store(&mut self.t_min[at..]);
@@ -156,7 +156,7 @@ impl Prepared {
 }
 
 #[inline(always)]
-fn copy(column: &mut Column, from: &[f32], first: usize, count: usize) {
+fn copy(column: &mut BatchColumn, from: &[f32], first: usize, count: usize) {
     match from[first..].first_chunk::<BATCH>() {
         Some(whole) => *column = *whole,
         None => column[..count].copy_from_slice(&from[first..first + count]),

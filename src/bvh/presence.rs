@@ -42,9 +42,9 @@ pub trait Surfaces: Sync {
 }
 
 /// All that is hit is there.
-struct Everything;
+struct AllPresent;
 
-impl Surfaces for Everything {
+impl Surfaces for AllPresent {
     fn is_there(&self, _: usize, _: &Crossing) -> bool {
         true
     }
@@ -59,7 +59,7 @@ pub struct Asker<'a> {
 
 impl<'a> Asker<'a> {
     /// For whom everything is there.
-    pub const CREDULOUS: Asker<'static> = Asker { surfaces: &Everything, ray: 0 };
+    pub const CREDULOUS: Asker<'static> = Asker { surfaces: &AllPresent, ray: 0 };
 
     /// The ray of a number.
     pub fn new(surfaces: &'a dyn Surfaces, ray: usize) -> Self {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::assemble::Geometry;
-use super::layout::Kind;
+use super::layout::ChildKind;
 use super::reference::{Extent, Reference};
 use crate::math::Aabb;
 
@@ -37,14 +37,14 @@ impl Primitives<'_> {
         if place < triangles {
             let id = self.triangles.start + place as u32;
             let bounds = Extent::around_points(self.geometry.corners(id));
-            return Reference::new(bounds.padded(), Kind::Triangles, id);
+            return Reference::new(bounds.padded(), ChildKind::Triangles, id);
         }
         let place = place - triangles;
         if place < spheres {
             let id = self.spheres.start + place as u32;
-            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), Kind::Spheres, id);
+            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), ChildKind::Spheres, id);
         }
         let place = place - spheres;
-        Reference::new(Extent::new(&self.instances[place]), Kind::Instance, place as u32)
+        Reference::new(Extent::new(&self.instances[place]), ChildKind::Instance, place as u32)
     }
 }

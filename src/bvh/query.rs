@@ -3,13 +3,13 @@
 use std::marker::PhantomData;
 
 use super::answers::{Answers, Occluded, Shifted};
-use super::few::{self, Few};
+use super::direction_classes::DirectionClasses;
+use super::few_leaves::{self, FewLeaves};
 use super::flight::{self, Flight};
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
 use super::stream::{self, Density, Stream};
 use super::traverse;
-use super::ways::Ways;
 use super::{Asker, Bvh, HitsMut, Rays};
 use crate::math::{Hit, Ray};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
@@ -32,9 +32,9 @@ pub const QUEUE: usize = stream::RAYS;
 
 /// A thread's buffers for queries on one tree, made once, so that no query allocates.
 pub struct Stack {
-    pub(super) single: traverse::Keys,
-    few: Option<Few>,
-    ways: Ways,
+    pub(super) single: traverse::NodeStack,
+    few: Option<FewLeaves>,
+    classes: DirectionClasses,
     prepared: Box<Prepared>,
     flight: Flight,
     stream: Stream,
@@ -51,9 +51,9 @@ impl Stack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         Self {
-            single: traverse::Keys::new(bvh),
-            few: Few::new(bvh),
-            ways: Ways::default(),
+            single: traverse::NodeStack::new(bvh),
+            few: FewLeaves::new(bvh),
+            classes: DirectionClasses::default(),
             prepared: Box::default(),
             flight: Flight::new(),
             stream: Stream::default(),
@@ -161,8 +161,8 @@ impl<A: Answers> Kernel for Query<'_, A> {
         if is_wide::<L>()
             && let Some(few) = &self.stack.few
         {
-            let (rays, ways, answers) = (&self.rays, &mut self.stack.ways, &mut self.answers);
-            return L::outlined(few::Query { few, rays, ways, answers });
+            let (rays, classes, answers) = (&self.rays, &mut self.stack.classes, &mut self.answers);
+            return L::outlined(few_leaves::FewQuery { few, rays, classes, answers });
         }
         // The first ray that no packet has taken.
         let mut behind = 0;
@@ -172,7 +172,7 @@ impl<A: Answers> Kernel for Query<'_, A> {
             let size = (count - first).min(packet::RAYS);
             let Stack { single, packet, .. } = &mut *self.stack;
             let (bvh, rays, answers) = (self.bvh, &self.rays, &mut self.answers);
-            let query = packet::Query { packet, bvh, rays, first, count: size, keys: single, answers };
+            let query = packet::PacketQuery { packet, bvh, rays, first, count: size, keys: single, answers };
             let verdict = L::outlined(query);
             if verdict != Verdict::Refused {
                 self.scattered::<L>(behind, first);
@@ -203,19 +203,20 @@ impl<A: Answers> Query<'_, A> {
         for first in (first..end).step_by(stream::RAYS) {
             let rays = self.rays.range(first..end.min(first + stream::RAYS));
             let mut answers = Shifted { answers: &mut self.answers, by: first };
-            let Stack { single, prepared, flight, ways, stream, least_stream, stream_pause, .. } =
+            let Stack { single, prepared, flight, classes, stream, least_stream, stream_pause, .. } =
                 &mut *self.stack;
             let pause = &mut stream_pause[usize::from(A::ANY)];
             if rays.len() >= *least_stream && !pause.goes_on() {
                 let (bvh, rays, answers) = (self.bvh, &rays, &mut answers);
-                let density = L::outlined(stream::Query { stream, bvh, rays, ways, keys: single, answers });
+                let density =
+                    L::outlined(stream::StreamQuery { stream, bvh, rays, classes, keys: single, answers });
                 pause.begin(density == Density::Dense);
                 if density != Density::Refused {
                     continue;
                 }
             }
             if Flight::holds(self.bvh) {
-                L::outlined(flight::Query { flight, bvh: self.bvh, rays, answers: &mut answers });
+                L::outlined(flight::FlightQuery { flight, bvh: self.bvh, rays, answers: &mut answers });
             } else {
                 traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
             }

@@ -33,13 +33,13 @@ pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
 
 /// A ray with what is computed from it once for each space.
 #[derive(Clone, Copy)]
-pub(super) struct Local {
+pub(super) struct LocalRay {
     pub ray: Ray<f32>,
     pub slabs: Slabs,
     pub shear: Shear,
 }
 
-impl Local {
+impl LocalRay {
     #[inline(always)]
     pub fn new(ray: Ray<f32>) -> Self {
         Self { ray, slabs: Slabs::new(&ray), shear: Shear::new(&ray) }

@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use super::layout::{Kind, PADDING};
+use super::layout::{ChildKind, PADDING};
 use crate::math::Aabb;
 
 /// A primitive's box, and in the spare fourth components what it is. 32 bytes.
@@ -26,7 +26,7 @@ const KIND_SHIFT: u32 = 32 - FRACTION_BITS;
 impl Reference {
     /// A primitive with its padded box.
     #[inline(always)]
-    pub fn new(bounds: Extent, kind: Kind, id: u32) -> Self {
+    pub fn new(bounds: Extent, kind: ChildKind, id: u32) -> Self {
         let low = f32::from_bits(ONE | id & FRACTION);
         let high = f32::from_bits(ONE | id >> FRACTION_BITS | (kind as u32) << KIND_SHIFT);
         Self { low: bounds.min.with_w(low), high: bounds.max.with_w(high) }
@@ -40,11 +40,11 @@ impl Reference {
 
     /// What it is.
     #[inline(always)]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ChildKind {
         match (self.high.w.to_bits() & FRACTION) >> KIND_SHIFT {
-            1 => Kind::Triangles,
-            2 => Kind::Spheres,
-            _ => Kind::Instance,
+            1 => ChildKind::Triangles,
+            2 => ChildKind::Spheres,
+            _ => ChildKind::Instance,
         }
     }
 
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_reference_keeps_what_it_was_made_of() {
         let bounds = Aabb { min: Vec3::new(-1.0, -0.0, 2.0), max: Vec3::new(1.0, 0.0, 3.0) };
-        for kind in [Kind::Triangles, Kind::Spheres, Kind::Instance] {
+        for kind in [ChildKind::Triangles, ChildKind::Spheres, ChildKind::Instance] {
             for id in [0, 1, 0x7f_ffff, 0x80_0000, 0x1234_5678, (1 << 31) - 1, u32::MAX] {
                 let reference = Reference::new(Extent::new(&bounds), kind, id);
                 assert_eq!((reference.kind(), reference.id()), (kind, id));

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::binary::{Nodes, Room, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition};
-use super::build::{MAX_SAH_DEPTH, PARALLEL, Place, halve, split_middle};
+use super::build::{MAX_SAH_DEPTH, PARALLEL, TreePosition, halve, split_middle};
 use super::clip::Clipper;
-use super::layout::{BLOCK, Kind};
+use super::layout::{BLOCK, ChildKind};
 use super::primitives::Primitives;
 use super::reference::{Extent, Reference};
 
@@ -36,12 +36,12 @@ pub(super) fn build(primitives: &Primitives) -> Tree {
     references.par_extend((0..count).into_par_iter().map(|place| primitives.reference(place)));
     references.resize(room, references[0]);
     let root = Extent::around(&references[..count]);
-    let builder = Builder { primitives, least_overlap: root.half_area() * OVERLAP };
+    let builder = SpatialBuilder { primitives, least_overlap: root.half_area() * OVERLAP };
     let mixed = primitives.are_mixed();
-    let place = Place { depth: 0, room: Room::new(room, mixed) };
+    let place = TreePosition { depth: 0, room: Room::new(room, mixed) };
     let mut nodes = Nodes::room(place.room.nodes);
     let mut tree = Nodes::new(&mut nodes);
-    builder.build(Range { references: &mut references, count, first: 0 }, place, &mut tree);
+    builder.build(ReferenceRange { references: &mut references, count, first: 0 }, place, &mut tree);
     let used = tree.count();
     let order = references.iter().map(Reference::id).collect();
     drop(references);
@@ -51,7 +51,7 @@ pub(super) fn build(primitives: &Primitives) -> Tree {
 }
 
 /// References, and behind them room for more.
-struct Range<'a> {
+struct ReferenceRange<'a> {
     references: &'a mut [Reference],
     /// How many are in use.
     count: usize,
@@ -59,13 +59,13 @@ struct Range<'a> {
     first: usize,
 }
 
-impl<'a> Range<'a> {
+impl<'a> ReferenceRange<'a> {
     fn used(&mut self) -> &mut [Reference] {
         &mut self.references[..self.count]
     }
 
     /// Two ranges, which share the room.
-    fn split_at(self, middle: usize) -> (Range<'a>, Range<'a>) {
+    fn split_at(self, middle: usize) -> (ReferenceRange<'a>, ReferenceRange<'a>) {
         let (count, room) = (self.count, self.references.len() - self.count);
         // Large triangles are what is worth cutting.
         let size = |references: &[Reference]| -> f64 {
@@ -79,34 +79,34 @@ impl<'a> Range<'a> {
         let (left, right) = self.references.split_at_mut(middle + share);
         let second = self.first + middle + share;
         (
-            Range { references: left, count: middle, first: self.first },
-            Range { references: right, count: count - middle, first: second },
+            ReferenceRange { references: left, count: middle, first: self.first },
+            ReferenceRange { references: right, count: count - middle, first: second },
         )
     }
 }
 
 /// A plane across an axis, through primitives.
 #[derive(Clone, Copy)]
-struct Plane {
+struct SplitPlane {
     axis: usize,
     place: f32,
     /// Half areas times blocks, both sides together.
     cost: f32,
     /// Expected boxes and numbers of references of the sides.
-    sides: [Side; 2],
+    sides: [SplitSide; 2],
 }
 
 #[derive(Clone, Copy)]
-struct Side {
+struct SplitSide {
     bounds: Extent,
     count: usize,
 }
 
-impl Side {
-    const EMPTY: Side = Side { bounds: Extent::EMPTY, count: 0 };
+impl SplitSide {
+    const EMPTY: SplitSide = SplitSide { bounds: Extent::EMPTY, count: 0 };
 
-    fn union(self, other: Side) -> Side {
-        Side { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
+    fn union(self, other: SplitSide) -> SplitSide {
+        SplitSide { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
     }
 
     fn cost(&self) -> f32 {
@@ -114,13 +114,13 @@ impl Side {
     }
 }
 
-struct Builder<'a> {
+struct SpatialBuilder<'a> {
     primitives: &'a Primitives<'a>,
     least_overlap: f32,
 }
 
-impl Builder<'_> {
-    fn build(&self, mut range: Range, place: Place, nodes: &mut Nodes) -> Summary {
+impl SpatialBuilder<'_> {
+    fn build(&self, mut range: ReferenceRange, place: TreePosition, nodes: &mut Nodes) -> Summary {
         if is_block(range.used()) {
             let first = range.first;
             return nodes.block(range.used(), first, split_middle);
@@ -144,7 +144,7 @@ impl Builder<'_> {
     }
 
     /// Partitions the range, which may grow, and returns where its second half begins.
-    fn split(&self, range: &mut Range, place: Place) -> usize {
+    fn split(&self, range: &mut ReferenceRange, place: TreePosition) -> usize {
         let fewest = place.room.fewest(range.references.len());
         let references = range.used();
         if place.depth >= MAX_SAH_DEPTH {
@@ -180,7 +180,7 @@ impl Builder<'_> {
         Clipper::new(self.primitives.geometry.corners(reference.id()))
     }
 
-    fn best_plane(&self, references: &[Reference], fewest: usize) -> Option<Plane> {
+    fn best_plane(&self, references: &[Reference], fewest: usize) -> Option<SplitPlane> {
         let bounds = Extent::around(references);
         let planes = (0..3).filter_map(|axis| self.best_plane_across(axis, &bounds, references, fewest));
         planes.reduce(|a, b| if b.cost < a.cost { b } else { a })
@@ -192,7 +192,7 @@ impl Builder<'_> {
         bounds: &Extent,
         references: &[Reference],
         fewest: usize,
-    ) -> Option<Plane> {
+    ) -> Option<SplitPlane> {
         let (low, size) = (bounds.min[axis], bounds.max[axis] - bounds.min[axis]);
         if !(size > 1e-30 && size < f32::INFINITY) {
             return None;
@@ -207,7 +207,7 @@ impl Builder<'_> {
         for reference in references {
             let part = reference.extent();
             let (mut first, mut last) = (slab_of(part.min[axis]), slab_of(part.max[axis]));
-            if reference.kind() != Kind::Triangles {
+            if reference.kind() != ChildKind::Triangles {
                 first = slab_of(reference.center()[axis] * 0.5);
                 last = first;
             }
@@ -223,21 +223,21 @@ impl Builder<'_> {
                 *around = around.union(within);
             }
         }
-        let mut right = [Side::EMPTY; SLABS];
-        let mut sum = Side::EMPTY;
+        let mut right = [SplitSide::EMPTY; SLABS];
+        let mut sum = SplitSide::EMPTY;
         for slab in (1..slabs).rev() {
-            sum = sum.union(Side { bounds: boxes[slab], count: end[slab] });
+            sum = sum.union(SplitSide { bounds: boxes[slab], count: end[slab] });
             right[slab] = sum;
         }
-        let mut best: Option<Plane> = None;
-        let mut left = Side::EMPTY;
+        let mut best: Option<SplitPlane> = None;
+        let mut left = SplitSide::EMPTY;
         for slab in 1..slabs {
-            left = left.union(Side { bounds: boxes[slab - 1], count: begin[slab - 1] });
+            left = left.union(SplitSide { bounds: boxes[slab - 1], count: begin[slab - 1] });
             let sides = [left, right[slab]];
-            let progress = |side: &Side| side.count >= fewest && side.count < references.len();
+            let progress = |side: &SplitSide| side.count >= fewest && side.count < references.len();
             let cost = left.cost() + right[slab].cost();
             if sides.iter().all(progress) && best.is_none_or(|best| cost < best.cost) {
-                best = Some(Plane { axis, place: plane(slab), cost, sides });
+                best = Some(SplitPlane { axis, place: plane(slab), cost, sides });
             }
         }
         best
@@ -245,7 +245,7 @@ impl Builder<'_> {
 
     /// Partitions by a plane; what it cuts goes to both sides, or to one where that is
     /// cheaper. None, and nothing has changed, if there is no room or no progress.
-    fn cut_through(&self, range: &mut Range, plane: &Plane, fewest: usize) -> Option<usize> {
+    fn cut_through(&self, range: &mut ReferenceRange, plane: &SplitPlane, fewest: usize) -> Option<usize> {
         let count = range.count;
         let room = range.references.len() - count;
         let sides = range.references[..count].iter().map(|reference| self.parts(reference, plane));
@@ -253,7 +253,7 @@ impl Builder<'_> {
         for parts in sides {
             left += parts.is_left() as usize;
             right += parts.is_right() as usize;
-            copies += matches!(parts, Parts::Both(..)) as usize;
+            copies += matches!(parts, Destination::Both(..)) as usize;
         }
         let enough = left.min(right) >= fewest;
         if copies > room || left == count || right == count || !enough {
@@ -262,7 +262,7 @@ impl Builder<'_> {
         let (mut middle, mut end) = (0, count);
         for i in 0..count {
             let parts = self.parts(&range.references[i], plane);
-            if let Parts::Both(left, right) = &parts {
+            if let Destination::Both(left, right) = &parts {
                 range.references[end] = range.references[i].clipped(right);
                 end += 1;
                 range.references[i] = range.references[i].clipped(left);
@@ -274,25 +274,25 @@ impl Builder<'_> {
         Some(middle)
     }
 
-    fn parts(&self, reference: &Reference, plane: &Plane) -> Parts {
+    fn parts(&self, reference: &Reference, plane: &SplitPlane) -> Destination {
         let (whole, axis) = (reference.extent(), plane.axis);
         if whole.max[axis] <= plane.place {
-            return Parts::Left;
+            return Destination::Left;
         }
         if whole.min[axis] >= plane.place {
-            return Parts::Right;
+            return Destination::Right;
         }
-        if reference.kind() != Kind::Triangles {
+        if reference.kind() != ChildKind::Triangles {
             let is_left = reference.center()[axis] * 0.5 < plane.place;
-            return if is_left { Parts::Left } else { Parts::Right };
+            return if is_left { Destination::Left } else { Destination::Right };
         }
         let clipper = self.clipper(reference);
         let left = clipper.between(axis, f32::NEG_INFINITY, plane.place).intersection(whole);
         let right = clipper.between(axis, plane.place, f32::INFINITY).intersection(whole);
         let is_empty = |part: &Extent| part.min.cmpgt(part.max).bitmask() & 7 != 0;
         match (is_empty(&left), is_empty(&right)) {
-            (_, true) => return Parts::Left,
-            (true, _) => return Parts::Right,
+            (_, true) => return Destination::Left,
+            (true, _) => return Destination::Right,
             _ => {}
         }
         // Uncut, a reference makes one side's box larger and saves the other a test.
@@ -302,29 +302,29 @@ impl Builder<'_> {
         let only_left = cost(l.bounds.union(whole), l.count) + cost(r.bounds, r.count - 1);
         let only_right = cost(l.bounds, l.count - 1) + cost(r.bounds.union(whole), r.count);
         if both <= only_left && both <= only_right {
-            Parts::Both(left, right)
+            Destination::Both(left, right)
         } else if only_left <= only_right {
-            Parts::Left
+            Destination::Left
         } else {
-            Parts::Right
+            Destination::Right
         }
     }
 }
 
 /// Where a reference goes.
-enum Parts {
+enum Destination {
     Left,
     Right,
     /// With the boxes of its parts.
     Both(Extent, Extent),
 }
 
-impl Parts {
+impl Destination {
     fn is_left(&self) -> bool {
-        !matches!(self, Parts::Right)
+        !matches!(self, Destination::Right)
     }
 
     fn is_right(&self) -> bool {
-        !matches!(self, Parts::Left)
+        !matches!(self, Destination::Left)
     }
 }

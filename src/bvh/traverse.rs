@@ -1,12 +1,12 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
 use super::answers::{Answers, Occluded};
-use super::layout::{Bvh, Child, Kind, WIDTH};
+use super::layout::{Bvh, Child, ChildKind, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared};
 use super::presence::Asker;
 use super::query::Stack;
-use super::ray::{Local, Slabs, is_finite, to_local};
+use super::ray::{LocalRay, Slabs, is_finite, to_local};
 use super::tally::{self, NoTally, Tally};
 use super::{HitsMut, Rays};
 use std::marker::PhantomData;
@@ -16,9 +16,9 @@ use crate::simd::sixteen::{NO_KEY, key, key_distance};
 use crate::simd::{Kernel, Lanes, Sixteen};
 
 /// Nodes still to visit.
-pub(super) struct Keys(Vec<u64>);
+pub(super) struct NodeStack(Vec<u64>);
 
-impl Keys {
+impl NodeStack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         // Twice: below an instance the world's entries stay where they are. And room for a
@@ -36,7 +36,7 @@ pub(super) fn each<L: Lanes, A: Answers>(
     bvh: &Bvh,
     rays: Rays,
     prepared: &mut Prepared,
-    keys: &mut Keys,
+    keys: &mut NodeStack,
     answers: &mut A,
 ) {
     for first in (0..rays.len()).step_by(BATCH) {
@@ -46,7 +46,7 @@ pub(super) fn each<L: Lanes, A: Answers>(
             let ray = rays.get(first + place);
             let mut best = Hit { t: ray.t_max, ..Hit::MISS };
             if prepared.waiting >> place & 1 == 1 {
-                let local = Local { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
+                let local = LocalRay { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
                 let (start, asker) = (prepared.current[place], rays.asker(first + place));
                 if walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, &mut best, &mut NoTally) && A::ANY {
                     // Which one it is, nobody asks.
@@ -74,7 +74,7 @@ pub(super) struct Subtree<'a, A> {
     pub asker: Asker<'a>,
     /// The part, and where the ray enters it.
     pub start: u64,
-    pub keys: &'a mut Keys,
+    pub keys: &'a mut NodeStack,
     pub best: &'a mut Hit,
     pub answers: PhantomData<A>,
 }
@@ -83,7 +83,7 @@ impl<A: Answers> Kernel for Subtree<'_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let local = Local::new(*self.ray);
+        let local = LocalRay::new(*self.ray);
         let Self { bvh, asker, start, keys, .. } = self;
         let found = walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, self.best, &mut NoTally);
         if found {
@@ -116,7 +116,7 @@ pub(super) fn closest_counted<L: Lanes, T: Tally>(
     tally: &mut T,
 ) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    let local = Local::new(*ray);
+    let local = LocalRay::new(*ray);
     if let Some(start) = start(bvh, ray, &local.slabs) {
         walk::<L, HitsMut, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally);
     }
@@ -133,7 +133,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
     tally: &mut T,
 ) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    let local = Local::new(*ray);
+    let local = LocalRay::new(*ray);
     match start(bvh, ray, &local.slabs) {
         Some(start) => {
             walk::<L, Occluded, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally)
@@ -146,7 +146,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
 #[inline(always)]
 fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
-    mut local: Local,
+    mut local: LocalRay,
     asker: Asker,
     mut current: u64,
     stack: &mut [u64],
@@ -159,7 +159,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
     loop {
         let child = Child(current as u32);
         match child.kind() {
-            Kind::Node => {
+            ChildKind::Node => {
                 let node = &bvh.nodes[child.index()];
                 tally.node();
                 let (near, bits) = local.slabs.enter_children::<L::Node>(node, best.t);
@@ -179,7 +179,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     continue;
                 }
             }
-            Kind::Triangles => {
+            ChildKind::Triangles => {
                 let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
                 let block = &bvh.triangles[child.index()];
                 tally.leaf(|| tally::triangles(block));
@@ -187,7 +187,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     return true;
                 }
             }
-            Kind::Spheres => {
+            ChildKind::Spheres => {
                 let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
                 let block = &bvh.spheres[child.index()];
                 tally.leaf(|| tally::spheres(block));
@@ -195,18 +195,18 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     return true;
                 }
             }
-            Kind::Instance if child.0 == LEAVE_INSTANCE => {
-                local = Local::new(world);
+            ChildKind::Instance if child.0 == LEAVE_INSTANCE => {
+                local = LocalRay::new(world);
                 instance = NONE;
             }
-            Kind::Instance => {
+            ChildKind::Instance => {
                 let placed = &bvh.instances[child.index()];
                 tally.instance();
                 let ray = to_local(&world, placed);
                 if is_finite(&ray) {
                     stack[top] = key(0.0, LEAVE_INSTANCE);
                     top += 1;
-                    local = Local::new(ray);
+                    local = LocalRay::new(ray);
                     local.slabs.floor = key_distance(current);
                     instance = child.index() as u32;
                     current = key(local.slabs.floor, placed.root.0);

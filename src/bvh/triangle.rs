@@ -152,7 +152,7 @@ pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3];
 /// Where a triangle's t is to be had in double precision, for rays in lanes. (No closure: it would be
 /// compiled without the instruction set.)
 pub trait ExactRays<T: Float> {
-    /// [`Plane::t`] in some lanes; whatever is in `t` in the others.
+    /// [`TrianglePlane::t`] in some lanes; whatever is in `t` in the others.
     fn t(&self, lanes: T::Mask, t: T) -> T;
 }
 
@@ -311,12 +311,12 @@ fn error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], reciprocal: T) -> T {
 
 /// A triangle's plane in double precision.
 #[derive(Clone, Copy, Debug)]
-pub struct Plane {
+pub struct TrianglePlane {
     corner: DVec3,
     normal: DVec3,
 }
 
-impl Plane {
+impl TrianglePlane {
     /// Of a triangle.
     #[inline(always)]
     pub fn new(vertices: [[f32; 3]; 3]) -> Self {
@@ -342,7 +342,7 @@ impl Plane {
         (self.normal.dot(self.corner - origin) / self.normal.dot(direction)) as f32
     }
 
-    /// [`Plane::t`] for a ray in each of `lanes`, `t` in the others.
+    /// [`TrianglePlane::t`] for a ray in each of `lanes`, `t` in the others.
     #[inline(always)]
     pub fn t_in_lanes<T: Float>(&self, origin: &[T; 3], direction: &[T; 3], lanes: T::Mask, t: T) -> T {
         let (mut from, mut along) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
@@ -363,7 +363,7 @@ impl Plane {
 #[cold]
 #[inline(never)]
 pub fn exact_t(vertices: [[f32; 3]; 3], ray: &Ray<f32>) -> f32 {
-    Plane::new(vertices).t(ray)
+    TrianglePlane::new(vertices).t(ray)
 }
 
 /// The corners of each triangle. (No closure: it would be compiled without the instruction set.)

@@ -13,7 +13,7 @@ use crate::simd::Level;
 use crate::world::{BuildQuality, DepthLimits, Sampler, Settings, Tonemap, Transport};
 
 /// Columns and rows. A name, or clap would take the array for several values.
-pub type Size = [u32; 2];
+pub type ImageSize = [u32; 2];
 
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]

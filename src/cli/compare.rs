@@ -68,8 +68,8 @@ pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
 
 fn compare(arguments: &Compare) -> Result<ExitCode, Failure> {
     arguments.heatmap.as_deref().map(supported).transpose()?;
-    let image = Picture::load(&arguments.image)?;
-    let reference = Picture::load(&arguments.reference)?;
+    let image = LoadedImage::load(&arguments.image)?;
+    let reference = LoadedImage::load(&arguments.reference)?;
     if image.size != reference.size {
         let text = |[w, h]: [u32; 2]| format!("{w}x{h}");
         return Err(Failure(format!(
@@ -97,13 +97,13 @@ fn compare(arguments: &Compare) -> Result<ExitCode, Failure> {
     Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(BEYOND) })
 }
 
-struct Picture {
+struct LoadedImage {
     size: [u32; 2],
     pixels: Vec<Rgb>,
 }
 
-impl Picture {
-    fn load(path: &Path) -> Result<Picture, Failure> {
+impl LoadedImage {
+    fn load(path: &Path) -> Result<LoadedImage, Failure> {
         let (width, height, pixels) = load_linear(path)?;
         if let Some(at) = pixels.iter().position(|pixel| !pixel.is_finite()) {
             let (x, y) = (at % width as usize, at / width as usize);
@@ -112,7 +112,7 @@ impl Picture {
                 path.display()
             )));
         }
-        Ok(Picture { size: [width, height], pixels })
+        Ok(LoadedImage { size: [width, height], pixels })
     }
 }
 

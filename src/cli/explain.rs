@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use super::{Failure, args};
 use crate::film::Film;
 use crate::integrator::Frame;
-use crate::integrator::bounces::Kind;
+use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
-use crate::study::explain::{Followed, Life, Lit, Names, Step, explain};
+use crate::study::explain::{Followed, GivenNames, Life, LightRay, Step, explain};
 
 /// `rayfront explain`.
 #[derive(Args, Debug)]
@@ -23,7 +23,7 @@ pub struct Explain {
     pub scene: PathBuf,
     /// Column and row of the pixel from the top left, such as 480,270
     #[arg(value_name = "X,Y", value_parser = parse_pixel)]
-    pub pixel: args::Size,
+    pub pixel: args::ImageSize,
     /// Only this one of its samples, from 0
     #[arg(long, value_name = "N")]
     pub sample: Option<u32>,
@@ -32,7 +32,7 @@ pub struct Explain {
     pub spp: Option<u32>,
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
-    pub size: Option<args::Size>,
+    pub size: Option<args::ImageSize>,
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
@@ -47,7 +47,7 @@ pub struct Explain {
     pub json: bool,
 }
 
-fn parse_pixel(text: &str) -> Result<args::Size, String> {
+fn parse_pixel(text: &str) -> Result<args::ImageSize, String> {
     let numbers =
         text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
     numbers.ok_or_else(|| "expected a column and a row, such as 480,270".into())
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     };
     let scene = crate::compile::compile(&world, arguments.camera.as_deref())
         .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
-    let names = Names::new(&world);
+    let names = GivenNames::new(&world);
     let frame = Arc::new(Frame::new(scene, &world.settings));
     let (lives, film) = explain(frame, &names, arguments.pixel, range);
     if arguments.json {
@@ -166,7 +166,7 @@ fn step_lines(step: &Step) -> Vec<String> {
             "      draws       from {} {} lobe{}",
             if exact { "an exact" } else { "a" },
             kind.name(),
-            if through && kind == Kind::Diffuse { ", to the other side" } else { "" }
+            if through && kind == LobeKind::Diffuse { ", to the other side" } else { "" }
         ));
     }
     lines
@@ -177,8 +177,8 @@ fn share(share: f32) -> String {
     if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
 }
 
-fn light_line(lit: &Lit, only_one: bool) -> String {
-    let Lit { light, which, distance, contribution, arrived, blocked, .. } = lit;
+fn light_line(lit: &LightRay, only_one: bool) -> String {
+    let LightRay { light, which, distance, contribution, arrived, blocked, .. } = lit;
     let sample = if only_one { String::new() } else { format!(" sample {which}") };
     let brings = if *blocked {
         format!("blocked, would bring {}", triple(*contribution))
@@ -251,7 +251,7 @@ fn lobe_json(fate: Fate) -> Option<Value> {
     Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
 }
 
-fn lit_json(lit: &Lit) -> Value {
+fn lit_json(lit: &LightRay) -> Value {
     json!({
         "light": lit.light,
         "sample": lit.which,

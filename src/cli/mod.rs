@@ -49,7 +49,7 @@ pub fn main() -> ExitCode {
 /// A scene in a size and with samples of its own, ready to be rendered in several ways.
 fn frame(
     scene: &std::path::Path,
-    size: args::Size,
+    size: args::ImageSize,
     samples: u32,
     light: &args::LightOptions,
     camera: Option<&str>,

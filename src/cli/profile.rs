@@ -8,12 +8,12 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::profile_report::Report;
+use super::profile_report::ProfileReport;
 use super::{Failure, args, usage};
 use crate::integrator::{Frame, Schedule};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Level;
-use crate::study::profile::{self, Plan, counters, flow};
+use crate::study::profile::{self, ProfilePlan, counters, flow};
 
 /// `rayfront profile`.
 #[derive(Args, Debug)]
@@ -22,7 +22,7 @@ pub struct Profile {
     pub scene: PathBuf,
     /// Size of the image in pixels; it is rendered a dozen times
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "320x180")]
-    pub size: args::Size,
+    pub size: args::ImageSize,
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
@@ -56,7 +56,7 @@ pub struct Profile {
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     let camera = arguments.camera.as_deref();
     let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, &arguments.light, camera)?;
-    let plan = Plan {
+    let plan = ProfilePlan {
         samples: arguments.spp,
         runs: arguments.runs,
         threads: arguments.threads,
@@ -76,8 +76,14 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     if let Some(path) = &arguments.trace {
         write_trace(path, &frame, &plan)?;
     }
-    let report =
-        Report { arguments, plan: &plan, frame: &frame, times: &times, flows: &flows, counted: &counted };
+    let report = ProfileReport {
+        arguments,
+        plan: &plan,
+        frame: &frame,
+        times: &times,
+        flows: &flows,
+        counted: &counted,
+    };
     if arguments.json {
         println!("{}", report.json());
     } else {
@@ -87,7 +93,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
 }
 
 /// Both schedules once more, as what Chrome's and Perfetto's viewers read.
-fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &Plan) -> Result<(), Failure> {
+fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<(), Failure> {
     let mut events = Vec::new();
     for (process, schedule) in [Schedule::Wavefront, Schedule::Recursive].into_iter().enumerate() {
         let session = Session::of(frame.clone(), plan.samples, plan.options(schedule));

@@ -9,19 +9,19 @@ use crate::film::PixelSum;
 use crate::integrator::{Frame, RayCounts, Schedule, Stage};
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
-use crate::study::profile::{Plan, Spread, Timed, wave_bytes};
+use crate::study::profile::{ProfilePlan, Spread, Timed, wave_bytes};
 use crate::world::Transport;
 
 /// Bounces that the table shows; the JSON has all.
 const SHOWN: usize = 12;
 
 /// The title of a column and its number.
-type Column = (&'static str, fn(&Bounce) -> u64);
+type TableColumn = (&'static str, fn(&Bounce) -> u64);
 
 /// All that was found.
-pub(super) struct Report<'a> {
+pub(super) struct ProfileReport<'a> {
     pub arguments: &'a Profile,
-    pub plan: &'a Plan,
+    pub plan: &'a ProfilePlan,
     pub frame: &'a Frame,
     pub times: &'a [Timed; 2],
     pub flows: &'a Flows,
@@ -46,7 +46,7 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-impl Report<'_> {
+impl ProfileReport<'_> {
     /// Tables of at most 100 columns.
     pub fn text(&self) -> String {
         let mut lines = self.heading();
@@ -167,7 +167,7 @@ impl Report<'_> {
     }
 
     /// The kinds of rays that the transport knows.
-    fn kinds(&self) -> Vec<Column> {
+    fn kinds(&self) -> Vec<TableColumn> {
         match self.frame.transport {
             Transport::Whitted => {
                 vec![("camera", |b| b.camera), ("reflect", |b| b.reflect), ("refract", |b| b.refract)]

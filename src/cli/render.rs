@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::aov;
 use super::args::Render;
-use super::report::{Phases, Report};
+use super::report::{Phases, RenderReport};
 use super::{Failure, usage};
 use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
@@ -71,7 +71,7 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     let exposure_ev = write(&session, &settings, arguments, outputs, &names)?;
     phases.save = start.elapsed();
     let (session, settings, options) = (&session, &settings, &options);
-    let report = Report { scene: path, outputs, session, settings, options, exposure_ev, phases };
+    let report = RenderReport { scene: path, outputs, session, settings, options, exposure_ev, phases };
     if arguments.json {
         println!("{}", report.json());
     } else if !arguments.quiet {

@@ -32,7 +32,7 @@ fn count(n: u64) -> String {
 }
 
 /// All that is known after a rendering.
-pub struct Report<'a> {
+pub struct RenderReport<'a> {
     /// Its file.
     pub scene: &'a Path,
     /// What was written.
@@ -49,7 +49,7 @@ pub struct Report<'a> {
     pub phases: Phases,
 }
 
-impl Report<'_> {
+impl RenderReport<'_> {
     fn schedule(&self) -> &'static str {
         match self.options.schedule {
             Schedule::Wavefront => "wavefront",

@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let scene = threads.install(|| load(arguments))?;
     let out = arguments.out.as_deref().map(HitFile::create).transpose()?;
 
-    let query = Query {
+    let query = TraceQuery {
         bvh: &scene.compiled.bvh,
         level: arguments.simd.unwrap_or(Level::detect()),
         coherence: arguments.coherence.into(),
@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
         out.write(answers.records())?;
     }
     let mismatches = reference.map(|reference| mismatches(&answers, &reference, query.any));
-    let report = Report {
+    let report = TraceReport {
         arguments,
         scene: &scene,
         query: &query,
@@ -80,13 +80,13 @@ fn reference(arguments: &Trace, rays: usize) -> Result<Option<Vec<HitRecord>>, F
 }
 
 /// What rays are traced through.
-struct Scene {
+struct TracedScene {
     compiled: CompiledScene,
     load: Duration,
     compile: Duration,
 }
 
-fn load(arguments: &Trace) -> Result<Scene, Failure> {
+fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     let start = Instant::now();
     let mut world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let quality = arguments.quality.map(Into::into);
@@ -96,7 +96,7 @@ fn load(arguments: &Trace) -> Result<Scene, Failure> {
     give_camera(&mut world);
     let compiled = crate::compile::compile(&world, None)
         .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
-    Ok(Scene { compiled, load, compile: start.elapsed() })
+    Ok(TracedScene { compiled, load, compile: start.elapsed() })
 }
 
 /// Rays come from a file, so a scene need not have a camera; compiling it needs one.
@@ -107,7 +107,7 @@ fn give_camera(world: &mut World) {
 }
 
 /// What is asked of the scene, and how.
-struct Query<'a> {
+struct TraceQuery<'a> {
     bvh: &'a Bvh,
     level: Level,
     coherence: Coherence,
@@ -141,7 +141,7 @@ enum Places<'a> {
     Blocked(&'a mut [u32]),
 }
 
-impl Query<'_> {
+impl TraceQuery<'_> {
     /// Traces all rays once. Threads take chunks in turn, so that none waits for another.
     fn trace(&self, rays: &RayBatch, answers: &mut Answers) -> Time {
         let jobs: Vec<Job> = rays.chunks(CHUNK).zip(answers.places()).collect();
@@ -228,17 +228,17 @@ fn mismatches(answers: &Answers, reference: &[HitRecord], any: bool) -> usize {
 }
 
 /// All that is known in the end.
-struct Report<'a> {
+struct TraceReport<'a> {
     arguments: &'a Trace,
-    scene: &'a Scene,
-    query: &'a Query<'a>,
+    scene: &'a TracedScene,
+    query: &'a TraceQuery<'a>,
     rays: usize,
     hits: usize,
     best: Time,
     mismatches: Option<usize>,
 }
 
-impl Report<'_> {
+impl TraceReport<'_> {
     fn name(&self) -> &'static str {
         if self.query.any { "any" } else { "closest" }
     }
@@ -255,7 +255,7 @@ impl Report<'_> {
 
     /// One object for programs.
     fn json(&self) -> Value {
-        let Scene { compiled, load, compile } = self.scene;
+        let TracedScene { compiled, load, compile } = self.scene;
         let memory = compiled.memory();
         let mut object = json!({
             "scene": self.arguments.scene,
@@ -292,7 +292,7 @@ impl Report<'_> {
 
     /// A few lines for people.
     fn text(&self) -> String {
-        let Scene { compiled, load, compile } = self.scene;
+        let TracedScene { compiled, load, compile } = self.scene;
         let (memory, geometry) = (compiled.memory(), &compiled.geometry);
         let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
         let seconds = |d: Duration| format!("{:.3} s", d.as_secs_f64());

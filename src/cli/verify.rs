@@ -23,7 +23,7 @@ pub struct Verify {
     pub scene: PathBuf,
     /// Size of the image in pixels; it is rendered dozens of times
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "96x54")]
-    pub size: args::Size,
+    pub size: args::ImageSize,
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,

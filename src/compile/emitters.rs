@@ -28,14 +28,14 @@ pub(super) struct Surfaces<'a> {
 }
 
 /// What shines.
-pub(super) struct Compiled {
+pub(super) struct CompiledEmitters {
     pub emitters: Emitters,
     pub lights: Vec<LightSamples>,
     /// How many instances and copies would be too many emitters.
     pub left_out: usize,
 }
 
-pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environment) -> Compiled {
+pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environment) -> CompiledEmitters {
     let mut out = Emitters::default();
     let (mut areas, mut lights) = (HashMap::new(), Vec::new());
     for (index, lamp) in lamps.iter().enumerate() {
@@ -75,7 +75,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
     }
-    Compiled { emitters: out, lights, left_out }
+    CompiledEmitters { emitters: out, lights, left_out }
 }
 
 fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {

@@ -21,7 +21,7 @@ use crate::scene::{Geometry, Part};
 use crate::world::{MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 /// What shapes come to.
-pub(super) struct Compiled {
+pub(super) struct CompiledGeometry {
     pub geometry: Geometry,
     pub bvh: Bvh,
     /// The triangles of each instance.
@@ -36,8 +36,8 @@ pub(super) fn compile(
     transforms: &WorldTransforms,
     rectangles: &[Rectangle],
     sheets: &mut Sheets,
-) -> Result<Compiled, CompileError> {
-    let mut builder = Builder::default();
+) -> Result<CompiledGeometry, CompileError> {
+    let mut builder = GeometryBuilder::default();
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
     let uses = count_uses(world, order);
     let copied = choose_copied(world, &uses);
@@ -55,7 +55,7 @@ pub(super) fn compile(
                 None => {
                     let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
                     let material = own.unwrap_or(MaterialId::DEFAULT);
-                    placed.push((Subtree::UnitSphere, to_world, material, entity.id()));
+                    placed.push((InstancedTree::UnitSphere, to_world, material, entity.id()));
                 }
             },
             Shape::Triangle { vertices, normals, uvs } => {
@@ -77,7 +77,7 @@ pub(super) fn compile(
             }
             Shape::Mesh(id) => {
                 let material = own.unwrap_or(MaterialId(NONE));
-                placed.push((Subtree::Mesh(*id), *matrix, material, entity.id()));
+                placed.push((InstancedTree::Mesh(*id), *matrix, material, entity.id()));
             }
         }
     }
@@ -86,7 +86,7 @@ pub(super) fn compile(
         let part = Part { entity: rectangle.entity.id(), ..plain_part(MaterialId(rectangle.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
-    Ok(Compiled { copies, ..builder.finish(world, placed)? })
+    Ok(CompiledGeometry { copies, ..builder.finish(world, placed)? })
 }
 
 /// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
@@ -188,17 +188,17 @@ fn quad_mesh(corners: [Vec3; 4]) -> Mesh {
 
 /// What instances place.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Subtree {
+enum InstancedTree {
     Mesh(MeshId),
     UnitSphere,
 }
 
 #[derive(Default)]
-struct Builder {
+struct GeometryBuilder {
     geometry: Geometry,
 }
 
-impl Builder {
+impl GeometryBuilder {
     fn sphere(&mut self, matrix: &DAffine3, radius: f64, part: Part) {
         let part = self.geometry.add_part(part);
         let center = matrix.translation.as_vec3();
@@ -264,8 +264,8 @@ impl Builder {
     fn finish(
         mut self,
         world: &World,
-        placed: Vec<(Subtree, DAffine3, MaterialId, u32)>,
-    ) -> Result<Compiled, CompileError> {
+        placed: Vec<(InstancedTree, DAffine3, MaterialId, u32)>,
+    ) -> Result<CompiledGeometry, CompileError> {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
         let quality = world.settings.build_quality;
@@ -288,15 +288,22 @@ impl Builder {
             boxes.push(root.bounds);
         }
         bvh.add_root(&self.geometry.shapes(), 0..triangles, 0..spheres, &boxes);
-        Ok(Compiled { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() })
+        Ok(CompiledGeometry { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() })
     }
 
     /// A tree and its triangles.
-    fn subtree(&mut self, world: &World, subtree: Subtree, bvh: &mut Bvh) -> (Option<Root>, Range<u32>) {
+    fn subtree(
+        &mut self,
+        world: &World,
+        subtree: InstancedTree,
+        bvh: &mut Bvh,
+    ) -> (Option<Root>, Range<u32>) {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
-            Subtree::UnitSphere => self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT)),
-            Subtree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
+            InstancedTree::UnitSphere => {
+                self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT))
+            }
+            InstancedTree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
         }
         let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (bvh.add_tree(&self.geometry.shapes(), triangles..t, spheres..s), triangles..t)

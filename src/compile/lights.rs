@@ -19,7 +19,7 @@ pub(super) enum Lamp {
         intensity: Rgb,
         /// Whether irradiance falls with the square of the distance.
         falls: bool,
-        cone: Option<Cone>,
+        cone: Option<SpotCone>,
     },
     /// Parallel.
     Directional {
@@ -44,7 +44,7 @@ pub(super) enum Lamp {
 }
 
 /// Where a spot shines.
-pub(super) struct Cone {
+pub(super) struct SpotCone {
     /// Unit vector along its axis, away from the light.
     pub axis: Vec3,
     /// Cosine of the angle beyond which nothing arrives.
@@ -75,7 +75,7 @@ pub fn light_names(world: &World) -> Vec<String> {
 
 /// What light entities come to.
 #[derive(Default)]
-pub(super) struct Compiled {
+pub(super) struct CompiledLights {
     pub lamps: Vec<Lamp>,
     /// Those that rays can hit.
     pub rectangles: Vec<Rectangle>,
@@ -88,8 +88,8 @@ pub(super) fn compile(
     transforms: &WorldTransforms,
     materials: &mut Vec<Material>,
     names: &mut Vec<String>,
-) -> Result<Compiled, CompileError> {
-    let mut out = Compiled::default();
+) -> Result<CompiledLights, CompileError> {
+    let mut out = CompiledLights::default();
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
         let matrix = &transforms[&entity];
@@ -163,7 +163,7 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
         world::Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
             let cos = |angle: f32| libm::cos(angle as f64);
             let width = (cos(*inner_angle) - cos(*outer_angle)).max(1e-6);
-            let cone = Cone {
+            let cone = SpotCone {
                 axis: direction(matrix, Vec3::NEG_Z),
                 cos_outer: cos(*outer_angle) as f32,
                 scale: (1.0 / width) as f32,

@@ -28,16 +28,16 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
     let camera = camera::compile(world, &order, &transforms, camera)?;
     let textures = textures::compile(&world.assets)?;
     let (mut materials, mut material_names) = materials::compile(&world.assets);
-    let lights::Compiled { lamps, rectangles } =
+    let lights::CompiledLights { lamps, rectangles } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
-    let geometry::Compiled { geometry, mut bvh, placed, copies } =
+    let geometry::CompiledGeometry { geometry, mut bvh, placed, copies } =
         geometry::compile(world, &order, &transforms, &rectangles, &mut sheets)?;
     set_presence(&mut bvh, &geometry, &materials);
     let environment = environment::compile(world, &order, &transforms);
     let surfaces =
         emitters::Surfaces { geometry: &geometry, materials: &materials, placed: &placed, copies: &copies };
-    let emitters::Compiled { emitters, lights, left_out } =
+    let emitters::CompiledEmitters { emitters, lights, left_out } =
         emitters::compile(&surfaces, &lamps, &environment);
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {

@@ -5,11 +5,11 @@ mod srgb;
 
 use rayon::prelude::*;
 
-use self::mips::{Room, Work};
+use self::mips::{TexelsOut, Work};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
-use crate::scene::textures::Sampled;
+use crate::scene::textures::SampledTexture;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
 
 pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
@@ -59,8 +59,8 @@ fn levels(assets: &Assets, out: &mut Textures) -> Result<Vec<u32>, CompileError>
     for ((image, used), sizes) in assets.images.iter().zip(&uses).zip(sizes) {
         let count = sizes.iter().map(|[width, height]| width * height).sum();
         let room = match image.texels {
-            Texels::Rgba8(_) => Room::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
-            Texels::Rgb32(_) => Room::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
+            Texels::Rgba8(_) => TexelsOut::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
+            Texels::Rgb32(_) => TexelsOut::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
         };
         let decode = [if used.srgb { curved } else { linear }, linear];
         work.push(Work { texels: &image.texels, sizes, room, decode, srgb: used.srgb });
@@ -106,7 +106,7 @@ fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u3
     let (sx, sy) = (texture.scale.x, texture.scale.y);
     let next = first_levels.get(texture.image.0 as usize + 1).copied();
     let end = next.unwrap_or(out.levels.first.len() as u32);
-    out.sampled.push(Sampled {
+    out.sampled.push(SampledTexture {
         matrix: [[cos * sx, sin * sy, texture.offset.x], [-sin * sx, cos * sy, texture.offset.y]],
         uv_set: texture.uv_set,
         factor: texture.factor.to_array(),

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::names::Names;
+use super::names::TakenNames;
 use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
@@ -39,7 +39,7 @@ pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, Lo
     frame(&mut world, model.bounds);
     if is_dark(&world) {
         let image = world.assets.add_image(studio::image());
-        let name = Names::of(&world).unique("studio");
+        let name = TakenNames::of(&world).unique("studio");
         let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
         world.entities.spawn((name, light, Transform::IDENTITY));
         world.warnings.push("there is no light: a studio was put around it".into());
@@ -100,13 +100,13 @@ fn add_camera(world: &mut World, center: DVec3, radius: f64) {
     let distance = 1.05 * radius / libm::sin(half_fov);
     let place = looking_at(center, DVec3::new(0.45, 0.35, 1.0), distance);
     let camera = Camera::Pinhole { vertical_fov: (2.0 * half_fov) as f32 };
-    let name = Names::of(world).unique("camera");
+    let name = TakenNames::of(world).unique("camera");
     world.entities.spawn((name, camera, place));
 }
 
 /// A key light on the right and a fill light on the left of who stands before it.
 fn add_light(world: &mut World, center: DVec3, radius: f64) {
-    let mut names = Names::of(world);
+    let mut names = TakenNames::of(world);
     let mut sun = |name: &str, irradiance: f32, from: DVec3| {
         let light = Light::Directional { irradiance: Rgb::splat(irradiance), angle: 0.0 };
         world.entities.spawn((names.unique(name), light, looking_at(center, from, 2.0 * radius)));

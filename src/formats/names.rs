@@ -5,13 +5,13 @@ use std::collections::{HashMap, HashSet};
 use crate::world::{Name, World};
 
 /// The names that a world's entities have.
-pub(super) struct Names {
+pub(super) struct TakenNames {
     taken: HashSet<String>,
     /// The last number that was given to a name.
     last: HashMap<String, u64>,
 }
 
-impl Names {
+impl TakenNames {
     pub(super) fn of(world: &World) -> Self {
         let taken = world.entities.query::<&Name>().iter().map(|name| name.0.clone()).collect();
         Self { taken, last: HashMap::new() }

@@ -16,7 +16,7 @@ const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every 
 
 /// What a lobe does to light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum LobeKind {
     /// Scatters it widely, to either side.
     Diffuse,
     /// Reflects it like a mirror, however blurred.
@@ -25,16 +25,16 @@ pub enum Kind {
     Transmission,
 }
 
-impl Kind {
+impl LobeKind {
     /// In the order of the counters.
-    pub const ALL: [Kind; 3] = [Kind::Diffuse, Kind::Glossy, Kind::Transmission];
+    pub const ALL: [LobeKind; 3] = [LobeKind::Diffuse, LobeKind::Glossy, LobeKind::Transmission];
 
     /// By what is known of a drawn direction.
     pub fn of(wide: bool, through: bool) -> Self {
         match (wide, through) {
-            (true, _) => Kind::Diffuse,
-            (false, true) => Kind::Transmission,
-            (false, false) => Kind::Glossy,
+            (true, _) => LobeKind::Diffuse,
+            (false, true) => LobeKind::Transmission,
+            (false, false) => LobeKind::Glossy,
         }
     }
 
@@ -48,7 +48,7 @@ impl Kind {
     }
 }
 
-/// The most bounces of each kind, in the order of [`Kind::ALL`]; [`MOST`] is no limit.
+/// The most bounces of each kind, in the order of [`LobeKind::ALL`]; [`MOST`] is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits([u32; 3]);
 
@@ -62,9 +62,9 @@ impl Limits {
     }
 
     /// The kind whose limit has ended a path.
-    pub fn reached(&self, bounces: u32) -> Option<Kind> {
+    pub fn reached(&self, bounces: u32) -> Option<LobeKind> {
         let counts = counts(bounces);
-        Kind::ALL.into_iter().find(|kind| counts[*kind as usize] > self.0[*kind as usize])
+        LobeKind::ALL.into_iter().find(|kind| counts[*kind as usize] > self.0[*kind as usize])
     }
 }
 
@@ -72,9 +72,9 @@ impl Limits {
 #[inline(always)]
 pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F::Int {
     let [diffuse, glossy, transmission] = [
-        F::Int::splat(1 << Kind::Diffuse.shift()),
-        F::Int::splat(1 << Kind::Glossy.shift()),
-        F::Int::splat(1 << Kind::Transmission.shift()),
+        F::Int::splat(1 << LobeKind::Diffuse.shift()),
+        F::Int::splat(1 << LobeKind::Glossy.shift()),
+        F::Int::splat(1 << LobeKind::Transmission.shift()),
     ];
     let narrow = F::Int::select(through, transmission, glossy);
     let one = F::Int::select(wide, diffuse, narrow);
@@ -86,7 +86,7 @@ pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F:
 #[inline(always)]
 pub fn limited<F: Float>(limits: &Limits, bounces: F::Int) -> F::Int {
     let mut beyond = F::Mask::from_bits(0);
-    for (kind, limit) in Kind::ALL.into_iter().zip(limits.0) {
+    for (kind, limit) in LobeKind::ALL.into_iter().zip(limits.0) {
         let count = bounces & F::Int::splat(MOST << kind.shift());
         beyond = beyond | F::Int::splat(limit << kind.shift()).lt(count);
     }
@@ -101,7 +101,7 @@ pub fn spent<F: Float>(bounces: F::Int) -> F::Mask {
 
 /// The counters of a path, for people.
 pub fn counts(bounces: u32) -> [u32; 3] {
-    Kind::ALL.map(|kind| bounces >> kind.shift() & MOST)
+    LobeKind::ALL.map(|kind| bounces >> kind.shift() & MOST)
 }
 
 #[cfg(test)]
@@ -109,21 +109,21 @@ mod tests {
     use super::*;
     use std::num::Wrapping;
 
-    fn after(kinds: &[Kind]) -> Wrapping<u32> {
+    fn after(kinds: &[LobeKind]) -> Wrapping<u32> {
         kinds.iter().fold(Wrapping(0), |bounces, kind| {
-            let (wide, through) = (*kind == Kind::Diffuse, *kind == Kind::Transmission);
-            assert_eq!(Kind::of(wide, through), *kind);
+            let (wide, through) = (*kind == LobeKind::Diffuse, *kind == LobeKind::Transmission);
+            assert_eq!(LobeKind::of(wide, through), *kind);
             counted::<f32>(bounces, wide, through)
         })
     }
 
     #[test]
     fn each_kind_is_counted_by_itself_and_no_further_than_its_bits() {
-        use Kind::{Diffuse, Glossy, Transmission};
+        use LobeKind::{Diffuse, Glossy, Transmission};
         assert_eq!(counts(after(&[Glossy, Diffuse, Glossy, Transmission, Glossy]).0), [1, 3, 1]);
-        for kind in Kind::ALL {
+        for kind in LobeKind::ALL {
             let found = counts(after(&vec![kind; 2000]).0);
-            assert_eq!(found, Kind::ALL.map(|other| if other == kind { MOST } else { 0 }));
+            assert_eq!(found, LobeKind::ALL.map(|other| if other == kind { MOST } else { 0 }));
         }
     }
 
@@ -135,13 +135,17 @@ mod tests {
         assert_eq!(limits(None, None, None, 8), None);
         assert_eq!(limits(Some(8), Some(9), None, 8), None, "max_depth is reached first");
         let two = limits(None, Some(2), None, 8).unwrap();
-        let is_spent = |limits: &Limits, kinds: &[Kind]| spent::<f32>(limited::<f32>(limits, after(kinds)));
-        assert!(!is_spent(&two, &[Kind::Glossy; 2]) && is_spent(&two, &[Kind::Glossy; 3]));
-        assert!(!is_spent(&two, &[Kind::Diffuse; 7]) && !is_spent(&two, &[Kind::Transmission; 2000]));
+        let is_spent =
+            |limits: &Limits, kinds: &[LobeKind]| spent::<f32>(limited::<f32>(limits, after(kinds)));
+        assert!(!is_spent(&two, &[LobeKind::Glossy; 2]) && is_spent(&two, &[LobeKind::Glossy; 3]));
+        assert!(!is_spent(&two, &[LobeKind::Diffuse; 7]) && !is_spent(&two, &[LobeKind::Transmission; 2000]));
         let none = limits(Some(0), None, Some(0), 8).unwrap();
-        assert_eq!(none.reached(after(&[Kind::Glossy, Kind::Transmission]).0), Some(Kind::Transmission));
-        assert_eq!(none.reached(after(&[Kind::Glossy]).0), None);
-        assert!(is_spent(&none, &[Kind::Diffuse]) && is_spent(&none, &[Kind::Transmission]));
+        assert_eq!(
+            none.reached(after(&[LobeKind::Glossy, LobeKind::Transmission]).0),
+            Some(LobeKind::Transmission)
+        );
+        assert_eq!(none.reached(after(&[LobeKind::Glossy]).0), None);
+        assert!(is_spent(&none, &[LobeKind::Diffuse]) && is_spent(&none, &[LobeKind::Transmission]));
         assert!(!is_spent(&none, &[]));
     }
 }

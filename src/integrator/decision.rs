@@ -1,7 +1,7 @@
 //! What the path transport does at a vertex, in words, for those who look on: the same functions
 //! once more in one lane, whose bits are those of any other. Nothing that renders needs this.
 
-use super::bounces::Kind;
+use super::bounces::LobeKind;
 use super::path::Path;
 use super::{Frame, path_tracing};
 use crate::math::Vector;
@@ -39,7 +39,7 @@ pub enum Fate {
     /// A direction has been drawn. Where the path ends all the same it has lost at roulette.
     Drawn {
         /// From which lobe.
-        kind: Kind,
+        kind: LobeKind,
         /// Whether it leads to the other side.
         through: bool,
         /// Whether that is the only direction of its lobe, as of a smooth mirror.
@@ -87,7 +87,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     } else if left.max_component() <= 0.0 {
         Fate::Black
     } else {
-        let (kind, through) = (Kind::of(drawn.wide, drawn.through), drawn.through);
+        let (kind, through) = (LobeKind::of(drawn.wide, drawn.through), drawn.through);
         Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }
     };
     decision

@@ -55,14 +55,14 @@ impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Something happened to a sample.
-    Sample(Place, What),
+    Sample(PathKey, What),
     /// The wave has gone through a stage.
     Wave(Flow),
 }
 
 /// Which part of a sample: a path and how many bounces it has behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct PathKey {
     /// Column and row of the pixel.
     pub pixel: (u32, u32),
     /// Which of its samples.
@@ -73,10 +73,10 @@ pub struct Place {
     pub depth: u32,
 }
 
-impl Place {
+impl PathKey {
     /// Of a path.
-    pub fn of(path: &Path<f32>) -> Place {
-        Place {
+    pub fn of(path: &Path<f32>) -> PathKey {
+        PathKey {
             pixel: unpack_pixel(path.pixel.0),
             sample: path.sample.0,
             branch: path.branch.0,
@@ -147,7 +147,7 @@ pub enum What {
     /// The path has gone on from its last vertex, or been forked off there.
     Onward {
         /// How.
-        way: Way,
+        way: Continuation,
         /// Where to.
         direction: Triple,
         /// What counts of it.
@@ -162,7 +162,7 @@ pub enum What {
 
 /// How a path goes on from a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Continuation {
     /// Along the mirror image.
     Reflect,
     /// Through the surface.
@@ -197,7 +197,7 @@ pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
         throughput: color(path.throughput),
         hit,
     };
-    Event::Sample(Place::of(path), what)
+    Event::Sample(PathKey::of(path), what)
 }
 
 /// A path at a vertex.
@@ -214,13 +214,13 @@ pub fn vertex(
         normal: triple(normal),
         radiance: color(path.radiance),
     };
-    Event::Sample(Place::of(path), what)
+    Event::Sample(PathKey::of(path), what)
 }
 
 /// A path of the path transport at a vertex: where that is, and what happens there.
 pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> [Event; 2] {
     let Decision { position, geometric_normal, normal, emission_share, fate, .. } = *decision;
-    let choice = Event::Sample(Place::of(path), What::Choice { emission_share, fate });
+    let choice = Event::Sample(PathKey::of(path), What::Choice { emission_share, fate });
     [vertex(path, position, geometric_normal, normal), choice]
 }
 
@@ -232,7 +232,7 @@ pub fn path_light(path: &Path<f32>, decision: &Decision, ray: &Ray<f32>, contrib
 
 /// A path of the path transport whose ray to a light has been traced, with what it has gathered.
 pub fn path_shadow(path: &Path<f32>, blocked: bool, radiance: Color<f32>) -> Event {
-    Event::Sample(Place::of(path), What::Shadow { blocked, radiance: Some(color(radiance)) })
+    Event::Sample(PathKey::of(path), What::Shadow { blocked, radiance: Some(color(radiance)) })
 }
 
 /// A path with a ray to a light.
@@ -257,26 +257,26 @@ fn to_light(
         distance: ray.t_max,
         contribution: color(contribution),
     };
-    Event::Sample(Place::of(path), what)
+    Event::Sample(PathKey::of(path), what)
 }
 
 /// A path whose ray to a light has been traced.
 #[inline(always)]
 pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
-    Event::Sample(Place::of(path), What::Shadow { blocked, radiance: None })
+    Event::Sample(PathKey::of(path), What::Shadow { blocked, radiance: None })
 }
 
 /// A path that has gone on from a vertex.
 #[inline(always)]
-pub fn onward(way: Way, next: &Path<f32>) -> Event {
+pub fn onward(way: Continuation, next: &Path<f32>) -> Event {
     let (direction, throughput) = (triple(next.direction), color(next.throughput));
-    Event::Sample(Place::of(next), What::Onward { way, direction, throughput })
+    Event::Sample(PathKey::of(next), What::Onward { way, direction, throughput })
 }
 
 /// A path at its end.
 #[inline(always)]
 pub fn end(path: &Path<f32>, radiance: Color<f32>) -> Event {
-    Event::Sample(Place::of(path), What::End { radiance: color(radiance) })
+    Event::Sample(PathKey::of(path), What::End { radiance: color(radiance) })
 }
 
 fn triple(v: Vector<f32>) -> Triple {

@@ -17,13 +17,13 @@ use crate::sampling::{Dimension, Key};
 use crate::scene::Material;
 use crate::shading::emitter::{EmitterSample, SHADOW_END};
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::draw::Sampled;
+use crate::shading::principled::draw::BsdfSample;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
 
 /// What comes of a hit.
-pub struct Outcome<F: Float> {
+pub struct VertexOutcome<F: Float> {
     /// The path's radiance with what the surface gives off.
     pub radiance: Color<F>,
     /// To one point of one light.
@@ -115,14 +115,14 @@ pub fn hit<F: Float>(
     hit: &HitLanes<F>,
     material: u32,
     mask: F::Mask,
-) -> Outcome<F> {
+) -> VertexOutcome<F> {
     let scene = &frame.scene;
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
     let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, mask);
     let path = &Path { throughput: absorbed(frame, path, path.medium, hit.t, mask), ..*path };
-    let mut out = Outcome {
+    let mut out = VertexOutcome {
         radiance: given_off(frame, path, hit, &point, mask),
         shadow: ShadowRay::none(),
         next: *path,
@@ -260,7 +260,7 @@ pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitL
 }
 
 /// A point of a light.
-pub(super) struct Lit<F: Float> {
+pub(super) struct LightPoint<F: Float> {
     /// The light.
     pub emitter: F::Int,
     /// Chance times density.
@@ -281,7 +281,7 @@ pub(super) fn sampled_light<F: Float>(
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     mask: F::Mask,
-) -> Lit<F> {
+) -> LightPoint<F> {
     let scene = &frame.scene;
     let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(path.depth));
     let which = if scene.emitters.len() > 1 {
@@ -296,7 +296,7 @@ pub(super) fn sampled_light<F: Float>(
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
     let share = F::select(sample.shared, heuristic(density, own), F::one());
-    Lit { emitter, density, share, value, sample }
+    LightPoint { emitter, density, share, value, sample }
 }
 
 /// The shadow ray to a point of a light.
@@ -316,7 +316,8 @@ fn to_light<F: Float>(
         return ShadowRay::none();
     }
     let zero = F::zero();
-    let Lit { density, share, value, sample, .. } = sampled_light(frame, path, surface, bsdf, key, mask);
+    let LightPoint { density, share, value, sample, .. } =
+        sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
     let left = absorbed(frame, path, bodies.beyond(through), sample.distance, mask);
@@ -342,7 +343,7 @@ pub(super) fn drawn<F: Float>(
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     mask: F::Mask,
-) -> Sampled<F> {
+) -> BsdfSample<F> {
     let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
     let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
     bsdf.sample(choice, u, mask)
@@ -362,7 +363,7 @@ fn scattered<F: Float>(
     mask: F::Mask,
 ) -> (Path<F>, F::Mask) {
     let (zero, one) = (F::zero(), F::one());
-    let Sampled { direction, weight, pdf, valid, through, wide } = drawn(frame, path, bsdf, key, mask);
+    let BsdfSample { direction, weight, pdf, valid, through, wide } = drawn(frame, path, bsdf, key, mask);
     let mut throughput = path.throughput * weight;
     let mut goes_on = valid & throughput.max_component().gt(zero);
     if let Some(first) = frame.roulette_depth {

@@ -8,11 +8,11 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use super::decision::decide;
-use super::observe::{self, Observer, Way};
+use super::observe::{self, Continuation, Observer};
 use super::path::{Path, pack_pixel};
 use super::presence::Traced;
 use super::shadow::connect;
-use super::whitted::{Scatter, Vertex};
+use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::{Asker, Stack, any_ray, closest_ray};
 use crate::film::Film;
@@ -179,7 +179,7 @@ impl Tile<'_> {
                 return to_rgb(path.radiance);
             }
             if self.looks {
-                self.observer.report(&observe::onward(Way::Scatter, &outcome.next));
+                self.observer.report(&observe::onward(Continuation::Scatter, &outcome.next));
             }
             self.statistics.rays.scatter += 1;
             path = Path { radiance: path.radiance, ..outcome.next };
@@ -187,12 +187,12 @@ impl Tile<'_> {
     }
 
     /// Where the path goes on, or what it ends with.
-    fn report_onward(&mut self, path: &Path<f32>, vertex: &Vertex<f32>, scatter: &Scatter<f32>) {
+    fn report_onward(&mut self, path: &Path<f32>, vertex: &WhittedVertex<f32>, scatter: &Scatter<f32>) {
         if scatter.reflects {
-            self.observer.report(&observe::onward(Way::Reflect, &scatter.reflected(path, vertex)));
+            self.observer.report(&observe::onward(Continuation::Reflect, &scatter.reflected(path, vertex)));
         }
         if scatter.refracts {
-            self.observer.report(&observe::onward(Way::Refract, &scatter.refracted(path, vertex)));
+            self.observer.report(&observe::onward(Continuation::Refract, &scatter.refracted(path, vertex)));
         }
         if !scatter.reflects && !scatter.refracts {
             self.observer.report(&observe::end(path, path.radiance));
@@ -200,7 +200,7 @@ impl Tile<'_> {
     }
 
     /// Adds what arrives from every sample of every light.
-    fn lights(&mut self, path: &mut Path<f32>, vertex: &whitted::Vertex<f32>) {
+    fn lights(&mut self, path: &mut Path<f32>, vertex: &whitted::WhittedVertex<f32>) {
         let frame = self.frame;
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples {

@@ -29,7 +29,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
 
 /// What is left of a hit for its lights.
 #[derive(Clone, Copy)]
-pub struct Vertex<F: Float> {
+pub struct WhittedVertex<F: Float> {
     /// In world space.
     pub position: Vector<F>,
     /// See [`Surface::offset`].
@@ -69,7 +69,7 @@ pub fn hit<F: Float>(
     path: &Path<F>,
     hit: &HitLanes<F>,
     mask: F::Mask,
-) -> (Vertex<F>, Scatter<F>, Color<F>) {
+) -> (WhittedVertex<F>, Scatter<F>, Color<F>) {
     let scene = &frame.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
@@ -77,7 +77,7 @@ pub fn hit<F: Float>(
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let radiance = path.radiance + path.throughput * own;
     let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, mask);
-    let vertex = Vertex {
+    let vertex = WhittedVertex {
         position: surface.position,
         offset: surface.offset,
         geometric_normal: surface.geometric_normal,
@@ -145,7 +145,7 @@ impl<F: Float> Scatter<F> {
 
     /// The path along the mirror image, without its radiance.
     #[inline(always)]
-    pub fn reflected(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
+    pub fn reflected(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
         let nobody = F::Mask::from_bits(0);
         let path = &Path { width: self.width, ..*path };
         follow(path, vertex, self.reflect, self.reflect_throughput, nobody)
@@ -153,7 +153,7 @@ impl<F: Float> Scatter<F> {
 
     /// The path along what is seen through, without its radiance.
     #[inline(always)]
-    pub fn refracted(&self, path: &Path<F>, vertex: &Vertex<F>) -> Path<F> {
+    pub fn refracted(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
         let path = &Path { width: self.width, ..*path };
         follow(path, vertex, self.refract, self.refract_throughput, self.forks())
     }
@@ -163,7 +163,7 @@ impl<F: Float> Scatter<F> {
 #[inline(always)]
 fn follow<F: Float>(
     path: &Path<F>,
-    vertex: &Vertex<F>,
+    vertex: &WhittedVertex<F>,
     direction: Vector<F>,
     throughput: Color<F>,
     forked: F::Mask,
@@ -185,7 +185,7 @@ fn follow<F: Float>(
 pub fn light_ray<F: Float>(
     frame: &Frame,
     path: &Path<F>,
-    vertex: &Vertex<F>,
+    vertex: &WhittedVertex<F>,
     light: usize,
     which: u32,
     mask: F::Mask,

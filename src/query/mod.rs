@@ -100,7 +100,7 @@
 //! `u + v` is at most 1, up to rounding.
 //!
 //! `primitive` and `instance` are ids of the scene as it was built, to be compared with each
-//! other and kept. [`Scene::locate`] makes a [`Place`] of them: instance, shape, and the
+//! other and kept. [`Scene::locate`] makes a [`HitPrimitive`] of them: instance, shape, and the
 //! triangle's or sphere's place in what was handed over. (So that queries write what they
 //! find and no more: the rest is looked up for those hits that it is wanted of.)
 //!
@@ -149,4 +149,4 @@ pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, QUEUE, R
 pub use batch::{HitBatch, RayBatch};
 pub use builder::{InstanceId, MAX_COORDINATE, MAX_PRIMITIVES, SceneBuilder, ShapeId};
 pub use error::{BuildError, LengthMismatch};
-pub use scene::{Place, Scene, Statistics, Tracer};
+pub use scene::{HitPrimitive, Scene, Statistics, Tracer};

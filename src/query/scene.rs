@@ -49,7 +49,7 @@ pub struct Statistics {
 
 /// What a hit hit, in the caller's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct HitPrimitive {
     /// Which placed shape.
     pub instance: InstanceId,
     /// Which shape that is.
@@ -94,7 +94,7 @@ impl Scene {
 
     /// What a hit hit; none for a miss, and for ids that are not of this scene. Takes time
     /// that grows with the logarithm of the number of shapes.
-    pub fn locate(&self, hit: &Hit) -> Option<Place> {
+    pub fn locate(&self, hit: &Hit) -> Option<HitPrimitive> {
         if hit.is_miss() {
             return None;
         }
@@ -109,7 +109,7 @@ impl Scene {
             NONE => *self.owners.in_world.get(shape as usize).filter(|instance| **instance != NONE)?,
             placed => *self.owners.instances.get(placed as usize)?,
         };
-        Some(Place { instance: InstanceId(instance), shape: ShapeId(shape), primitive: id - first })
+        Some(HitPrimitive { instance: InstanceId(instance), shape: ShapeId(shape), primitive: id - first })
     }
 }
 

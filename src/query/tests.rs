@@ -39,12 +39,12 @@ impl Input {
 
     /// Every primitive that the ray meets, or may meet but for rounding: where it is, t, and
     /// whether it is certain. All in double precision and without a tree.
-    fn meets(&self, ray: &RayParts) -> Vec<(Place, f64, bool)> {
+    fn meets(&self, ray: &RayParts) -> Vec<(HitPrimitive, f64, bool)> {
         let mut out = Vec::new();
         for (instance, (shape, matrix)) in self.placed.iter().enumerate() {
             let mut add = |primitive: usize, t: f64, is_certain: bool| {
                 let instance = InstanceId(instance as u32);
-                let place = Place { instance, shape: ShapeId(*shape), primitive: primitive as u32 };
+                let place = HitPrimitive { instance, shape: ShapeId(*shape), primitive: primitive as u32 };
                 let (low, high) = (f64::from(ray.t_min), f64::from(ray.t_max));
                 // What is uncertain may be where the ray grazes it, far from here.
                 let slack = if is_certain { TOLERANCE } else { 10.0 } / ray.direction.length();
@@ -70,7 +70,7 @@ impl Input {
     }
 
     /// The point of a triangle's weights, in the world.
-    fn point(&self, place: &Place, hit: &Hit) -> Option<DVec3> {
+    fn point(&self, place: &HitPrimitive, hit: &Hit) -> Option<DVec3> {
         let (shape, matrix) = &self.placed[place.instance.0 as usize];
         assert_eq!(place.shape, ShapeId(*shape));
         let Handed::Mesh(positions, triangles) = &self.shapes[*shape as usize] else { return None };
@@ -216,7 +216,7 @@ fn compare_with_brute_force(seed: u64) -> [usize; 2] {
         assert!(hit.t > ray.t_min && hit.t <= ray.t_max, "ray {i}: {hit:?}");
         let same: Vec<_> = meets.iter().filter(|m| m.0 == place).collect();
         let loose = 10.0 / ray.direction.length();
-        let is_near = |m: &&(Place, f64, bool)| (m.1 - t).abs() < if m.2 { slack } else { loose };
+        let is_near = |m: &&(HitPrimitive, f64, bool)| (m.1 - t).abs() < if m.2 { slack } else { loose };
         assert!(same.iter().any(is_near), "ray {i}: {place:?} {t} {meets:?}");
         if let Some(point) = input.point(&place, &hit)
             && same.iter().all(|m| m.2)

@@ -10,7 +10,7 @@ pub struct Textures {
     /// Value / 255 (0 to 255), then the same through the sRGB curve (256 to 511).
     pub decode: Vec<f32>,
     /// By texture id.
-    pub sampled: Vec<Sampled>,
+    pub sampled: Vec<SampledTexture>,
     /// Of all images.
     pub levels: Levels,
 }
@@ -18,7 +18,7 @@ pub struct Textures {
 /// How a texture is looked up: one record each, because all lanes that are shaded
 /// together have the same material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampled {
+pub struct SampledTexture {
     /// Rows of the matrix from mesh coordinates to the image's, then what is added.
     pub matrix: [[f32; 3]; 2],
     /// Which of the mesh's sets of coordinates.

@@ -10,7 +10,7 @@ use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};
 
 /// The triangles of a hit: their vertices, parts and the weights of the corners.
-struct Corners<F: Float> {
+struct HitCorners<F: Float> {
     vertices: [F::Int; 3],
     part: F::Int,
     weights: [F; 3],
@@ -24,7 +24,7 @@ struct UvSet<F: Float> {
     mapped: F::Mask,
 }
 
-impl<F: Float> Corners<F> {
+impl<F: Float> HitCorners<F> {
     #[inline(always)]
     fn new(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Self {
         let is_triangle = (hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
@@ -84,7 +84,7 @@ pub fn point_coordinates<F: Float>(
     mask: F::Mask,
 ) -> Coordinates<F> {
     let zero = F::zero();
-    let triangle = Corners::new(geometry, hit, mask);
+    let triangle = HitCorners::new(geometry, hit, mask);
     let of_hit = (F::select(triangle.is_triangle, hit.u, uv.0), F::select(triangle.is_triangle, hit.v, uv.1));
     let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, of_hit).at;
     let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, first).at;
@@ -106,7 +106,7 @@ pub fn coordinates<F: Float>(
     if geometry.uvs.is_empty() {
         return at;
     }
-    let triangle = Corners::new(geometry, hit, mask);
+    let triangle = HitCorners::new(geometry, hit, mask);
     let UvSet { corners: first, mapped, .. } = triangle.set(&geometry.uvs, &geometry.parts.uvs, surface.uv);
     let mut other = UvSet { at: surface.uv, corners: first, mapped: F::Mask::from_bits(0) };
     if !geometry.uvs1.is_empty() {
@@ -146,7 +146,7 @@ pub fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) ->
     if geometry.alphas.is_empty() {
         return F::one();
     }
-    let triangle = Corners::new(geometry, hit, mask);
+    let triangle = HitCorners::new(geometry, hit, mask);
     let base = F::Int::gather(&geometry.parts.alphas, triangle.part, triangle.is_triangle);
     let has = triangle.is_triangle & !base.eq(F::Int::splat(NONE));
     let mut alpha = F::zero();
@@ -167,7 +167,7 @@ pub fn tangent_frame<F: Float>(
     mask: F::Mask,
 ) -> Basis<F> {
     let plain = Basis::about(surface.normal);
-    let triangle = Corners::new(geometry, hit, mask);
+    let triangle = HitCorners::new(geometry, hit, mask);
     let none = F::Int::splat(NONE);
     let base = F::Int::gather(&geometry.parts.tangents, triangle.part, triangle.is_triangle);
     let given = triangle.is_triangle & !base.eq(none);
@@ -226,7 +226,7 @@ fn pole<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, round: F::Mask) -> (Ve
 #[inline(always)]
 fn given_tangents<F: Float>(
     geometry: &Geometry,
-    triangle: &Corners<F>,
+    triangle: &HitCorners<F>,
     base: F::Int,
     given: F::Mask,
 ) -> (Vector<F>, F) {
@@ -244,7 +244,7 @@ fn given_tangents<F: Float>(
 #[inline(always)]
 fn derived_tangents<F: Float>(
     geometry: &Geometry,
-    triangle: &Corners<F>,
+    triangle: &HitCorners<F>,
     base: F::Int,
     derived: F::Mask,
 ) -> (Vector<F>, F) {

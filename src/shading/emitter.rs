@@ -195,7 +195,7 @@ impl<F: Float> EmitterSample<F> {
 }
 
 /// Emitters' rows (see [`kind`]).
-trait Rows<F: Float> {
+trait EmitterRows<F: Float> {
     fn number(&self, at: u32) -> F;
 
     #[inline(always)]
@@ -217,7 +217,7 @@ struct Gathered<'a, F: Float> {
     mask: F::Mask,
 }
 
-impl<F: Float> Rows<F> for Gathered<'_, F> {
+impl<F: Float> EmitterRows<F> for Gathered<'_, F> {
     #[inline(always)]
     fn number(&self, at: u32) -> F {
         F::gather(self.table, self.first + F::Int::splat(at), self.mask)
@@ -227,7 +227,7 @@ impl<F: Float> Rows<F> for Gathered<'_, F> {
 /// One row for all lanes.
 struct Same<'a>(&'a [f32; 13]);
 
-impl<F: Float> Rows<F> for Same<'_> {
+impl<F: Float> EmitterRows<F> for Same<'_> {
     #[inline(always)]
     fn number(&self, at: u32) -> F {
         F::splat(self.0[at as usize])
@@ -251,7 +251,7 @@ fn planar_pdf<F: Float>(cross: Vector<F>, triangle: F::Mask, direction: Vector<F
 /// Uniform over a triangle or a parallelogram; and which part of each edge it is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
-    row: &impl Rows<F>,
+    row: &impl EmitterRows<F>,
     triangle: F::Mask,
     flags: F::Int,
     position: Vector<F>,
@@ -331,7 +331,7 @@ fn cone<F: Float>(way: Vector<F>, radius: F) -> (F, F) {
 /// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4).
 #[inline(always)]
 fn sphere_sample<F: Float>(
-    row: &impl Rows<F>,
+    row: &impl EmitterRows<F>,
     flags: F::Int,
     position: Vector<F>,
     u: (F, F),
@@ -362,7 +362,7 @@ fn sphere_sample<F: Float>(
 
 /// From a point, perhaps within a cone.
 #[inline(always)]
-fn point_sample<F: Float>(row: &impl Rows<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
+fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
     let way = row.vector(0) - position;
     let square = way.dot(way).max(F::splat(1e-30));
     let distance = square.sqrt();
@@ -379,7 +379,7 @@ fn point_sample<F: Float>(row: &impl Rows<F>, spot: F::Mask, position: Vector<F>
 
 /// Parallel light, or from a disk in the sky.
 #[inline(always)]
-fn parallel_sample<F: Float>(row: &impl Rows<F>, u: (F, F)) -> EmitterSample<F> {
+fn parallel_sample<F: Float>(row: &impl EmitterRows<F>, u: (F, F)) -> EmitterSample<F> {
     let axis = row.vector(0);
     let lift = row.number(3) * u.0;
     let (s, c) = sin_cos_turns(u.1);

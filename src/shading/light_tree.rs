@@ -39,7 +39,7 @@ pub fn sample<F: Float>(
         return (F::Int::splat(0), F::zero(), u);
     }
     let nodes = tree.nodes.as_flattened();
-    let point = Point::new(position, normal);
+    let point = LitPoint::new(position, normal);
     let (mut pmf, mut next) = root(nodes, &point, mask);
     let mut rest = u;
     let mut inner = mask & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
@@ -74,7 +74,7 @@ pub fn pmf<F: Float>(
     }
     let mask = mask & light.lt(F::Int::splat(tree.len() as u32));
     let nodes = tree.nodes.as_flattened();
-    let point = Point::new(position, normal);
+    let point = LitPoint::new(position, normal);
     let (mut pmf, mut next) = root(nodes, &point, mask);
     let mut path = F::Int::gather(&tree.paths, light, mask);
     let mut inner = mask & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
@@ -91,14 +91,14 @@ pub fn pmf<F: Float>(
 }
 
 /// What is to be lit.
-struct Point<F> {
+struct LitPoint<F> {
     position: Vector<F>,
     normal: Vector<F>,
     /// 1 where the normal counts, 0 where there is none.
     surface: F,
 }
 
-impl<F: Float> Point<F> {
+impl<F: Float> LitPoint<F> {
     #[inline(always)]
     fn new(position: Vector<F>, normal: Vector<F>) -> Self {
         let surface = F::select(normal.dot(normal).gt(F::zero()), F::one(), F::zero());
@@ -108,7 +108,7 @@ impl<F: Float> Point<F> {
 
 /// The probability that there is any light, and the root's [`Node::next`](crate::scene::light_tree::Node).
 #[inline(always)]
-fn root<F: Float>(nodes: &[f32], point: &Point<F>, mask: F::Mask) -> (F, F::Int) {
+fn root<F: Float>(nodes: &[f32], point: &LitPoint<F>, mask: F::Mask) -> (F, F::Int) {
     let root = F::Int::splat(0);
     let some = importance(nodes, root, point, mask).gt(F::zero());
     (F::select(mask & some, F::one(), F::zero()), next_of::<F>(nodes, root, mask))
@@ -125,7 +125,7 @@ fn next_of<F: Float>(nodes: &[f32], node: F::Int, mask: F::Mask) -> F::Int {
 /// The probabilities of two children, the first at `node`: they add up to one, or are both zero
 /// where neither has light for the point.
 #[inline(always)]
-fn chances<F: Float>(nodes: &[f32], point: &Point<F>, node: F::Int, mask: F::Mask) -> (F, F) {
+fn chances<F: Float>(nodes: &[f32], point: &LitPoint<F>, node: F::Int, mask: F::Mask) -> (F, F) {
     let first = importance(nodes, node, point, mask);
     let second = importance(nodes, node + F::Int::splat(1), point, mask);
     let (some_first, some_second) = (first.gt(F::zero()), second.gt(F::zero()));
@@ -138,7 +138,7 @@ fn chances<F: Float>(nodes: &[f32], point: &Point<F>, node: F::Int, mask: F::Mas
 
 /// About what the lights of a node would bring; zero only if they can bring nothing.
 #[inline(always)]
-fn importance<F: Float>(nodes: &[f32], node: F::Int, point: &Point<F>, mask: F::Mask) -> F {
+fn importance<F: Float>(nodes: &[f32], node: F::Int, point: &LitPoint<F>, mask: F::Mask) -> F {
     let base = node * F::Int::splat(NODE as u32);
     let center = Vector::gather_flat(nodes, base + F::Int::splat(field::CENTER), mask);
     let axis = Vector::gather_flat(nodes, base + F::Int::splat(field::AXIS), mask);

@@ -4,7 +4,7 @@ use crate::math::elementary::log2;
 use crate::math::{Color, NONE};
 use crate::scene::Textures;
 use crate::scene::material::{ColorParam, ScalarParam};
-use crate::scene::textures::Sampled;
+use crate::scene::textures::SampledTexture;
 use crate::simd::{Float, Int, Mask, Outlined};
 
 /// Where on a mesh textures are looked up.
@@ -62,7 +62,7 @@ pub fn scalar<F: Float>(param: &ScalarParam, textures: &Textures, at: &Coordinat
 #[inline(always)]
 pub fn texel<F: Float>(
     textures: &Textures,
-    sampled: &Sampled,
+    sampled: &SampledTexture,
     at: &Coordinates<F>,
     mask: F::Mask,
 ) -> Texel<F> {
@@ -72,7 +72,7 @@ pub fn texel<F: Float>(
 
 struct Lookup<'a, F: Float> {
     textures: &'a Textures,
-    sampled: &'a Sampled,
+    sampled: &'a SampledTexture,
     at: &'a Coordinates<F>,
     mask: F::Mask,
 }
@@ -86,14 +86,19 @@ impl<F: Float> Outlined for Lookup<'_, F> {
 }
 
 #[inline(always)]
-fn look_up<F: Float>(textures: &Textures, sampled: &Sampled, at: &Coordinates<F>, mask: F::Mask) -> Texel<F> {
+fn look_up<F: Float>(
+    textures: &Textures,
+    sampled: &SampledTexture,
+    at: &Coordinates<F>,
+    mask: F::Mask,
+) -> Texel<F> {
     let set = (sampled.uv_set & 1) as usize;
     let (u, v) = at.uv[set];
     let [x, y] = sampled.matrix;
     // Beyond a million repeats a float has no bits left for the place within the image.
     let s = (u * F::splat(x[0]) + v * F::splat(x[1]) + F::splat(x[2])).clamp(-1e6, 1e6);
     let t = (u * F::splat(y[0]) + v * F::splat(y[1]) + F::splat(y[2])).clamp(-1e6, 1e6);
-    let image = Picture { textures, sampled, mask };
+    let image = TextureLookup { textures, sampled, mask };
     let first = F::Int::splat(sampled.first_level);
     if sampled.smaller_levels == 0 {
         return image.level(first, s, t);
@@ -123,13 +128,13 @@ impl<F: Float> Texel<F> {
     }
 }
 
-struct Picture<'a, F: Float> {
+struct TextureLookup<'a, F: Float> {
     textures: &'a Textures,
-    sampled: &'a Sampled,
+    sampled: &'a SampledTexture,
     mask: F::Mask,
 }
 
-impl<F: Float> Picture<'_, F> {
+impl<F: Float> TextureLookup<'_, F> {
     /// One level at (s, t) in the image's unit square.
     #[inline(always)]
     fn level(&self, level: F::Int, s: F, t: F) -> Texel<F> {
@@ -214,7 +219,7 @@ mod tests {
             first += width * height;
         }
         let [width, height] = sizes[0].map(|side| side as f32);
-        let sampled = Sampled {
+        let sampled = SampledTexture {
             matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             uv_set: 0,
             factor: [1.0; 3],

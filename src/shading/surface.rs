@@ -49,7 +49,7 @@ const fn gamma(n: u32) -> f32 {
 }
 
 /// What triangles and spheres say about a hit, in their own space.
-struct Local<F: Float> {
+struct LocalHit<F: Float> {
     position: Vector<F>,
     error: Vector<F>,
     geometric_normal: Vector<F>,
@@ -59,7 +59,7 @@ struct Local<F: Float> {
     part: F::Int,
 }
 
-impl<F: Float> Local<F> {
+impl<F: Float> LocalHit<F> {
     #[inline(always)]
     fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
         Self {
@@ -86,7 +86,7 @@ impl<F: Float> Surface<F> {
         } else {
             let spheres = sphere(geometry, ray, hit, is_sphere, placed);
             if is_triangle.any() {
-                Local::select(is_sphere, spheres, triangle(geometry, hit, is_triangle))
+                LocalHit::select(is_sphere, spheres, triangle(geometry, hit, is_triangle))
             } else {
                 spheres
             }
@@ -101,7 +101,7 @@ impl<F: Float> Surface<F> {
 
     /// Turns the normals to the viewer.
     #[inline(always)]
-    fn facing(world: Local<F>, ray: &Ray<F>, material: F::Int) -> Self {
+    fn facing(world: LocalHit<F>, ray: &Ray<F>, material: F::Int) -> Self {
         let zero = F::zero();
         // The winding says which side is outside; vertex normals shade and no more.
         let inside = world.geometric_normal.dot(ray.direction).gt(zero);
@@ -136,7 +136,7 @@ pub fn leave<F: Float>(position: Vector<F>, normal: Vector<F>, offset: F, direct
 }
 
 #[inline(always)]
-fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Local<F> {
+fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> LocalHit<F> {
     let id = hit.primitive;
     let indices = geometry.triangles.as_flattened();
     let first = id * F::Int::splat(3);
@@ -188,7 +188,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     } else {
         white
     };
-    Local { position, error, geometric_normal: flat, normal, uv, color, part }
+    LocalHit { position, error, geometric_normal: flat, normal, uv, color, part }
 }
 
 /// An entry of a table for each vertex.
@@ -231,7 +231,7 @@ fn sphere<F: Float>(
     hit: &HitLanes<F>,
     mask: F::Mask,
     placed: F::Mask,
-) -> Local<F> {
+) -> LocalHit<F> {
     let id = hit.primitive & F::Int::splat(!SPHERE);
     let (center, radius) = {
         let (table, first) = (geometry.spheres.as_flattened(), id * F::Int::splat(4));
@@ -251,7 +251,7 @@ fn sphere<F: Float>(
     let uv = sphere_uv(geometry, id, normal, mask);
     let white = Vector::new(F::one(), F::one(), F::one());
     let part = F::Int::gather(&geometry.sphere_parts, id, mask);
-    Local { position, error, geometric_normal: normal, normal, uv, color: white, part }
+    LocalHit { position, error, geometric_normal: normal, normal, uv, color: white, part }
 }
 
 /// Texture coordinates of a sphere by its normal.
@@ -271,11 +271,16 @@ pub(super) fn sphere_uv<F: Float>(
 
 /// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.
 #[inline(always)]
-pub(super) fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, mask: F::Mask) -> Rows<F> {
+pub(super) fn rows<F: Float>(
+    geometry: &Geometry,
+    instance: F::Int,
+    first: u32,
+    mask: F::Mask,
+) -> AffineRows<F> {
     let (table, start) = (geometry.instances.as_flattened(), instance * F::Int::splat(24));
     let start = start + F::Int::splat(4 * first);
     let (second, third) = (start + F::Int::splat(4), start + F::Int::splat(8));
-    Rows {
+    AffineRows {
         x: Vector::gather_flat(table, start, mask),
         y: Vector::gather_flat(table, second, mask),
         z: Vector::gather_flat(table, third, mask),
@@ -288,14 +293,14 @@ pub(super) fn rows<F: Float>(geometry: &Geometry, instance: F::Int, first: u32, 
 }
 
 /// An affine transform.
-pub(super) struct Rows<F> {
+pub(super) struct AffineRows<F> {
     x: Vector<F>,
     y: Vector<F>,
     z: Vector<F>,
     offset: Vector<F>,
 }
 
-impl<F: Float> Rows<F> {
+impl<F: Float> AffineRows<F> {
     #[inline(always)]
     pub(super) fn apply(&self, v: Vector<F>) -> Vector<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
@@ -347,7 +352,12 @@ fn material_of_part<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, part: F::I
 }
 
 #[inline(always)]
-fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, placed: F::Mask) -> Local<F> {
+fn to_world<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    local: LocalHit<F>,
+    placed: F::Mask,
+) -> LocalHit<F> {
     let there = rows(geometry, hit.instance, 0, placed);
     let position = there.apply(local.position) + there.offset;
     // The error of the local point, carried over, and that of this transformation itself.
@@ -356,7 +366,7 @@ fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, p
     let back = rows(geometry, hit.instance, 3, placed);
     let geometric = turn(&back, local.geometric_normal);
     let normal = turn(&back, local.normal);
-    Local {
+    LocalHit {
         position: Vector::select(placed, position, local.position),
         error: Vector::select(placed, error, local.error),
         geometric_normal: Vector::select(placed, geometric, local.geometric_normal),
@@ -367,6 +377,6 @@ fn to_world<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, local: Local<F>, p
 
 /// Normals go by the transpose of the inverse: its columns are the rows of to-local.
 #[inline(always)]
-pub(super) fn turn<F: Float>(to_local: &Rows<F>, n: Vector<F>) -> Vector<F> {
+pub(super) fn turn<F: Float>(to_local: &AffineRows<F>, n: Vector<F>) -> Vector<F> {
     unit_or(to_local.x * n.x + to_local.y * n.y + to_local.z * n.z, n)
 }

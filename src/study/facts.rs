@@ -1,6 +1,6 @@
 //! What happened to a sample, as names and values that people can read.
 
-use crate::integrator::observe::{Triple, Way, What};
+use crate::integrator::observe::{Continuation, Triple, What};
 use crate::math::NONE;
 
 /// In a few words what kind of thing happened.
@@ -11,9 +11,9 @@ pub fn title(what: &What) -> &'static str {
         What::Choice { .. } => "choice",
         What::Light { .. } => "ray to a light",
         What::Shadow { .. } => "shadow",
-        What::Onward { way: Way::Reflect, .. } => "reflected",
-        What::Onward { way: Way::Refract, .. } => "refracted",
-        What::Onward { way: Way::Scatter, .. } => "scattered",
+        What::Onward { way: Continuation::Reflect, .. } => "reflected",
+        What::Onward { way: Continuation::Refract, .. } => "refracted",
+        What::Onward { way: Continuation::Scatter, .. } => "scattered",
         What::End { .. } => "end",
     }
 }

@@ -46,7 +46,7 @@ impl World {
     /// A hash of what an entity is: where it stands, its shape, material, light and camera. The same
     /// within a program alone.
     pub fn fingerprint(&self, entity: hecs::Entity) -> u64 {
-        type Parts<'a> = (
+        type Components<'a> = (
             Option<&'a Transform>,
             Option<&'a Shape>,
             Option<&'a MaterialId>,
@@ -55,7 +55,7 @@ impl World {
             Option<&'a Parent>,
         );
         let mut hasher = std::hash::DefaultHasher::new();
-        let mut query = self.entities.query_one::<Parts>(entity);
+        let mut query = self.entities.query_one::<Components>(entity);
         format!("{:?}", query.get().ok()).hash(&mut hasher);
         hasher.finish()
     }

@@ -4,7 +4,7 @@ use super::super::Root;
 use super::super::layout::{Node, PADDING, TriangleBlock};
 use super::super::presence::Word;
 use super::super::triangle::Shear;
-use super::rays::{Active, Bits, Columns, GROUPS, RAYS};
+use super::rays::{Active, Bits, GROUPS, PacketRays, RAYS};
 use crate::simd::{Float, Int, Mask, Sixteen};
 
 /// A beam whose slopes differ by more than this is not worth it.
@@ -26,18 +26,18 @@ pub struct Beam {
 
 /// What is smallest and largest among rays, lane by lane.
 #[derive(Clone, Copy)]
-struct Range<F>(F, F);
+struct Interval<F>(F, F);
 
-impl<F: Float> Range<F> {
+impl<F: Float> Interval<F> {
     #[inline(always)]
     fn empty() -> Self {
-        Range(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
+        Interval(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
     }
 
     /// With the lanes of `mask`.
     #[inline(always)]
     fn with(self, value: F, mask: F::Mask) -> Self {
-        Range(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
+        Interval(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
     }
 
     #[inline(always)]
@@ -57,7 +57,7 @@ impl<F: Float> Range<F> {
 }
 
 /// Which way the rays of a pass go.
-struct Way {
+struct Heading {
     axes: [usize; 3],
     /// Of the direction along the longest axis.
     sign: f32,
@@ -66,12 +66,12 @@ struct Way {
 impl Beam {
     /// Around the active rays within a tree's box; none if they spread too far.
     #[inline(always)]
-    pub fn around<F: Float>(rays: &Columns, active: &Active, root: &Root) -> Option<Beam> {
+    pub fn around<F: Float>(rays: &PacketRays, active: &Active, root: &Root) -> Option<Beam> {
         let class = rays.class_of::<F>(active);
         let axes = Shear::AXES[(class >> 3) as usize % 4];
         let sides = [class >> 2, class >> 1, class].map(|c| c as usize & 1);
         let forwards = sides[axes[2]] == 0;
-        let way = Way { axes, sign: if forwards { 1.0 } else { -1.0 } };
+        let way = Heading { axes, sign: if forwards { 1.0 } else { -1.0 } };
         let (low, high) = (root.bounds.min.to_array(), root.bounds.max.to_array());
         let (box_start, box_end) =
             if forwards { (low[axes[2]], high[axes[2]]) } else { (-high[axes[2]], -low[axes[2]]) };
@@ -167,9 +167,9 @@ impl Beam {
 /// Where the first of the active rays starts and the last one ends along their longest axis,
 /// counted in their direction; none if they spread too far.
 #[inline(always)]
-fn depths<F: Float>(rays: &Columns, active: &Active, way: &Way) -> Option<[f32; 2]> {
-    let mut depths = Range::empty();
-    let mut slopes = [Range::empty(); 2];
+fn depths<F: Float>(rays: &PacketRays, active: &Active, way: &Heading) -> Option<[f32; 2]> {
+    let mut depths = Interval::empty();
+    let mut slopes = [Interval::empty(); 2];
     for group in Bits(active.groups) {
         let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
         let start = F::load(&rays.origin[way.axes[2]].0[at..]) * F::splat(way.sign);
@@ -186,8 +186,13 @@ fn depths<F: Float>(rays: &Columns, active: &Active, way: &Way) -> Option<[f32; 
 /// The least and the largest of the other two coordinates of the active rays where they have
 /// come to each of two depths: by axis, by depth.
 #[inline(always)]
-fn extent<F: Float>(rays: &Columns, active: &Active, way: &Way, depths: [f32; 2]) -> [[[f32; 2]; 2]; 2] {
-    let mut ranges = [[Range::empty(); 2]; 2];
+fn extent<F: Float>(
+    rays: &PacketRays,
+    active: &Active,
+    way: &Heading,
+    depths: [f32; 2],
+) -> [[[f32; 2]; 2]; 2] {
+    let mut ranges = [[Interval::empty(); 2]; 2];
     for group in Bits(active.groups) {
         let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
         let z = F::load(&rays.origin[way.axes[2]].0[at..]);
@@ -204,7 +209,7 @@ fn extent<F: Float>(rays: &Columns, active: &Active, way: &Way, depths: [f32; 2]
 
 /// The one point that all active rays start at, bit for bit.
 #[inline(always)]
-fn apex<F: Float>(rays: &Columns, active: &Active) -> Option<[f32; 3]> {
+fn apex<F: Float>(rays: &PacketRays, active: &Active) -> Option<[f32; 3]> {
     let (group, lane) = active.first();
     let apex = [0, 1, 2].map(|axis| rays.origin[axis].0[(group * F::WIDTH + lane) % RAYS]);
     for group in Bits(active.groups) {

@@ -21,21 +21,21 @@ use std::marker::PhantomData;
 
 use super::Rays;
 use super::answers::Answers;
-use super::layout::{BLOCK, Bvh, Child, Kind, SphereBlock, TriangleBlock, WIDTH};
+use super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH};
 use super::leaf::better_in_lanes;
 use super::presence::{Candidate, Word};
 use super::ray::Slabs;
 use super::sphere;
-use super::traverse::{self, Keys, Subtree};
+use super::traverse::{self, NodeStack, Subtree};
 use super::triangle::{self, Asked, BlockHits};
 use crate::math::{Hit, NONE};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Lanes, Mask};
 use beam::Beam;
-use rays::{Active, Bits, Column, Columns, GROUPS};
+use rays::{Active, Bits, GROUPS, PacketColumn, PacketRays};
 pub(super) use rays::{LEAST_WIDTH, RAYS};
-pub(super) use scene::Query;
-use scene::{InGroup, OfGroup, Scene};
+pub(super) use scene::PacketQuery;
+use scene::{InGroup, OfGroup, PacketScene};
 
 /// Passes over a packet before the rest of it is left to the single-ray kernel.
 const PASSES: usize = 4;
@@ -62,17 +62,17 @@ pub(super) enum Verdict {
 
 /// A packet and its stack.
 pub(super) struct Packet {
-    rays: Columns,
+    rays: PacketRays,
     /// Where a ray enters the box that is being visited; NaN if it does not.
-    near: Column<f32>,
-    stack: Vec<Entry>,
+    near: PacketColumn<f32>,
+    stack: Vec<BoxEntry>,
     /// Boxes tested for the packet so far.
     visits: usize,
 }
 
 /// A box that the beam meets.
 #[derive(Clone, Copy, Default)]
-struct Entry {
+struct BoxEntry {
     /// What is in it.
     child: u32,
     /// Its node, and its place there.
@@ -85,8 +85,8 @@ struct Entry {
 impl Packet {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        let stack = vec![Entry::default(); bvh.stack_size + WIDTH];
-        Self { rays: Columns::new(), near: Column([0.0; RAYS]), stack, visits: 0 }
+        let stack = vec![BoxEntry::default(); bvh.stack_size + WIDTH];
+        Self { rays: PacketRays::new(), near: PacketColumn([0.0; RAYS]), stack, visits: 0 }
     }
 
     /// Answers the rays from `first` on, at most [`RAYS`], if they run side by side.
@@ -97,12 +97,12 @@ impl Packet {
         rays: &Rays,
         first: usize,
         count: usize,
-        keys: &mut Keys,
+        keys: &mut NodeStack,
         answers: &mut A,
     ) -> Verdict {
         let width = L::Queue::WIDTH;
         let Some(root) = bvh.root else { return Verdict::Refused };
-        let scene = Scene { bvh, asker: rays.asker(first) };
+        let scene = PacketScene { bvh, asker: rays.asker(first) };
         self.visits = 0;
         self.rays.load::<L::Queue>(rays, first, count);
         let mut waiting = Active::NONE;
@@ -135,10 +135,10 @@ impl Packet {
     #[inline(always)]
     fn walk<L: Lanes, A: Answers, const APEX: bool>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         mut active: Active,
         beam: &Beam,
-        keys: &mut Keys,
+        keys: &mut NodeStack,
     ) {
         let bvh = scene.bvh;
         let Some(root) = bvh.root else { return };
@@ -149,21 +149,21 @@ impl Packet {
         loop {
             if groups != 0 {
                 match child.kind() {
-                    Kind::Node => self.open::<L>(bvh, child.index(), groups, beam, &mut top),
-                    Kind::Triangles => {
+                    ChildKind::Node => self.open::<L>(bvh, child.index(), groups, beam, &mut top),
+                    ChildKind::Triangles => {
                         let block = &bvh.triangles[child.index()];
                         let done = self.test::<L, A, APEX>(scene, block, groups, &mut active, beam);
                         if done {
                             return;
                         }
                     }
-                    Kind::Spheres => {
+                    ChildKind::Spheres => {
                         let block = &bvh.spheres[child.index()];
                         if self.test_spheres::<L::Queue, A>(scene, block, groups, &mut active) {
                             return;
                         }
                     }
-                    Kind::Instance => {
+                    ChildKind::Instance => {
                         self.leave_to_single::<L, A>(scene, child, groups, &mut active, keys);
                         if active.groups == 0 {
                             return;
@@ -255,7 +255,7 @@ impl Packet {
             let slot = *found as u32;
             let child = node.child[slot as usize % WIDTH];
             bvh.fetch(Child(child));
-            self.stack[*top] = Entry { child, node: index as u32, slot, groups };
+            self.stack[*top] = BoxEntry { child, node: index as u32, slot, groups };
             *top += 1;
         }
     }
@@ -264,7 +264,7 @@ impl Packet {
     #[inline(always)]
     fn test<L: Lanes, A: Answers, const APEX: bool>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         block: &TriangleBlock,
         groups: u32,
         active: &mut Active,
@@ -301,7 +301,7 @@ impl Packet {
     #[inline(always)]
     fn test_one<F: Float, A: Answers, const APEX: bool>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         (block, place): (&TriangleBlock, usize),
         corners: &[[[f32; BLOCK]; 3]; 3],
         group: usize,
@@ -339,7 +339,7 @@ impl Packet {
     #[inline(always)]
     fn test_spheres<F: Float, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         block: &SphereBlock,
         groups: u32,
         active: &mut Active,
@@ -371,7 +371,7 @@ impl Packet {
         candidate: Candidate,
         group: usize,
         active: &mut Active,
-        scene: Scene,
+        scene: PacketScene,
     ) {
         let at = group * F::WIDTH;
         let (near, best) = (F::load(&self.near.0[at..]), F::load(&self.rays.t.0[at..]));
@@ -402,11 +402,11 @@ impl Packet {
     #[inline(always)]
     fn leave_to_single<L: Lanes, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         child: Child,
         groups: u32,
         active: &mut Active,
-        keys: &mut Keys,
+        keys: &mut NodeStack,
     ) {
         for group in Bits(groups) {
             let group = group % GROUPS;
@@ -425,10 +425,10 @@ impl Packet {
     #[inline(always)]
     fn one_by_one<L: Lanes, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: PacketScene,
         rest: Active,
         width: usize,
-        keys: &mut Keys,
+        keys: &mut NodeStack,
     ) {
         let groups = rest.groups;
         for group in Bits(groups) {
@@ -446,7 +446,13 @@ impl Packet {
 
     /// One ray through a part of the tree; whether it is done, since any hit will do.
     #[inline(always)]
-    fn single<L: Lanes, A: Answers>(&mut self, scene: Scene, i: usize, start: u64, keys: &mut Keys) -> bool {
+    fn single<L: Lanes, A: Answers>(
+        &mut self,
+        scene: PacketScene,
+        i: usize,
+        start: u64,
+        keys: &mut NodeStack,
+    ) -> bool {
         let mut best = Hit {
             t: self.rays.t.0[i],
             u: self.rays.u.0[i],
@@ -455,7 +461,7 @@ impl Packet {
             instance: self.rays.instance.0[i],
         };
         let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);
-        let Scene { bvh, asker } = scene;
+        let PacketScene { bvh, asker } = scene;
         let asker = asker.after(i);
         let done = L::outlined(Subtree { bvh, ray, asker, start, keys, best: &mut best, answers });
         (self.rays.t.0[i], self.rays.u.0[i], self.rays.v.0[i]) =

@@ -17,9 +17,9 @@ pub const GROUPS: usize = RAYS / LEAST_WIDTH;
 /// A number for each ray.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub struct Column<T>(pub [T; RAYS]);
+pub struct PacketColumn<T>(pub [T; RAYS]);
 
-impl Column<f32> {
+impl PacketColumn<f32> {
     /// Puts values, no more than there is room for, at its front.
     #[inline(always)]
     fn fill(&mut self, values: &[f32]) {
@@ -33,22 +33,22 @@ impl Column<f32> {
 }
 
 /// The rays, what is computed from them once, and the best hit of each so far.
-pub struct Columns {
-    pub origin: [Column<f32>; 3],
-    pub direction: [Column<f32>; 3],
-    pub near_scale: [Column<f32>; 3],
-    pub far_scale: [Column<f32>; 3],
-    pub t_min: Column<f32>,
+pub struct PacketRays {
+    pub origin: [PacketColumn<f32>; 3],
+    pub direction: [PacketColumn<f32>; 3],
+    pub near_scale: [PacketColumn<f32>; 3],
+    pub far_scale: [PacketColumn<f32>; 3],
+    pub t_min: PacketColumn<f32>,
     /// The nearest hit so far, at first where the ray ends; below 0 for a ray that is done.
-    pub t: Column<f32>,
-    pub u: Column<f32>,
-    pub v: Column<f32>,
-    pub primitive: Column<u32>,
-    pub instance: Column<u32>,
+    pub t: PacketColumn<f32>,
+    pub u: PacketColumn<f32>,
+    pub v: PacketColumn<f32>,
+    pub primitive: PacketColumn<u32>,
+    pub instance: PacketColumn<u32>,
     /// The slopes of the other two axes over the longest one, and its reciprocal.
-    pub shear: [Column<f32>; 3],
+    pub shear: [PacketColumn<f32>; 3],
     /// Which way the ray goes: three signs, and the longest axis.
-    class: Column<u32>,
+    class: PacketColumn<u32>,
 }
 
 /// The lanes of each group that take part in something, and the groups that have any.
@@ -99,10 +99,10 @@ impl Iterator for Bits {
     }
 }
 
-impl Columns {
+impl PacketRays {
     /// Zeros.
     pub fn new() -> Self {
-        let (float, integer) = (Column([0.0; RAYS]), Column([0; RAYS]));
+        let (float, integer) = (PacketColumn([0.0; RAYS]), PacketColumn([0; RAYS]));
         Self {
             origin: [float; 3],
             direction: [float; 3],
@@ -227,7 +227,7 @@ impl Columns {
 
     /// One of the rays; it ends at its best hit.
     pub fn ray(&self, i: usize) -> Ray<f32> {
-        let of = |c: &[Column<f32>; 3]| Vector { x: c[0].0[i], y: c[1].0[i], z: c[2].0[i] };
+        let of = |c: &[PacketColumn<f32>; 3]| Vector { x: c[0].0[i], y: c[1].0[i], z: c[2].0[i] };
         Ray {
             origin: of(&self.origin),
             direction: of(&self.direction),

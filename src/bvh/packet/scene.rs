@@ -5,25 +5,25 @@ use super::super::answers::Answers;
 use super::super::layout::{Bvh, TriangleBlock};
 use super::super::leaf::Askers;
 use super::super::presence::Asker;
-use super::super::traverse::Keys;
-use super::super::triangle::{ExactRays, Plane};
-use super::rays::Columns;
+use super::super::traverse::NodeStack;
+use super::super::triangle::{ExactRays, TrianglePlane};
+use super::rays::PacketRays;
 use super::{Packet, Verdict};
 use crate::simd::{Float, Kernel, Lanes};
 
 /// [`Packet::trace`].
-pub(in super::super) struct Query<'a, 'r, A> {
+pub(in super::super) struct PacketQuery<'a, 'r, A> {
     pub packet: &'a mut Packet,
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'r>,
     /// The first of them, and how many.
     pub first: usize,
     pub count: usize,
-    pub keys: &'a mut Keys,
+    pub keys: &'a mut NodeStack,
     pub answers: &'a mut A,
 }
 
-impl<A: Answers> Kernel for Query<'_, '_, A> {
+impl<A: Answers> Kernel for PacketQuery<'_, '_, A> {
     type Output = Verdict;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Verdict {
@@ -34,7 +34,7 @@ impl<A: Answers> Kernel for Query<'_, '_, A> {
 
 /// A triangle and a group of rays.
 pub struct OfGroup<'a> {
-    pub rays: &'a Columns,
+    pub rays: &'a PacketRays,
     pub group: usize,
     pub block: &'a TriangleBlock,
     pub place: usize,
@@ -44,13 +44,13 @@ impl<F: Float> ExactRays<F> for OfGroup<'_> {
     #[inline(always)]
     fn t(&self, lanes: F::Mask, t: F) -> F {
         let (origin, direction) = self.rays.lines::<F>(self.group);
-        Plane::new(self.block.corners(self.place)).t_in_lanes(&origin, &direction, lanes, t)
+        TrianglePlane::new(self.block.corners(self.place)).t_in_lanes(&origin, &direction, lanes, t)
     }
 }
 
 /// What a packet goes through, and what its first ray asks by.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub struct PacketScene<'a> {
     pub bvh: &'a Bvh,
     pub asker: Asker<'a>,
 }

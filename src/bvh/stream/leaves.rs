@@ -2,14 +2,14 @@
 
 use super::super::Rays;
 use super::super::answers::Answers;
-use super::super::layout::{Child, Kind, SphereBlock, TriangleBlock};
+use super::super::direction_classes::OCTANTS;
+use super::super::layout::{Child, ChildKind, SphereBlock, TriangleBlock};
 use super::super::leaf::{self, Askers, Best, Visit};
 use super::super::presence::{Asker, Candidate, Word};
 use super::super::sphere;
 use super::super::triangle::{self, Asked, BlockHits, Exact, ExactRays, Shear};
-use super::super::ways::OCTANTS;
 use super::rows::{LANES, Quad, ROW, best, finish, put_best};
-use super::{Scene, Walk, numbers};
+use super::{StreamScene, StreamWalk, numbers};
 use crate::math::{NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
@@ -32,7 +32,7 @@ struct AtLeaf<F: Float> {
 impl<F: Float> AtLeaf<F> {
     /// Those from one place of a list on, if one of them enters the leaf.
     #[inline(always)]
-    fn load(walk: &Walk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Option<Self> {
+    fn load(walk: &StreamWalk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Option<Self> {
         let (id, mask) = numbers::<F>((&walk.lists[start..], count), at);
         let row = id.shl::<2>();
         let [x, y, z, reached] = F::load_rows(rows, row);
@@ -60,7 +60,7 @@ impl<F: Float> AtLeaf<F> {
 
     /// Tests a block's triangles.
     #[inline(always)]
-    fn meet_triangles<A: Answers>(&mut self, block: &TriangleBlock, scene: Scene, rows: &[Quad]) {
+    fn meet_triangles<A: Answers>(&mut self, block: &TriangleBlock, scene: StreamScene, rows: &[Quad]) {
         let axes = Shear::AXES[scene.way / OCTANTS];
         let origin = [self.origin[axes[0]], self.origin[axes[1]], self.origin[axes[2]]];
         for (place, word) in block.words.into_iter().enumerate() {
@@ -83,7 +83,7 @@ impl<F: Float> AtLeaf<F> {
 
     /// Tests a block's spheres.
     #[inline(always)]
-    fn meet_spheres<A: Answers>(&mut self, block: &SphereBlock, scene: Scene, rows: &[Quad]) {
+    fn meet_spheres<A: Answers>(&mut self, block: &SphereBlock, scene: StreamScene, rows: &[Quad]) {
         let [_, _, _, queued] = F::load_rows(&rows[3..], self.row);
         let mut direction = [F::zero(); 3];
         for (direction, column) in direction.iter_mut().zip(scene.rays.direction) {
@@ -100,7 +100,13 @@ impl<F: Float> AtLeaf<F> {
     }
 
     #[inline(always)]
-    fn take<A: Answers>(&mut self, hits: &BlockHits<F>, candidate: Candidate, scene: Scene, rows: &[Quad]) {
+    fn take<A: Answers>(
+        &mut self,
+        hits: &BlockHits<F>,
+        candidate: Candidate,
+        scene: StreamScene,
+        rows: &[Quad],
+    ) {
         if hits.mask.any() {
             let askers = Listed { rays: scene.rays, rows, ids: &self.ids };
             let taken = self.best.take::<A>(hits, candidate, self.near, self.t_min, &askers);
@@ -123,12 +129,12 @@ impl<F: Float> AtLeaf<F> {
     }
 }
 
-impl Walk {
+impl StreamWalk {
     /// Tests a block against the rays of a list.
     #[inline(always)]
     pub(super) fn test<F: Float, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: StreamScene,
         rows: &mut [Quad],
         child: Child,
         start: usize,
@@ -137,7 +143,7 @@ impl Walk {
         let bvh = scene.bvh;
         for at in (0..count).step_by(F::WIDTH) {
             let Some(mut group) = AtLeaf::<F>::load(self, rows, (start, count), at) else { continue };
-            if child.kind() == Kind::Spheres {
+            if child.kind() == ChildKind::Spheres {
                 group.meet_spheres::<A>(&bvh.spheres[child.index()], scene, rows);
             } else {
                 group.meet_triangles::<A>(&bvh.triangles[child.index()], scene, rows);
@@ -150,13 +156,13 @@ impl Walk {
     #[inline(always)]
     pub(super) fn test_lone<L: Lanes, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: StreamScene,
         rows: &mut [Quad],
         block: usize,
         start: usize,
         count: usize,
     ) {
-        let Scene { bvh, rays, way } = scene;
+        let StreamScene { bvh, rays, way } = scene;
         let block = &bvh.triangles[block];
         let axes = Shear::AXES[way / OCTANTS];
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {

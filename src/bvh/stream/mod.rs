@@ -1,6 +1,6 @@
 //! Streams: rays that go roughly one way, taken through the tree together, node by node.
 //!
-//! A queue is sorted by way (see [`super::ways`]); all rays of a way meet the same sides of
+//! A queue is sorted by way (see [`super::direction_classes`]); all rays of a way meet the same sides of
 //! boxes first, and want a node's children in much the same order. So they share one stack,
 //! each entry of which lists the rays that enter a box. A box is tested against 16 rays of a
 //! list at once, and those that enter are packed into the child's list: however few rays of a
@@ -20,9 +20,9 @@ use std::marker::PhantomData;
 
 use super::Rays;
 use super::answers::Answers;
-use super::layout::{Bvh, Child, Kind, PADDING, WIDTH, back_to_front};
-use super::traverse::{Keys, Subtree};
-use super::ways::{OCTANTS, Ways, starts};
+use super::direction_classes::{DirectionClasses, OCTANTS, starts};
+use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH, back_to_front};
+use super::traverse::{NodeStack, Subtree};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
@@ -57,7 +57,7 @@ pub(super) enum Density {
 /// 16 rays of a list as boxes meet them.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-struct Group {
+struct StreamGroup {
     origin: [[f32; LANES]; 3],
     scale: [[f32; LANES]; 3],
     best: [f32; LANES],
@@ -66,7 +66,7 @@ struct Group {
 
 /// A box and the rays that enter it: a part of the lists.
 #[derive(Clone, Copy)]
-struct Entry {
+struct StackEntry {
     child: Child,
     start: u32,
     count: u32,
@@ -78,44 +78,44 @@ pub(super) struct Stream {
     rows: Vec<Quad>,
     /// Which row each ray of the queue has.
     places: Vec<u32>,
-    walk: Walk,
+    walk: StreamWalk,
 }
 
 /// [`Stream::trace`].
-pub(super) struct Query<'a, 'r, A> {
+pub(super) struct StreamQuery<'a, 'r, A> {
     pub stream: &'a mut Stream,
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'r>,
-    pub ways: &'a mut Ways,
-    pub keys: &'a mut Keys,
+    pub classes: &'a mut DirectionClasses,
+    pub keys: &'a mut NodeStack,
     pub answers: &'a mut A,
 }
 
-impl<A: Answers> Kernel for Query<'_, '_, A> {
+impl<A: Answers> Kernel for StreamQuery<'_, '_, A> {
     type Output = Density;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Density {
-        self.stream.trace::<L, A>(self.bvh, self.rays, self.ways, self.keys, self.answers)
+        self.stream.trace::<L, A>(self.bvh, self.rays, self.classes, self.keys, self.answers)
     }
 }
 
 /// Where a walk is.
 #[derive(Default)]
-struct Walk {
-    stack: Vec<Entry>,
+struct StreamWalk {
+    stack: Vec<StackEntry>,
     /// Rays by their numbers in the stream.
     lists: Vec<u32>,
     /// Where each of them enters; of boxes of nodes nobody asks.
     near: Vec<f32>,
     /// The list that is being looked at.
-    groups: Vec<Group>,
+    groups: Vec<StreamGroup>,
     /// Rays that went on by themselves, once for each box.
     lone: usize,
 }
 
 /// What a walk goes through.
 #[derive(Clone, Copy)]
-struct Scene<'a> {
+struct StreamScene<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,
     way: usize,
@@ -128,8 +128,8 @@ impl Stream {
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
-        ways: &mut Ways,
-        keys: &mut Keys,
+        classes: &mut DirectionClasses,
+        keys: &mut NodeStack,
         answers: &mut A,
     ) -> Density {
         let count = rays.len();
@@ -143,10 +143,10 @@ impl Stream {
         // A row is a cache line.
         let skip = (self.rows.as_ptr() as usize / size_of::<Quad>()).wrapping_neg() % 4;
         let rows = &mut self.rows[skip..][..ROW * count];
-        let ends = ways.classify::<L::Queue>(rays);
+        let ends = classes.classify::<L::Queue>(rays);
         let mut next = starts(&ends);
         for at in (0..count).step_by(L::Queue::WIDTH) {
-            if !load::<L::Queue>(rays, at, ways.ways(), &mut next, rows, &mut self.places) {
+            if !load::<L::Queue>(rays, at, classes.classes(), &mut next, rows, &mut self.places) {
                 return Density::Refused;
             }
         }
@@ -154,7 +154,7 @@ impl Stream {
         for (way, end) in ends.into_iter().enumerate() {
             if end > first {
                 let rows = &mut rows[ROW * first..ROW * end];
-                self.walk.run::<L, A>(Scene { bvh, rays, way }, rows, keys);
+                self.walk.run::<L, A>(StreamScene { bvh, rays, way }, rows, keys);
                 // One word a ray is written as soon as it is known; of whole hits 16 go to their columns at
                 // once (measured: 5 % of first bounces' time, but shadow rays would lose as much).
                 if A::ANY {
@@ -182,10 +182,10 @@ fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::M
     (F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(0)), mask)
 }
 
-impl Walk {
+impl StreamWalk {
     /// Takes all rows' rays through the tree.
     #[inline(always)]
-    fn run<L: Lanes, A: Answers>(&mut self, scene: Scene, rows: &mut [Quad], keys: &mut Keys) {
+    fn run<L: Lanes, A: Answers>(&mut self, scene: StreamScene, rows: &mut [Quad], keys: &mut NodeStack) {
         let bvh = scene.bvh;
         let Some(root) = bvh.root else { return };
         let count = rows.len() / ROW;
@@ -196,14 +196,16 @@ impl Walk {
         self.look_at::<L::Queue>(rows, 0, count);
         let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
         self.enter::<L::Queue, true>(&planes, scene.way, root.child, count, 0);
-        while let Some(Entry { child, start, count }) = self.stack.pop() {
+        while let Some(StackEntry { child, start, count }) = self.stack.pop() {
             let (start, count) = (start as usize, count as usize);
             match child.kind() {
-                Kind::Node if count > LONE => self.open::<L::Queue>(scene, rows, child.index(), start, count),
-                Kind::Triangles | Kind::Spheres if count > LONE_AT_LEAF => {
+                ChildKind::Node if count > LONE => {
+                    self.open::<L::Queue>(scene, rows, child.index(), start, count)
+                }
+                ChildKind::Triangles | ChildKind::Spheres if count > LONE_AT_LEAF => {
                     self.test::<L::Queue, A>(scene, rows, child, start, count);
                 }
-                Kind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
+                ChildKind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
                 _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
             }
         }
@@ -220,7 +222,7 @@ impl Walk {
         }
         if self.groups.len() < count.div_ceil(LANES) {
             let columns = [[0.0; LANES]; 3];
-            let empty = Group { origin: columns, scale: columns, best: [-1.0; LANES], id: [0; LANES] };
+            let empty = StreamGroup { origin: columns, scale: columns, best: [-1.0; LANES], id: [0; LANES] };
             self.groups.resize(count.div_ceil(LANES), empty);
         }
     }
@@ -249,8 +251,8 @@ impl Walk {
 
     /// Puts those children of a node on the stack that rays of a list enter, the nearest on top.
     #[inline(always)]
-    fn open<F: Float>(&mut self, scene: Scene, rows: &[Quad], node: usize, start: usize, count: usize) {
-        let Scene { bvh, way, .. } = scene;
+    fn open<F: Float>(&mut self, scene: StreamScene, rows: &[Quad], node: usize, start: usize, count: usize) {
+        let StreamScene { bvh, way, .. } = scene;
         self.make_room(start, count);
         // From here on the list is in the groups, and its place is free.
         self.look_at::<F>(rows, start, count);
@@ -266,7 +268,7 @@ impl Walk {
                 continue;
             }
             let child = Child(node.child[slot]);
-            let entered = if child.kind() == Kind::Node {
+            let entered = if child.kind() == ChildKind::Node {
                 self.enter::<F, false>(&planes, way, child, count, end)
             } else {
                 self.enter::<F, true>(&planes, way, child, count, end)
@@ -313,7 +315,7 @@ impl Walk {
             }
         }
         if end > start {
-            self.stack.push(Entry { child, start: start as u32, count: (end - start) as u32 });
+            self.stack.push(StackEntry { child, start: start as u32, count: (end - start) as u32 });
         }
         end
     }
@@ -322,20 +324,20 @@ impl Walk {
     #[inline(always)]
     fn leave<L: Lanes, A: Answers>(
         &mut self,
-        scene: Scene,
+        scene: StreamScene,
         rows: &mut [Quad],
         child: Child,
         start: usize,
         count: usize,
-        keys: &mut Keys,
+        keys: &mut NodeStack,
     ) {
-        let Scene { bvh, rays, .. } = scene;
+        let StreamScene { bvh, rays, .. } = scene;
         self.lone += count;
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
             let t_min = row[1][3];
             // Where a ray enters a node, nobody asks.
-            let near = if child.kind() == Kind::Node { t_min } else { Float::max(*near, t_min) };
+            let near = if child.kind() == ChildKind::Node { t_min } else { Float::max(*near, t_min) };
             if near > row[0][3] {
                 continue;
             }

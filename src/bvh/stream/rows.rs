@@ -2,9 +2,9 @@
 
 use super::super::Rays;
 use super::super::answers::{Answers, put_lanes};
+use super::super::direction_classes::{NUMBERS, padded};
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
-use super::super::ways::{NUMBERS, padded};
 use crate::math::{Hit, NONE};
 use crate::simd::{Float, Int, Mask};
 
@@ -28,7 +28,7 @@ pub type Quad = [f32; 4];
 pub fn load<F: Float>(
     rays: &Rays,
     at: usize,
-    ways: &[u32],
+    classes: &[u32],
     next: &mut [usize],
     rows: &mut [Quad],
     places: &mut [u32],
@@ -66,7 +66,7 @@ pub fn load<F: Float>(
     F::store_rows([d[0] * r[2], d[1] * r[2], r[2], none], &mut quads[2]);
     F::store_rows([zero, zero, none, place], &mut quads[3]);
     for lane in 0..F::WIDTH.min(rays.len() - at) {
-        let next = &mut next[ways[at + lane] as usize];
+        let next = &mut next[classes[at + lane] as usize];
         let row = &mut rows[ROW * *next..][..ROW];
         for (quad, from) in row.iter_mut().zip(&quads) {
             *quad = from[lane % LANES];

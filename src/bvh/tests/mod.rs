@@ -94,12 +94,12 @@ impl Surfaces for Riddle {
 
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
-    trace_as(Way { coherence: Coherence::Unknown, streams: true }, level, bvh, rays)
+    trace_as(QueueMode { coherence: Coherence::Unknown, streams: true }, level, bvh, rays)
 }
 
 /// The same, by the kernels for a kind of queue.
-fn trace_as(way: Way, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
-    let Way { coherence, streams } = way;
+fn trace_as(way: QueueMode, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    let QueueMode { coherence, streams } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
     stack.least_stream = if streams { 1 } else { usize::MAX };
     let hits = in_columns(rays, |view, hits| {
@@ -170,18 +170,18 @@ fn agree_in(bvh: &Bvh, rays: &[Ray<f32>]) {
 
 /// What a queue is said to be, and whether what no packet takes goes in streams or in flight.
 #[derive(Clone, Copy, Debug)]
-struct Way {
+struct QueueMode {
     coherence: Coherence,
     streams: bool,
 }
 
 /// Every instruction set with every kind of queue.
-fn all_kernels() -> Vec<(Level, Way)> {
+fn all_kernels() -> Vec<(Level, QueueMode)> {
     let kinds = [
-        Way { coherence: Coherence::Unknown, streams: false },
-        Way { coherence: Coherence::Coherent, streams: true },
-        Way { coherence: Coherence::Scattered, streams: false },
-        Way { coherence: Coherence::Scattered, streams: true },
+        QueueMode { coherence: Coherence::Unknown, streams: false },
+        QueueMode { coherence: Coherence::Coherent, streams: true },
+        QueueMode { coherence: Coherence::Scattered, streams: false },
+        QueueMode { coherence: Coherence::Scattered, streams: true },
     ];
     Level::available().into_iter().flat_map(|level| kinds.map(|kind| (level, kind))).collect()
 }

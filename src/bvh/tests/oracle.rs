@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::{Riddle, Soup, ray};
-use crate::bvh::layout::{Child, Kind, PADDING};
+use crate::bvh::layout::{Child, ChildKind, PADDING};
 use crate::bvh::presence::{Crossing, Presence, Surfaces, Word};
 use crate::bvh::triangle::{self, Asked, Shear};
 use crate::bvh::{Bvh, SPHERE, sphere};
@@ -67,14 +67,14 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
             }
         };
         match child.kind() {
-            Kind::Node => {
+            ChildKind::Node => {
                 let node = &bvh.nodes[child.index()];
                 let used = (0..node.child.len()).filter(|slot| !node.bounds(*slot).is_empty());
                 todo.extend(used.map(|slot| {
                     (Child(node.child[slot]), entry(&local, &node.bounds(slot), near), instance)
                 }));
             }
-            Kind::Triangles => {
+            ChildKind::Triangles => {
                 let block = &bvh.triangles[child.index()];
                 for lane in 0..8 {
                     consider(
@@ -84,13 +84,13 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
                     );
                 }
             }
-            Kind::Spheres => {
+            ChildKind::Spheres => {
                 let block = &bvh.spheres[child.index()];
                 for lane in 0..8 {
                     consider(sphere::intersect(block, lane, &local), block.words[lane], SPHERE);
                 }
             }
-            Kind::Instance => {
+            ChildKind::Instance => {
                 todo.push((bvh.instances[child.index()].root, near, child.index() as u32));
             }
         }

@@ -15,7 +15,7 @@ pub(super) struct Bound {
     pub(super) min: DVec3,
     pub(super) max: DVec3,
     pub(super) power: f64,
-    pub(super) cone: Cone,
+    pub(super) cone: DirectionCone,
     pub(super) emission: f64,
     pub(super) cos_emission: f64,
     pub(super) two_sided: bool,
@@ -23,14 +23,14 @@ pub(super) struct Bound {
 
 /// The directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cone {
+pub(super) struct DirectionCone {
     pub(super) axis: DVec3,
     pub(super) spread: f64,
     /// Its cosine: for large numbers of lights, trigonometry takes most of the time.
     pub(super) cos: f64,
 }
 
-impl Cone {
+impl DirectionCone {
     fn new(axis: DVec3, spread: f64) -> Self {
         if spread < PI { Self { axis, spread, cos: libm::cos(spread) } } else { Self::all(axis) }
     }
@@ -74,7 +74,7 @@ impl Bound {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
         power: 0.0,
-        cone: Cone { axis: DVec3::Z, spread: 0.0, cos: 1.0 },
+        cone: DirectionCone { axis: DVec3::Z, spread: 0.0, cos: 1.0 },
         emission: 0.0,
         cos_emission: 1.0,
         two_sided: false,
@@ -97,9 +97,9 @@ impl Bound {
             max,
             power,
             cone: if directed {
-                Cone::new(axis / length, angle(light.cos_spread))
+                DirectionCone::new(axis / length, angle(light.cos_spread))
             } else {
-                Cone::all(DVec3::Z)
+                DirectionCone::all(DVec3::Z)
             },
             emission: angle(light.cos_emission),
             cos_emission: light.cos_emission.clamp(-1.0, 1.0) as f64,
@@ -116,7 +116,7 @@ impl Bound {
         }
         // The normals of what has two sides may as well be turned around.
         let turned = if other.two_sided && self.cone.axis.dot(other.cone.axis) < 0.0 {
-            Cone { axis: -other.cone.axis, ..other.cone }
+            DirectionCone { axis: -other.cone.axis, ..other.cone }
         } else {
             other.cone
         };
@@ -164,7 +164,7 @@ mod tests {
             let mut cone = || {
                 let axis = DVec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)));
                 let spread = if round % 3 == 0 { 0.0 } else { stream.random_range(0.0..3.0) };
-                Cone::new(axis.normalize(), spread)
+                DirectionCone::new(axis.normalize(), spread)
             };
             let (a, b) = (cone(), cone());
             let both = a.union(&b);

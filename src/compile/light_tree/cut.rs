@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::Item;
+use super::CutItem;
 use super::bound::Bound;
 use crate::math::DVec3;
 
@@ -10,7 +10,7 @@ use crate::math::DVec3;
 const BINS: usize = 12;
 
 /// A plane between two bins along an axis.
-pub(super) struct Cut {
+pub(super) struct BinPlane {
     axis: usize,
     low: f64,
     /// Bins a metre.
@@ -19,33 +19,33 @@ pub(super) struct Cut {
     bin: usize,
 }
 
-impl Cut {
-    fn bin_of(&self, extent: &Extent) -> usize {
+impl BinPlane {
+    fn bin_of(&self, extent: &CutBox) -> usize {
         (((extent.center()[self.axis] - self.low) * self.scale) as usize).min(BINS - 1)
     }
 
-    pub(super) fn is_first(&self, extent: &Extent) -> bool {
+    pub(super) fn is_first(&self, extent: &CutBox) -> bool {
         self.bin_of(extent) < self.bin
     }
 }
 
 /// The cut of lowest cost; none if all centres are the same.
-pub(super) fn best_cut(items: &[Item]) -> Option<Cut> {
+pub(super) fn best_cut(items: &[CutItem]) -> Option<BinPlane> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut all = Extent::NONE;
+    let mut all = CutBox::NONE;
     for item in items {
         low = low.min(item.extent.center());
         high = high.max(item.extent.center());
         all.add(&item.extent);
     }
-    let mut best: Option<(f64, Cut)> = None;
+    let mut best: Option<(f64, BinPlane)> = None;
     for axis in 0..3 {
         let width = high[axis] - low[axis];
         if width.is_nan() || width <= 0.0 || !width.is_finite() {
             continue;
         }
-        let mut cut = Cut { axis, low: low[axis], scale: BINS as f64 / width, bin: 0 };
-        let mut bins = [Extent::NONE; BINS];
+        let mut cut = BinPlane { axis, low: low[axis], scale: BINS as f64 / width, bin: 0 };
+        let mut bins = [CutBox::NONE; BINS];
         for item in items {
             bins[cut.bin_of(&item.extent)].add(&item.extent);
         }
@@ -62,16 +62,16 @@ pub(super) fn best_cut(items: &[Item]) -> Option<Cut> {
 }
 
 /// The lowest cost of the cuts between bins, and the bin before which it is.
-fn cheapest(bins: &[Extent; BINS]) -> (f64, usize) {
+fn cheapest(bins: &[CutBox; BINS]) -> (f64, usize) {
     let mut after = [0.0; BINS + 1];
-    let mut extent = Extent::NONE;
+    let mut extent = CutBox::NONE;
     for i in (1..BINS).rev() {
         extent.add(&bins[i]);
         // An empty bin changes nothing.
         after[i] = if bins[i].power == 0.0 { after[i + 1] } else { extent.cost() };
     }
     let mut best = (f64::INFINITY, BINS / 2);
-    let mut extent = Extent::NONE;
+    let mut extent = CutBox::NONE;
     for i in 1..BINS {
         if bins[i - 1].power == 0.0 {
             continue;
@@ -89,7 +89,7 @@ fn cheapest(bins: &[Extent; BINS]) -> (f64, usize) {
 /// cone around them takes trigonometry for each: of a million lights, that was nine parts in ten
 /// of the time.
 #[derive(Clone, Copy)]
-pub(super) struct Extent {
+pub(super) struct CutBox {
     min: DVec3,
     max: DVec3,
     power: f64,
@@ -99,9 +99,9 @@ pub(super) struct Extent {
     cos_emission: f64,
 }
 
-impl Extent {
+impl CutBox {
     /// Of no light; as lights without power, it widens nothing.
-    const NONE: Extent = Extent {
+    const NONE: CutBox = CutBox {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
         power: 0.0,

@@ -6,7 +6,7 @@ mod bound;
 mod cut;
 
 use bound::Bound;
-use cut::{Extent, best_cut};
+use cut::{CutBox, best_cut};
 
 use crate::math::{Aabb, Vec3};
 use crate::scene::light_tree::{LEAF, LightTree, NODE};
@@ -40,13 +40,13 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
     }
     let bounds: Vec<Bound> = lights.iter().map(Bound::new).collect();
     let total: f64 = bounds.iter().map(|bound| bound.power).sum();
-    let mut builder = Builder {
+    let mut builder = LightTreeBuilder {
         scale: if total > 0.0 { 1.0 / total } else { 0.0 },
         nodes: Vec::with_capacity(2 * lights.len()),
         paths: vec![0; lights.len()],
         bounds,
     };
-    let mut order: Vec<Item> = builder.bounds.iter().enumerate().map(Item::new).collect();
+    let mut order: Vec<CutItem> = builder.bounds.iter().enumerate().map(CutItem::new).collect();
     builder.nodes.resize(2, [0.0; NODE]);
     builder.subtree(&mut order, 0, 0, 0);
     LightTree { nodes: builder.nodes, paths: builder.paths }
@@ -54,18 +54,18 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
 
 /// What cuts are chosen by, moved about so that a range of it is read in one go.
 #[derive(Clone, Copy)]
-struct Item {
-    extent: Extent,
+struct CutItem {
+    extent: CutBox,
     light: u32,
 }
 
-impl Item {
+impl CutItem {
     fn new((light, bound): (usize, &Bound)) -> Self {
-        Self { extent: Extent::new(bound), light: light as u32 }
+        Self { extent: CutBox::new(bound), light: light as u32 }
     }
 }
 
-struct Builder {
+struct LightTreeBuilder {
     bounds: Vec<Bound>,
     /// Powers are multiplied by this.
     scale: f64,
@@ -73,9 +73,9 @@ struct Builder {
     paths: Vec<u32>,
 }
 
-impl Builder {
+impl LightTreeBuilder {
     /// Builds over lights, with the root in a slot that is there already.
-    fn subtree(&mut self, items: &mut [Item], slot: usize, path: u32, depth: u32) -> Bound {
+    fn subtree(&mut self, items: &mut [CutItem], slot: usize, path: u32, depth: u32) -> Bound {
         let (bound, next) = if let [item] = items {
             self.paths[item.light as usize] = path;
             (self.bounds[item.light as usize], LEAF | item.light)
@@ -93,7 +93,7 @@ impl Builder {
 }
 
 /// The two parts of a good cut; neither is empty or has more than 2^`levels` lights.
-fn cut(items: &mut [Item], levels: u32) -> (&mut [Item], &mut [Item]) {
+fn cut(items: &mut [CutItem], levels: u32) -> (&mut [CutItem], &mut [CutItem]) {
     let half = items.len() / 2;
     let cut = if items.len() > 2 { best_cut(items) } else { None };
     let Some(cut) = cut else { return items.split_at_mut(half) };

@@ -14,10 +14,10 @@ const JOB: usize = 1 << 13;
 const LARGE: usize = 1 << 20;
 
 /// Width and height in texels.
-pub(super) type Size = [usize; 2];
+pub(super) type TexelSize = [usize; 2];
 
 /// Where the texels of an image and of its copies go.
-pub(super) enum Room<'a> {
+pub(super) enum TexelsOut<'a> {
     Bytes(&'a mut [u32]),
     Floats(&'a mut [[f32; 3]]),
 }
@@ -26,8 +26,8 @@ pub(super) enum Room<'a> {
 pub(super) struct Work<'a> {
     pub texels: &'a Texels,
     /// The image's own, then those of its copies.
-    pub sizes: Vec<Size>,
-    pub room: Room<'a>,
+    pub sizes: Vec<TexelSize>,
+    pub room: TexelsOut<'a>,
     /// What bytes of colours and of alpha stand for.
     pub decode: [&'a [f32]; 2],
     /// Bytes of colours go through the sRGB curve.
@@ -35,8 +35,8 @@ pub(super) struct Work<'a> {
 }
 
 /// An image's size and, if it is to have copies, theirs: halves down to one texel.
-pub(super) fn sizes(own: Size, copies: bool) -> Vec<Size> {
-    let next = |size: &Size| (copies && *size != [1, 1]).then(|| size.map(|s| (s / 2).max(1)));
+pub(super) fn sizes(own: TexelSize, copies: bool) -> Vec<TexelSize> {
+    let next = |size: &TexelSize| (copies && *size != [1, 1]).then(|| size.map(|s| (s / 2).max(1)));
     std::iter::successors(Some(own), next).collect()
 }
 
@@ -50,14 +50,14 @@ impl Work<'_> {
     pub(super) fn run(self) {
         let Self { texels, sizes, room, decode, srgb } = self;
         match (texels, room) {
-            (Texels::Rgba8(texels), Room::Bytes(room)) => bytes(texels, &sizes, decode, srgb, room),
-            (Texels::Rgb32(texels), Room::Floats(room)) => floats(texels, &sizes, room),
+            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) => bytes(texels, &sizes, decode, srgb, room),
+            (Texels::Rgb32(texels), TexelsOut::Floats(room)) => floats(texels, &sizes, room),
             _ => {}
         }
     }
 }
 
-fn bytes(texels: &[[u8; 4]], sizes: &[Size], decode: [&[f32]; 2], srgb: bool, room: &mut [u32]) {
+fn bytes(texels: &[[u8; 4]], sizes: &[TexelSize], decode: [&[f32]; 2], srgb: bool, room: &mut [u32]) {
     let [colors, alphas] = decode;
     let read = |t: [u8; 4]| {
         let color = |c: usize| colors[usize::from(t[c])];
@@ -94,7 +94,7 @@ fn bytes(texels: &[[u8; 4]], sizes: &[Size], decode: [&[f32]; 2], srgb: bool, ro
     }
 }
 
-fn floats(texels: &[[f32; 3]], sizes: &[Size], room: &mut [[f32; 3]]) {
+fn floats(texels: &[[f32; 3]], sizes: &[TexelSize], room: &mut [[f32; 3]]) {
     let (mut finer, mut rest) = room.split_at_mut(texels.len());
     finer.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(to, from)| to.copy_from_slice(from));
     for pair in sizes.windows(2) {
@@ -111,7 +111,7 @@ fn floats(texels: &[[f32; 3]], sizes: &[Size], room: &mut [[f32; 3]]) {
 fn halve<T: Copy, const N: usize>(
     texels: &[T],
     read: impl Fn(T) -> [f32; N],
-    [from, to]: [Size; 2],
+    [from, to]: [TexelSize; 2],
     y: usize,
     means: &mut [[f32; N]],
 ) {
@@ -151,7 +151,7 @@ mod tests {
     }
 
     /// The copies by definition: the mean of what each texel covers, of the copy before it.
-    fn copies(own: Vec<[f32; 4]>, sizes: &[Size]) -> Vec<[f32; 4]> {
+    fn copies(own: Vec<[f32; 4]>, sizes: &[TexelSize]) -> Vec<[f32; 4]> {
         let (mut all, mut finer) = (Vec::new(), own);
         for pair in sizes.windows(2) {
             let [[w, h], [columns, rows]] = [pair[0], pair[1]];
@@ -172,7 +172,7 @@ mod tests {
         all
     }
 
-    const SIZES: [Size; 7] = [[1, 1], [8, 8], [256, 64], [5, 3], [1, 9], [6, 7], [33, 16]];
+    const SIZES: [TexelSize; 7] = [[1, 1], [8, 8], [256, 64], [5, 3], [1, 9], [6, 7], [33, 16]];
 
     #[test]
     fn sizes_are_halved_to_one_texel() {
@@ -199,7 +199,7 @@ mod tests {
             let mut found = vec![0; expected.len()];
             let decode = [if srgb { &curved[..] } else { &linear }, &linear];
             let texels = Texels::Rgba8(texels);
-            Work { texels: &texels, sizes, room: Room::Bytes(&mut found), decode, srgb }.run();
+            Work { texels: &texels, sizes, room: TexelsOut::Bytes(&mut found), decode, srgb }.run();
             assert!(found == expected, "{own:?}, {srgb}");
         }
     }
@@ -218,7 +218,7 @@ mod tests {
             let mut found = vec![[0.0; 3]; expected.len()];
             let texels = Texels::Rgb32(texels);
             let decode: [&[f32]; 2] = [&[]; 2];
-            Work { texels: &texels, sizes, room: Room::Floats(&mut found), decode, srgb: false }.run();
+            Work { texels: &texels, sizes, room: TexelsOut::Floats(&mut found), decode, srgb: false }.run();
             assert!(found == expected, "{own:?}");
         }
     }

@@ -6,12 +6,12 @@ use crate::film::tonemap::srgb_encode;
 
 /// What is darker than this is byte 0.
 const DARKEST: f32 = 1.0 / 8192.0;
-/// Floats that share one entry of [`Curve::cells`]: 128 cells for each power of two, so that no cell
+/// Floats that share one entry of [`ByteThresholds::cells`]: 128 cells for each power of two, so that no cell
 /// holds more than one threshold.
 const CELL_BITS: u32 = 16;
 
 /// Where the nearest byte of the sRGB curve changes.
-pub(super) struct Curve {
+pub(super) struct ByteThresholds {
     /// The least light whose byte is at least that many; above 255 none.
     thresholds: [f32; 257],
     /// The byte at the beginning of each cell from [`DARKEST`] to 1.
@@ -19,9 +19,9 @@ pub(super) struct Curve {
 }
 
 /// Of all threads.
-pub(super) static CURVE: LazyLock<Curve> = LazyLock::new(Curve::new);
+pub(super) static CURVE: LazyLock<ByteThresholds> = LazyLock::new(ByteThresholds::new);
 
-impl Curve {
+impl ByteThresholds {
     fn new() -> Self {
         let mut thresholds = [f32::INFINITY; 257];
         for (byte, threshold) in thresholds.iter_mut().enumerate().take(256) {

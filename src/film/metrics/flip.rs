@@ -28,7 +28,7 @@ type Triple = [f64; 3];
 /// The error of each pixel from 0 to 1. Values are linear, 0 to 1.
 pub(super) fn map(width: usize, reference: &[Rgb], test: &[Rgb]) -> Vec<f64> {
     let space = Space::new();
-    let (reference, test) = (Seen::new(&space, width, reference), Seen::new(&space, width, test));
+    let (reference, test) = (Perceived::new(&space, width, reference), Perceived::new(&space, width, test));
     let largest =
         libm::pow(hyab(space.hunt(DVec3::new(0.0, 1.0, 0.0)), space.hunt(DVec3::new(0.0, 0.0, 1.0))), QC);
     let color = |i: usize| bend(libm::pow(hyab(reference.color[i], test.color[i]), QC), largest);
@@ -57,7 +57,7 @@ fn hyab(a: Triple, b: Triple) -> f64 {
 }
 
 /// An image as the eye takes it in.
-struct Seen {
+struct Perceived {
     /// L*a*b* after Hunt, blurred as far as the eye blurs it.
     color: Vec<Triple>,
     /// How strong an edge is in each pixel.
@@ -66,8 +66,8 @@ struct Seen {
     points: Vec<f64>,
 }
 
-impl Seen {
-    fn new(space: &Space, width: usize, pixels: &[Rgb]) -> Seen {
+impl Perceived {
+    fn new(space: &Space, width: usize, pixels: &[Rgb]) -> Perceived {
         let opponent: Vec<Triple> = pixels.iter().map(|pixel| space.opponent(pixel)).collect();
         let planes = [0, 1, 2].map(|i| Raster::new(width, &opponent, |pixel| pixel[i]));
         let [y, cx, cz] = [0, 1, 2].map(|i| sensed(&planes[i], SENSITIVITY[i]));
@@ -76,7 +76,11 @@ impl Seen {
             .collect();
         // Features are looked for in lightness from 0 to 1.
         let lightness = Raster::new(width, &planes[0].values, |y| (y + 16.0) / 116.0);
-        Seen { color, edges: features(&lightness, edge_weights), points: features(&lightness, point_weights) }
+        Perceived {
+            color,
+            edges: features(&lightness, edge_weights),
+            points: features(&lightness, point_weights),
+        }
     }
 }
 

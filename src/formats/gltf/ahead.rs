@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::Import;
-use super::image::{Encoded, Place, place, whole};
+use super::image::{Encoded, ImageLocation, place, whole};
 use crate::error::LoadError;
 use crate::world::Image;
 
@@ -17,7 +17,7 @@ impl Import<'_> {
     pub(super) fn decode_ahead(&mut self, roots: &[usize]) {
         let document = self.document;
         let said = self.warnings.len();
-        let mut encoded: Vec<(Place, Encoded)> = Vec::new();
+        let mut encoded: Vec<(ImageLocation, Encoded)> = Vec::new();
         let mut known = HashSet::new();
         let mut lengths: HashMap<usize, u64> = HashMap::new();
         for texture in self.textures_below(roots) {
@@ -26,7 +26,7 @@ impl Import<'_> {
             if !known.insert(place.clone()) {
                 continue;
             }
-            if let Place::Buffer(buffer, _, length) = place {
+            if let ImageLocation::Buffer(buffer, _, length) = place {
                 // Views that overlap are an error, once somebody asks for them.
                 let sum = lengths.entry(buffer).or_default();
                 *sum = sum.saturating_add(length);
@@ -39,7 +39,7 @@ impl Import<'_> {
             }
         }
         self.warnings.truncate(said);
-        let decoded: Vec<(Place, Result<Image, LoadError>)> =
+        let decoded: Vec<(ImageLocation, Result<Image, LoadError>)> =
             encoded.into_par_iter().map(|(place, picture)| (place, picture.decode())).collect();
         self.images.ahead.extend(decoded);
     }

@@ -14,12 +14,12 @@ use crate::error::LoadError;
 pub(super) struct Decoded {
     /// Three a triangle, each the number of a vertex.
     pub corners: Vec<u32>,
-    pub columns: HashMap<String, Column>,
+    pub columns: HashMap<String, Attribute>,
 }
 
 /// One attribute of all vertices.
 #[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
-pub(super) struct Column {
+pub(super) struct Attribute {
     /// Of a vertex, at most four.
     pub width: usize,
     pub numbers: Vec<f32>,
@@ -27,7 +27,7 @@ pub(super) struct Column {
     pub one: f32,
 }
 
-impl Column {
+impl Attribute {
     /// The first `N` numbers of each vertex; those that there are not are 0.
     pub(super) fn elements<const N: usize>(&self, normalized: bool) -> Vec<[f32; N]> {
         let fraction = |number: f32| match normalized && self.one != 1.0 {
@@ -86,7 +86,7 @@ pub(super) fn decode(
             let at = format!("{at}/attributes/{}", words(name));
             return Err(document.error(at, "the compressed data hold a number that is not finite"));
         }
-        columns.insert(name.clone(), Column { width, numbers, one });
+        columns.insert(name.clone(), Attribute { width, numbers, one });
     }
     document.allow_for((vertices * 16) as u64);
     Ok(Some(Decoded { corners, columns }))

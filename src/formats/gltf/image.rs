@@ -16,7 +16,7 @@ use crate::world::{Assets, Image, ImageId, Texels};
 
 /// Where an image's bytes are, the same for the same image.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub(super) enum Place {
+pub(super) enum ImageLocation {
     File(PathBuf),
     /// Offset and length in a buffer.
     Buffer(usize, u64, u64),
@@ -28,15 +28,15 @@ pub(super) enum Place {
 #[derive(Default)]
 pub(super) struct Images {
     /// By how they are read: see [`Images::id`].
-    ids: HashMap<(Place, bool), Option<ImageId>>,
+    ids: HashMap<(ImageLocation, bool), Option<ImageId>>,
     /// Those whose gloss became roughness, and by which factor.
-    rough: HashMap<Place, (u32, ImageId)>,
+    rough: HashMap<ImageLocation, (u32, ImageId)>,
     /// Encoded bytes of buffers that were decoded: views that overlap would be a way to make
     /// much of little.
     decoded: HashMap<usize, u64>,
-    complained: HashSet<Place>,
+    complained: HashSet<ImageLocation>,
     /// Those that `ahead` has decoded and nobody has asked for yet.
-    pub ahead: HashMap<Place, Result<Image, LoadError>>,
+    pub ahead: HashMap<ImageLocation, Result<Image, LoadError>>,
 }
 
 impl Images {
@@ -115,13 +115,13 @@ impl Images {
         &mut self,
         document: &Document,
         index: Index<json::Image>,
-        place: &Place,
+        place: &ImageLocation,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Image>, LoadError> {
         let at = format!("/images/{}", index.value());
         let ahead = self.ahead.remove(place);
         let encoded = if ahead.is_none() { Encoded::of(document, index, place)? } else { None };
-        if let Place::Buffer(buffer, _, length) = place {
+        if let ImageLocation::Buffer(buffer, _, length) = place {
             // A picture may be wanted for its colours and as it is stored.
             let decoded = self.decoded.entry(*buffer).or_default();
             *decoded += length;
@@ -151,13 +151,13 @@ impl<'d> Encoded<'d> {
     pub(super) fn of(
         document: &'d Document,
         index: Index<json::Image>,
-        place: &Place,
+        place: &ImageLocation,
     ) -> Result<Option<Self>, LoadError> {
         let at = format!("/images/{}", index.value());
         let image = document.get(&document.root.images, index, &at, "image")?;
         let bytes = match place {
-            Place::File(file) => return Ok(Some(Self::File(file.clone()))),
-            Place::Uri(_) => {
+            ImageLocation::File(file) => return Ok(Some(Self::File(file.clone()))),
+            ImageLocation::Uri(_) => {
                 let uri = image.uri.as_deref().unwrap_or_default();
                 match uri::resolve(uri, document.folder()) {
                     Ok(Resource::Data(bytes)) => Cow::Owned(bytes),
@@ -165,7 +165,7 @@ impl<'d> Encoded<'d> {
                     Err(reason) => return Err(document.error(at, reason)),
                 }
             }
-            Place::Buffer(..) => {
+            ImageLocation::Buffer(..) => {
                 let Some(view) = image.buffer_view else { return Ok(None) };
                 Cow::Borrowed(document.view(view, &at)?)
             }
@@ -196,12 +196,16 @@ fn inside(path: &Path, at: &str) -> PathBuf {
     PathBuf::from(format!("{}: {at}", path.display()))
 }
 
-pub(super) fn place(document: &Document, index: Index<json::Image>, at: &str) -> Result<Place, LoadError> {
+pub(super) fn place(
+    document: &Document,
+    index: Index<json::Image>,
+    at: &str,
+) -> Result<ImageLocation, LoadError> {
     let image = document.get(&document.root.images, index, at, "image")?;
     let at = format!("/images/{}", index.value());
     if let Some(view) = image.buffer_view {
         let view = document.get(&document.root.buffer_views, view, &at, "buffer view")?;
-        return Ok(Place::Buffer(
+        return Ok(ImageLocation::Buffer(
             view.buffer.value(),
             view.byte_offset.unwrap_or_default().0,
             view.byte_length.0,
@@ -211,11 +215,11 @@ pub(super) fn place(document: &Document, index: Index<json::Image>, at: &str) ->
         return Err(document.error(at, "an image needs a uri or a bufferView"));
     };
     if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        return Ok(Place::Uri(index.value()));
+        return Ok(ImageLocation::Uri(index.value()));
     }
     match uri::resolve(uri, document.folder()) {
-        Ok(Resource::File(file)) => Ok(Place::File(file)),
-        Ok(Resource::Data(_)) => Ok(Place::Uri(index.value())),
+        Ok(Resource::File(file)) => Ok(ImageLocation::File(file)),
+        Ok(Resource::Data(_)) => Ok(ImageLocation::Uri(index.value())),
         Err(reason) => Err(document.error(at, reason)),
     }
 }

@@ -53,7 +53,7 @@ use self::mesh::MeshKey;
 use self::pose::Moved;
 use self::texture::Textures;
 use super::LoadOptions;
-use super::names::Names;
+use super::names::TakenNames;
 use crate::error::{LoadError, did_you_mean};
 use crate::math::{Aabb, DAffine3};
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
@@ -196,7 +196,7 @@ impl Model {
     /// Adds an entity for each node, under `parent` if there is one. Names that another
     /// entity has are numbered.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {
-        let mut names = Names::of(world);
+        let mut names = TakenNames::of(world);
         let mut entities: Vec<hecs::Entity> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let mut builder = hecs::EntityBuilder::new();

@@ -12,7 +12,7 @@ use crate::math::{Aabb, DAffine3, Vec3};
 use crate::world::{MeshId, Transform};
 
 /// A node that is to be visited.
-struct Visit {
+struct PendingNode {
     number: usize,
     /// Its parent's place among those found.
     parent: Option<usize>,
@@ -34,9 +34,9 @@ impl Import<'_> {
         let all = &self.document.root.nodes;
         let mut found = Found { nodes: Vec::new(), bounds: Aabb::EMPTY };
         // A stack of our own: files may be deeper than the machine's.
-        let first = |number| Visit { number, parent: None, above: DAffine3::IDENTITY, visible: true };
-        let mut stack: Vec<Visit> = roots.into_iter().rev().map(first).collect();
-        while let Some(Visit { number, parent, above, mut visible }) = stack.pop() {
+        let first = |number| PendingNode { number, parent: None, above: DAffine3::IDENTITY, visible: true };
+        let mut stack: Vec<PendingNode> = roots.into_iter().rev().map(first).collect();
+        while let Some(PendingNode { number, parent, above, mut visible }) = stack.pop() {
             let Some(source) = all.get(number) else { continue };
             let at = format!("/nodes/{number}");
             let (transform, local) = self.local(number)?;
@@ -54,7 +54,7 @@ impl Import<'_> {
                 self.meshes_of(number, source, (place, &matrix), &mut found)?;
             }
             let children = source.children.as_deref().unwrap_or_default();
-            let child = |child: &Index<json::Node>| Visit {
+            let child = |child: &Index<json::Node>| PendingNode {
                 number: child.value(),
                 parent: Some(place),
                 above: matrix,

@@ -31,13 +31,13 @@ impl Ops for Libm {
     }
 }
 
-struct Corners<'m> {
+struct MeshCorners<'m> {
     mesh: &'m Mesh,
     uvs: &'m [Vec2],
     tangents: Vec<Option<Vec4>>,
 }
 
-impl Corners<'_> {
+impl MeshCorners<'_> {
     fn vertex(&self, face: usize, corner: usize) -> usize {
         self.mesh.triangles[face][corner] as usize
     }
@@ -56,7 +56,7 @@ impl Corners<'_> {
     }
 }
 
-impl Geometry<Libm> for Corners<'_> {
+impl Geometry<Libm> for MeshCorners<'_> {
     fn num_faces(&self) -> usize {
         self.mesh.triangles.len()
     }
@@ -108,7 +108,7 @@ pub(super) fn generate(
     }
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
-    let mut space = Corners { mesh, uvs, tangents: vec![None; corners] };
+    let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
     if !space.is_fit() {
         let what = format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
         warnings.push(document.warning(what));

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 
 /// What is wrong with a line.
 #[derive(Debug)]
-pub struct Fault {
+pub struct LineFault {
     /// From 1.
     pub line: usize,
     /// From 1, in characters.
@@ -19,7 +19,7 @@ pub struct Fault {
 
 /// A word and the byte of its line that it begins at.
 #[derive(Clone, Copy)]
-struct Word<'a> {
+struct Token<'a> {
     text: &'a str,
     place: usize,
 }
@@ -74,7 +74,7 @@ const SKIPPED: [&str; 4] =
 
 impl Tidied {
     /// Checks a file.
-    pub fn new(text: &str) -> Result<Tidied, Fault> {
+    pub fn new(text: &str) -> Result<Tidied, LineFault> {
         let mut tidied = Tidied::default();
         tidied.text.push_str("mtllib all\nvt 0 0\nvn 0 0 0\n");
         let mut lines = text.lines().enumerate();
@@ -89,7 +89,11 @@ impl Tidied {
                 joined.push_str(more);
             }
             let read = tidied.read_line(&line, number + 1);
-            read.map_err(|(place, reason)| Fault { line: number + 1, column: column(&line, place), reason })?;
+            read.map_err(|(place, reason)| LineFault {
+                line: number + 1,
+                column: column(&line, place),
+                reason,
+            })?;
         }
         tidied.check_pending()?;
         for (count, what) in tidied.skipped.iter().zip(SKIPPED) {
@@ -123,7 +127,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn vertex(&mut self, words: &[Word]) -> Result<(), Complaint> {
+    fn vertex(&mut self, words: &[Token]) -> Result<(), Complaint> {
         let [_, x, y, z, rest @ ..] = words else {
             return Err((0, "a vertex needs three coordinates".into()));
         };
@@ -145,7 +149,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn texture_coordinates(&mut self, words: &[Word]) -> Result<(), Complaint> {
+    fn texture_coordinates(&mut self, words: &[Token]) -> Result<(), Complaint> {
         let [_, u, rest @ ..] = words else {
             return Err((0, "texture coordinates need at least one number".into()));
         };
@@ -160,7 +164,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn normal(&mut self, words: &[Word]) -> Result<(), Complaint> {
+    fn normal(&mut self, words: &[Token]) -> Result<(), Complaint> {
         let [_, x, y, z, ..] = words else {
             return Err((0, "a normal needs three coordinates".into()));
         };
@@ -174,7 +178,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn face(&mut self, words: &[Word], line: usize) -> Result<(), Complaint> {
+    fn face(&mut self, words: &[Token], line: usize) -> Result<(), Complaint> {
         let corners = words.get(1..).unwrap_or_default();
         let start = self.text.len();
         self.text.push('f');
@@ -225,14 +229,14 @@ impl Tidied {
     }
 
     /// Faces may come before what they refer to, but it has to come.
-    fn check_pending(&self) -> Result<(), Fault> {
+    fn check_pending(&self) -> Result<(), LineFault> {
         for (kind, pending) in self.pending.iter().enumerate() {
             if let Some(Pending { index, line }) = *pending
                 && index > self.counts[kind]
             {
                 let what = KINDS[kind];
                 let reason = format!("{what} index {index} is out of range: there are {}", self.counts[kind]);
-                return Err(Fault { line, column: 1, reason });
+                return Err(LineFault { line, column: 1, reason });
             }
         }
         Ok(())
@@ -270,20 +274,20 @@ fn write_infallibly(text: &mut String, arguments: std::fmt::Arguments) {
 }
 
 /// The words of a line up to a comment.
-fn words(line: &str) -> SmallVec<[Word<'_>; 8]> {
+fn words(line: &str) -> SmallVec<[Token<'_>; 8]> {
     let mut words = SmallVec::new();
     for text in line.split_whitespace() {
         if text.starts_with('#') {
             break;
         }
         // The word is a slice of the line.
-        words.push(Word { text, place: text.as_ptr() as usize - line.as_ptr() as usize });
+        words.push(Token { text, place: text.as_ptr() as usize - line.as_ptr() as usize });
     }
     words
 }
 
 /// A number, which may be infinite or none (NaN).
-fn number(word: &Word) -> Result<f32, Complaint> {
+fn number(word: &Token) -> Result<f32, Complaint> {
     word.text.parse().map_err(|_| (word.place, format!("{:?} is not a number", short(word.text))))
 }
 

@@ -42,7 +42,7 @@ pub struct Output<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum Encoding {
     Png,
     OpenExr,
     Radiance,
@@ -65,9 +65,9 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let temporary = temporary_beside(path)?;
     let writer = BufWriter::new(temporary.as_file());
     let written = match kind {
-        Kind::Png => encode_png::write(writer, output),
-        Kind::OpenExr => encode_openexr::write(writer, output),
-        Kind::Radiance => encode_radiance::write(writer, output),
+        Encoding::Png => encode_png::write(writer, output),
+        Encoding::OpenExr => encode_openexr::write(writer, output),
+        Encoding::Radiance => encode_radiance::write(writer, output),
     };
     written.map_err(|reason| SaveError::new(path, reason))?;
     // Else a rename could reach the disk before the content does.
@@ -86,12 +86,12 @@ pub fn supported(path: &Path) -> Result<(), SaveError> {
     temporary_beside(path).map(|_| ())
 }
 
-fn kind(path: &Path) -> Result<Kind, SaveError> {
+fn kind(path: &Path) -> Result<Encoding, SaveError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     match extension.to_ascii_lowercase().as_str() {
-        "png" => Ok(Kind::Png),
-        "exr" => Ok(Kind::OpenExr),
-        "hdr" => Ok(Kind::Radiance),
+        "png" => Ok(Encoding::Png),
+        "exr" => Ok(Encoding::OpenExr),
+        "hdr" => Ok(Encoding::Radiance),
         _ => Err(SaveError::new(
             path,
             "the name must end in .png (tone mapped), .exr or .hdr (linear radiance)",

@@ -17,7 +17,7 @@ use crate::error::LoadError;
 use crate::world::{Image, Texels};
 
 /// Where in a file the colours are.
-struct Source {
+struct ColourChannels {
     layer: usize,
     channels: Colours,
 }
@@ -45,7 +45,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
         )));
     }
     let header = &reader.headers()[source.layer];
-    let picture = Picture::new(header, source, bytes.len(), path)?;
+    let picture = DecodedLayer::new(header, source, bytes.len(), path)?;
     let layer = picture.source.layer;
     let chunks = reader
         .filter_chunks(false, |_, tile, block| block.layer == layer && tile.is_largest_resolution_level())
@@ -55,13 +55,13 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 
 /// The channels to read: red, green and blue of the first layer that has all three, bare
 /// or with a prefix as in `view.R`; else luminance, else whichever of the three there are.
-fn find_colours(headers: &[Header]) -> Result<Source, String> {
+fn find_colours(headers: &[Header]) -> Result<ColourChannels, String> {
     let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
     let wanted: [FindColours; 3] = [all_three, luminance, some_of_three];
     for find in wanted {
         for (layer, header) in flat() {
             if let Some(channels) = find(&names(header)) {
-                return Ok(Source { layer, channels });
+                return Ok(ColourChannels { layer, channels });
             }
         }
     }
@@ -99,8 +99,8 @@ fn some_of_three(names: &[String]) -> Option<Colours> {
 }
 
 /// The picture while it is being filled.
-struct Picture {
-    source: Source,
+struct DecodedLayer {
+    source: ColourChannels,
     channels: ChannelList,
     /// From the data window's origin to the display window's.
     offset: [i64; 2],
@@ -108,8 +108,13 @@ struct Picture {
     texels: Vec<[f32; 3]>,
 }
 
-impl Picture {
-    fn new(header: &Header, source: Source, file_bytes: usize, path: &Path) -> Result<Self, LoadError> {
+impl DecodedLayer {
+    fn new(
+        header: &Header,
+        source: ColourChannels,
+        file_bytes: usize,
+        path: &Path,
+    ) -> Result<Self, LoadError> {
         // The crate would misread the rows of all channels.
         if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
             return Err(LoadError::invalid(

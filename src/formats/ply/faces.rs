@@ -6,31 +6,31 @@ use crate::formats::triangulate::Triangulator;
 use crate::math::Vec2;
 use crate::world::Mesh;
 
-use super::header::{Element, Kind, Scalar};
-use super::source::{Fault, Source};
+use super::header::{Element, PropertyKind, Scalar};
+use super::source::{NumberFault, NumberSource};
 use super::vertices::uv_from_file;
 
-enum Step {
+enum FaceField {
     Indices { count: Scalar, item: Scalar },
     Uvs { count: Scalar, item: Scalar },
-    Skip(Kind),
+    Skip(PropertyKind),
 }
 
 /// What to do with each property of a row.
-fn steps(element: &Element) -> Result<Vec<Step>, String> {
+fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     let mut has_indices = false;
     let mut steps = Vec::with_capacity(element.properties.len());
     for property in &element.properties {
         steps.push(match (property.name.as_str(), property.kind) {
-            ("vertex_indices" | "vertex_index", Kind::List { count, item }) if !has_indices => {
+            ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }) if !has_indices => {
                 if item.is_float() {
                     return Err(format!("{} of {} are not of an integer type", property.name, element.name));
                 }
                 has_indices = true;
-                Step::Indices { count, item }
+                FaceField::Indices { count, item }
             }
-            ("texcoord", Kind::List { count, item }) => Step::Uvs { count, item },
-            (_, kind) => Step::Skip(kind),
+            ("texcoord", PropertyKind::List { count, item }) => FaceField::Uvs { count, item },
+            (_, kind) => FaceField::Skip(kind),
         });
     }
     if has_indices {
@@ -41,7 +41,7 @@ fn steps(element: &Element) -> Result<Vec<Step>, String> {
 }
 
 /// Reads all faces or strips of an element onto a mesh that has its vertices.
-pub fn read<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
+pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
     let steps = steps(element)?;
     let is_strips = element.name == "tristrips";
     if !is_strips {
@@ -85,23 +85,23 @@ struct Row {
 }
 
 impl Row {
-    fn read<S: Source>(&mut self, source: &mut S, steps: &[Step]) -> Result<(), Fault> {
+    fn read<S: NumberSource>(&mut self, source: &mut S, steps: &[FaceField]) -> Result<(), NumberFault> {
         self.uvs.clear();
         for step in steps {
             match *step {
-                Step::Indices { count, item } => {
+                FaceField::Indices { count, item } => {
                     self.indices.clear();
                     for _ in 0..source.list_length(count, item)? {
                         self.indices.push(source.integer(item)?);
                     }
                 }
-                Step::Uvs { count, item } => {
+                FaceField::Uvs { count, item } => {
                     self.uvs.clear();
                     for _ in 0..source.list_length(count, item)? {
                         self.uvs.push(source.float(item)?);
                     }
                 }
-                Step::Skip(kind) => source.skip_property(kind)?,
+                FaceField::Skip(kind) => source.skip_property(kind)?,
             }
         }
         Ok(())

@@ -83,7 +83,7 @@ impl Scalar {
 
 /// What one property of an element holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum PropertyKind {
     /// One number.
     Scalar(Scalar),
     /// A count and that many items.
@@ -101,7 +101,7 @@ pub struct Property {
     /// What the file calls it.
     pub name: String,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: PropertyKind,
 }
 
 /// A table.
@@ -124,14 +124,14 @@ impl Element {
     /// The fewest bytes that a row can take in binary.
     pub fn least_size(&self) -> u64 {
         let size = |p: &Property| match p.kind {
-            Kind::Scalar(scalar) | Kind::List { count: scalar, .. } => scalar.size() as u64,
+            PropertyKind::Scalar(scalar) | PropertyKind::List { count: scalar, .. } => scalar.size() as u64,
         };
         self.properties.iter().map(size).sum()
     }
 
     /// Whether every row takes [`Self::least_size`].
     pub fn has_fixed_size(&self) -> bool {
-        self.properties.iter().all(|p| matches!(p.kind, Kind::Scalar(_)))
+        self.properties.iter().all(|p| matches!(p.kind, PropertyKind::Scalar(_)))
     }
 }
 
@@ -228,9 +228,9 @@ fn read_property(words: &[&str]) -> Result<Property, String> {
             if count.is_float() {
                 return Err("a list's length must be of an integer type".into());
             }
-            (name, Kind::List { count, item })
+            (name, PropertyKind::List { count, item })
         }
-        [scalar, name] => (name, Kind::Scalar(Scalar::by_name(scalar)?)),
+        [scalar, name] => (name, PropertyKind::Scalar(Scalar::by_name(scalar)?)),
         _ => {
             return Err(
                 "a property is \"property TYPE NAME\" or \"property list COUNT_TYPE ITEM_TYPE NAME\"".into(),

@@ -21,7 +21,7 @@ use crate::error::LoadError;
 use crate::world::Mesh;
 
 use header::{Element, Encoding, Header};
-use source::{Ascii, Binary, Source};
+use source::{Ascii, Binary, NumberSource};
 
 pub use write::{save, write};
 
@@ -52,7 +52,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
 
 /// Reads all elements that matter. Faces may come before vertices, but can't be read before
 /// them, so their place is kept.
-fn read_body<S: Source>(mut source: S, header: &Header) -> Result<Mesh, String> {
+fn read_body<S: NumberSource>(mut source: S, header: &Header) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     let mut has_vertices = false;
     let mut polygons: Vec<(S, &Element)> = Vec::new();

@@ -1,10 +1,10 @@
 //! Numbers out of a PLY file's body, as text or binary.
 
-use super::header::{Element, Kind, Scalar};
+use super::header::{Element, PropertyKind, Scalar};
 
 /// Why a number could not be had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum NumberFault {
     /// The file is over.
     End,
     /// The last word is no number.
@@ -14,33 +14,33 @@ pub enum Fault {
 }
 
 /// A place in the body that numbers are taken from, in order.
-pub trait Source: Clone {
+pub trait NumberSource: Clone {
     /// The next number, rounded to a float; integers as they are.
-    fn float(&mut self, scalar: Scalar) -> Result<f32, Fault>;
+    fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault>;
     /// The next number, of an integer type.
-    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault>;
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault>;
     /// Passes over `count` numbers.
-    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault>;
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), NumberFault>;
     /// Passes over rows of equal size.
-    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault>;
+    fn skip_rows(&mut self, element: &Element) -> Result<(), NumberFault>;
     /// The most numbers of that type that the rest of the file can hold.
     fn room(&self, scalar: Scalar) -> u64;
     /// The most rows that the rest of the file can hold, given that a row takes any room.
     fn room_for_rows(&self, element: &Element) -> u64;
     /// What is wrong, in words.
-    fn describe(&self, fault: Fault) -> String;
+    fn describe(&self, fault: NumberFault) -> String;
 
     /// The length of a list, which the rest of the file can hold.
-    fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<u64, Fault> {
-        let count = u64::try_from(self.integer(count)?).map_err(|_| Fault::NotAnInteger)?;
-        if count > self.room(item) { Err(Fault::End) } else { Ok(count) }
+    fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<u64, NumberFault> {
+        let count = u64::try_from(self.integer(count)?).map_err(|_| NumberFault::NotAnInteger)?;
+        if count > self.room(item) { Err(NumberFault::End) } else { Ok(count) }
     }
 
     /// Passes over one property.
-    fn skip_property(&mut self, kind: Kind) -> Result<(), Fault> {
+    fn skip_property(&mut self, kind: PropertyKind) -> Result<(), NumberFault> {
         match kind {
-            Kind::Scalar(scalar) => self.skip(scalar, 1),
-            Kind::List { count, item } => {
+            PropertyKind::Scalar(scalar) => self.skip(scalar, 1),
+            PropertyKind::List { count, item } => {
                 let count = self.list_length(count, item)?;
                 self.skip(item, count)
             }
@@ -89,8 +89,8 @@ impl<'a> Ascii<'a> {
         Self { rest: body, word: &[] }
     }
 
-    fn next_word(&mut self) -> Result<&'a [u8], Fault> {
-        let start = self.rest.iter().position(|b| *b > b' ').ok_or(Fault::End)?;
+    fn next_word(&mut self) -> Result<&'a [u8], NumberFault> {
+        let start = self.rest.iter().position(|b| *b > b' ').ok_or(NumberFault::End)?;
         let rest = &self.rest[start..];
         let end = rest.iter().position(|b| *b <= b' ').unwrap_or(rest.len());
         (self.word, self.rest) = rest.split_at(end);
@@ -103,24 +103,24 @@ impl<'a> Ascii<'a> {
     }
 }
 
-impl Source for Ascii<'_> {
-    fn float(&mut self, _scalar: Scalar) -> Result<f32, Fault> {
-        let word = std::str::from_utf8(self.next_word()?).map_err(|_| Fault::NotANumber)?;
-        word.parse().map_err(|_| Fault::NotANumber)
+impl NumberSource for Ascii<'_> {
+    fn float(&mut self, _scalar: Scalar) -> Result<f32, NumberFault> {
+        let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotANumber)?;
+        word.parse().map_err(|_| NumberFault::NotANumber)
     }
 
-    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault> {
-        let word = std::str::from_utf8(self.next_word()?).map_err(|_| Fault::NotAnInteger)?;
-        let value: i64 = word.parse().map_err(|_| Fault::NotAnInteger)?;
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault> {
+        let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotAnInteger)?;
+        let value: i64 = word.parse().map_err(|_| NumberFault::NotAnInteger)?;
         let (least, most) = scalar.range();
-        if (least..=most).contains(&value) { Ok(value) } else { Err(Fault::NotAnInteger) }
+        if (least..=most).contains(&value) { Ok(value) } else { Err(NumberFault::NotAnInteger) }
     }
 
-    fn skip(&mut self, _scalar: Scalar, count: u64) -> Result<(), Fault> {
+    fn skip(&mut self, _scalar: Scalar, count: u64) -> Result<(), NumberFault> {
         (0..count).try_for_each(|_| self.next_word().map(drop))
     }
 
-    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault> {
+    fn skip_rows(&mut self, element: &Element) -> Result<(), NumberFault> {
         let columns = element.properties.len() as u64;
         self.skip(Scalar::U8, element.count.saturating_mul(columns))
     }
@@ -133,12 +133,12 @@ impl Source for Ascii<'_> {
         self.room_for_numbers() / (element.properties.len() as u64).max(1)
     }
 
-    fn describe(&self, fault: Fault) -> String {
+    fn describe(&self, fault: NumberFault) -> String {
         let word: String = String::from_utf8_lossy(self.word).chars().take(40).collect();
         match fault {
-            Fault::End => "the file ends here: it is cut short".into(),
-            Fault::NotANumber => format!("{word:?} is not a number"),
-            Fault::NotAnInteger => format!("{word:?} is not an integer that fits here"),
+            NumberFault::End => "the file ends here: it is cut short".into(),
+            NumberFault::NotANumber => format!("{word:?} is not a number"),
+            NumberFault::NotAnInteger => format!("{word:?} is not an integer that fits here"),
         }
     }
 }
@@ -156,8 +156,8 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
     }
 
     #[inline(always)]
-    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let (bytes, rest) = self.rest.split_first_chunk::<N>().ok_or(Fault::End)?;
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], NumberFault> {
+        let (bytes, rest) = self.rest.split_first_chunk::<N>().ok_or(NumberFault::End)?;
         self.rest = rest;
         let mut bytes = *bytes;
         if BIG {
@@ -166,16 +166,16 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
         Ok(bytes)
     }
 
-    fn pass(&mut self, bytes: u64) -> Result<(), Fault> {
-        let bytes = usize::try_from(bytes).map_err(|_| Fault::End)?;
-        self.rest = self.rest.get(bytes..).ok_or(Fault::End)?;
+    fn pass(&mut self, bytes: u64) -> Result<(), NumberFault> {
+        let bytes = usize::try_from(bytes).map_err(|_| NumberFault::End)?;
+        self.rest = self.rest.get(bytes..).ok_or(NumberFault::End)?;
         Ok(())
     }
 }
 
-impl<const BIG: bool> Source for Binary<'_, BIG> {
+impl<const BIG: bool> NumberSource for Binary<'_, BIG> {
     #[inline(always)]
-    fn float(&mut self, scalar: Scalar) -> Result<f32, Fault> {
+    fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault> {
         Ok(match scalar {
             Scalar::F32 => f32::from_le_bytes(self.bytes()?),
             Scalar::F64 => f64::from_le_bytes(self.bytes()?) as f32,
@@ -184,7 +184,7 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
     }
 
     #[inline(always)]
-    fn integer(&mut self, scalar: Scalar) -> Result<i64, Fault> {
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault> {
         Ok(match scalar {
             Scalar::I8 => i8::from_le_bytes(self.bytes()?).into(),
             Scalar::U8 => u8::from_le_bytes(self.bytes()?).into(),
@@ -192,15 +192,15 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
             Scalar::U16 => u16::from_le_bytes(self.bytes()?).into(),
             Scalar::I32 => i32::from_le_bytes(self.bytes()?).into(),
             Scalar::U32 => u32::from_le_bytes(self.bytes()?).into(),
-            Scalar::F32 | Scalar::F64 => return Err(Fault::NotAnInteger),
+            Scalar::F32 | Scalar::F64 => return Err(NumberFault::NotAnInteger),
         })
     }
 
-    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault> {
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), NumberFault> {
         self.pass(count.saturating_mul(scalar.size() as u64))
     }
 
-    fn skip_rows(&mut self, element: &Element) -> Result<(), Fault> {
+    fn skip_rows(&mut self, element: &Element) -> Result<(), NumberFault> {
         self.pass(element.count.saturating_mul(element.least_size()))
     }
 
@@ -212,11 +212,11 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
         self.rest.len() as u64 / element.least_size().max(1)
     }
 
-    fn describe(&self, fault: Fault) -> String {
+    fn describe(&self, fault: NumberFault) -> String {
         match fault {
-            Fault::End => "the file ends here: it is cut short".into(),
-            Fault::NotANumber => "not a number".into(),
-            Fault::NotAnInteger => "a list's length is below zero".into(),
+            NumberFault::End => "the file ends here: it is cut short".into(),
+            NumberFault::NotANumber => "not a number".into(),
+            NumberFault::NotAnInteger => "a list's length is below zero".into(),
         }
     }
 }

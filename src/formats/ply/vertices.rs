@@ -4,8 +4,8 @@ use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::Mesh;
 
-use super::header::{Element, Kind, Scalar};
-use super::source::{Fault, Source};
+use super::header::{Element, PropertyKind, Scalar};
+use super::source::{NumberFault, NumberSource};
 
 /// Where in a row's values a property goes: position, normal, texture coordinates, colour.
 const POSITION: usize = 0;
@@ -32,14 +32,14 @@ const NAMES: [&[&str]; SLOTS] = [
 /// What to do with each property of a row, and what is there.
 struct Layout {
     /// A slot and a type, or what to skip.
-    steps: Vec<Step>,
+    steps: Vec<VertexField>,
     /// The type of each slot that is there.
     types: [Option<Scalar>; SLOTS],
 }
 
-enum Step {
+enum VertexField {
     Keep(usize, Scalar),
-    Skip(Kind),
+    Skip(PropertyKind),
 }
 
 impl Layout {
@@ -49,11 +49,11 @@ impl Layout {
         for property in &element.properties {
             let slot = NAMES.iter().position(|names| names.contains(&property.name.as_str()));
             steps.push(match (slot, property.kind) {
-                (Some(slot), Kind::Scalar(scalar)) if types[slot].is_none() => {
+                (Some(slot), PropertyKind::Scalar(scalar)) if types[slot].is_none() => {
                     types[slot] = Some(scalar);
-                    Step::Keep(slot, scalar)
+                    VertexField::Keep(slot, scalar)
                 }
-                (_, kind) => Step::Skip(kind),
+                (_, kind) => VertexField::Skip(kind),
             });
         }
         for (slot, name) in ["x", "y", "z"].iter().enumerate() {
@@ -68,11 +68,11 @@ impl Layout {
         self.types[slots].iter().all(Option::is_some)
     }
 
-    fn read_row<S: Source>(&self, source: &mut S, row: &mut [f32; SLOTS]) -> Result<(), Fault> {
+    fn read_row<S: NumberSource>(&self, source: &mut S, row: &mut [f32; SLOTS]) -> Result<(), NumberFault> {
         for step in &self.steps {
             match *step {
-                Step::Keep(slot, scalar) => row[slot] = source.float(scalar)?,
-                Step::Skip(kind) => source.skip_property(kind)?,
+                VertexField::Keep(slot, scalar) => row[slot] = source.float(scalar)?,
+                VertexField::Skip(kind) => source.skip_property(kind)?,
             }
         }
         Ok(())
@@ -80,7 +80,7 @@ impl Layout {
 }
 
 /// Reads all vertices into an empty mesh.
-pub fn read<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
+pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
     let layout = Layout::new(element)?;
     if element.count > u64::from(u32::MAX) {
         return Err(format!("{} vertices are too many: at most {} fit", element.count, u32::MAX));

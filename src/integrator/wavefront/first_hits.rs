@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::Todo;
 use super::queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
-use super::stages::Generate;
+use super::stages::GenerateStage;
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Features, FirstHit, Gathering, Region};
 use crate::integrator::Frame;
@@ -70,7 +70,7 @@ impl FirstHits {
     fn trace(&mut self, frame: &Frame, level: Level, count: usize) {
         self.paths.0.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
-        dispatch(level, Generate { frame, pixels, samples, count, out });
+        dispatch(level, GenerateStage { frame, pixels, samples, count, out });
         let surfaces = OfPaths { frame, paths: &self.paths };
         let (rays, hits) = (self.paths.rays(&self.ends, &surfaces), self.hits.columns(count));
         bvh::closest(level, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);

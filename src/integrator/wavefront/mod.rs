@@ -27,9 +27,9 @@ use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
-use path_stages::{Groups, ShadePaths};
+use path_stages::{Groups, ShadePathsStage};
 use queue::{Columns, Ends, HitQueue, OfPaths, OfShadows, PADDING, PathQueue, ShadowQueue, VertexQueue};
-use stages::{Generate, Light, Retire, Shade};
+use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 
 /// A worker's queues, made once.
 pub struct Wave {
@@ -99,7 +99,7 @@ impl Wave {
             clock.stage(Stage::Intersect);
             self.report_hits(level, clock.observer);
             let (paths, hits) = (&mut self.paths, &mut self.hits);
-            dispatch(level, Retire { frame, paths, hits, film, observer: &mut *clock.observer });
+            dispatch(level, RetireStage { frame, paths, hits, film, observer: &mut *clock.observer });
             clock.stage(Stage::Retire);
             match frame.transport {
                 Transport::Whitted => {
@@ -127,13 +127,13 @@ impl Wave {
             film.count(x, y, *sample);
         }
         let (pixels, samples) = (&self.pixels, &self.samples);
-        dispatch(level, Generate { frame, pixels, samples, count, out: &mut self.paths });
+        dispatch(level, GenerateStage { frame, pixels, samples, count, out: &mut self.paths });
         clock.statistics.rays.camera += count as u64;
         clock.stage(Stage::Generate);
     }
 
     fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
-        let stage = Shade {
+        let stage = ShadeStage {
             frame,
             paths: &mut self.paths,
             hits: &self.hits,
@@ -151,7 +151,7 @@ impl Wave {
     /// The path transport's vertices, material by material.
     fn shade_paths(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         self.groups.sort(self.hits.materials(self.paths.0.len()));
-        let stage = ShadePaths {
+        let stage = ShadePathsStage {
             frame,
             paths: &mut self.paths,
             hits: &self.hits,
@@ -174,7 +174,7 @@ impl Wave {
                 }
                 let before = self.shadow.0.len();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
-                dispatch(level, Light { frame, paths, vertices, light, which, out });
+                dispatch(level, LightStage { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
                 self.report_lights(level, light, which, before, clock.observer);
             }

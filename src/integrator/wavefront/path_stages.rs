@@ -77,7 +77,7 @@ impl Groups {
 }
 
 /// Hits to what surfaces give off, shadow rays and the next rays.
-pub struct ShadePaths<'a> {
+pub struct ShadePathsStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths that have hit something; their radiance gets what surfaces give off.
@@ -94,7 +94,7 @@ pub struct ShadePaths<'a> {
     pub shadow: &'a mut ShadowQueue,
 }
 
-impl Kernel for ShadePaths<'_> {
+impl Kernel for ShadePathsStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {

@@ -425,7 +425,7 @@ pub struct VertexQueue(pub Columns<17, 1>);
 impl VertexQueue {
     /// Writes vertices to place `at`.
     #[inline(always)]
-    pub fn store<F: Float>(&mut self, at: usize, vertex: &crate::integrator::whitted::Vertex<F>) {
+    pub fn store<F: Float>(&mut self, at: usize, vertex: &crate::integrator::whitted::WhittedVertex<F>) {
         let (p, g, n) = (vertex.position, vertex.geometric_normal, vertex.normal);
         let (d, s) = (vertex.model.diffuse, vertex.model.specular);
         let floats = [
@@ -453,10 +453,10 @@ impl VertexQueue {
 
     /// The vertices from `at` on.
     #[inline(always)]
-    pub fn load<F: Float>(&self, at: usize) -> crate::integrator::whitted::Vertex<F> {
+    pub fn load<F: Float>(&self, at: usize) -> crate::integrator::whitted::WhittedVertex<F> {
         let q = &self.0;
         let phong: F::Int = self.0.integer(0, at);
-        crate::integrator::whitted::Vertex {
+        crate::integrator::whitted::WhittedVertex {
             position: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
             offset: q.float(3, at),
             geometric_normal: Vector::new(q.float(4, at), q.float(5, at), q.float(6, at)),

@@ -4,7 +4,7 @@
 use super::Wave;
 use super::queue::PathQueue;
 use crate::integrator::decision::decide;
-use crate::integrator::observe::{self, Event, Flow, Observer, Way};
+use crate::integrator::observe::{self, Continuation, Event, Flow, Observer};
 use crate::integrator::{Frame, Stage};
 use crate::math::{Color, Hit};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
@@ -57,8 +57,8 @@ impl Wave {
             let (own, shading) = (vertex.geometric_normal, vertex.normal);
             observer.report(&observe::vertex(&path, vertex.position, own, shading));
         }
-        report_onward(&self.reflect, Way::Reflect, observer);
-        report_onward(&self.refract, Way::Refract, observer);
+        report_onward(&self.reflect, Continuation::Reflect, observer);
+        report_onward(&self.refract, Continuation::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.0.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
@@ -85,7 +85,7 @@ impl Wave {
             let contribution = Color::new(r[i], g[i], b[i]);
             observer.report(&observe::path_light(&path, &decision, &self.shadow.ray(i), contribution));
         }
-        report_onward(&self.reflect, Way::Scatter, observer);
+        report_onward(&self.reflect, Continuation::Scatter, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.0.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
@@ -145,7 +145,7 @@ impl Wave {
     }
 }
 
-fn report_onward(queue: &PathQueue, way: Way, observer: &mut dyn Observer) {
+fn report_onward(queue: &PathQueue, way: Continuation, observer: &mut dyn Observer) {
     for i in 0..queue.0.len() {
         observer.report(&observe::onward(way, &queue.load::<f32>(i)));
     }

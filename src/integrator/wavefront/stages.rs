@@ -25,7 +25,7 @@ fn numbered<I: Int>(first: usize) -> I {
 }
 
 /// Camera paths for pixels and samples, to the end of `out`.
-pub struct Generate<'a> {
+pub struct GenerateStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Packed pixels, padded.
@@ -38,7 +38,7 @@ pub struct Generate<'a> {
     pub out: &'a mut PathQueue,
 }
 
-impl Kernel for Generate<'_> {
+impl Kernel for GenerateStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -53,7 +53,7 @@ impl Kernel for Generate<'_> {
 }
 
 /// Misses to the film; hits close ranks at the front of both queues.
-pub struct Retire<'a> {
+pub struct RetireStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths, in and out.
@@ -66,7 +66,7 @@ pub struct Retire<'a> {
     pub observer: &'a mut dyn Observer,
 }
 
-impl Kernel for Retire<'_> {
+impl Kernel for RetireStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -117,7 +117,7 @@ impl Kernel for Retire<'_> {
 }
 
 /// Hits to vertices, and to the queues of reflected and refracted rays.
-pub struct Shade<'a> {
+pub struct ShadeStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths that have hit something; their radiance gets what surfaces give off.
@@ -134,7 +134,7 @@ pub struct Shade<'a> {
     pub refract: &'a mut PathQueue,
 }
 
-impl Kernel for Shade<'_> {
+impl Kernel for ShadeStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -179,7 +179,7 @@ fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
 }
 
 /// Vertices to shadow rays to one sample of a light, to the end of `out`.
-pub struct Light<'a> {
+pub struct LightStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
     /// Paths at their hits.
@@ -194,7 +194,7 @@ pub struct Light<'a> {
     pub out: &'a mut ShadowQueue,
 }
 
-impl Kernel for Light<'_> {
+impl Kernel for LightStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {

@@ -8,7 +8,7 @@ use crate::sampling::warp::concentric_disk;
 use crate::simd::{Float, Mask};
 
 /// A direction that a path may take.
-pub struct Sampled<F: Float> {
+pub struct BsdfSample<F: Float> {
     /// Unit vector in the world.
     pub direction: Vector<F>,
     /// Value · |cos| / density.
@@ -26,7 +26,7 @@ pub struct Sampled<F: Float> {
 impl<F: Float> Bsdf<F> {
     /// A direction by importance: `choice` picks the lobe, `u` the direction in it.
     #[inline(always)]
-    pub fn sample(&self, choice: F, u: (F, F), mask: F::Mask) -> Sampled<F> {
+    pub fn sample(&self, choice: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
         let [diffuse, back, mirror, through, _] = self.chance;
         let below_diffuse = choice.lt(diffuse);
@@ -83,7 +83,7 @@ impl<F: Float> Bsdf<F> {
             if (mask & !delta).any() { self.evaluate(direction, mask) } else { (Color::black(), zero) };
         let weight = Color::select(delta, delta_weight, value * (F::one() / pdf.max(F::splat(1e-20))));
         let possible = delta | pdf.gt(zero);
-        Sampled {
+        BsdfSample {
             direction,
             weight,
             pdf: F::select(delta, zero, pdf),
@@ -96,7 +96,7 @@ impl<F: Float> Bsdf<F> {
     /// A direction of the mirror's or of what goes through, in the frame; and its weight where
     /// the surface is smooth.
     #[inline(always)]
-    fn narrow(&self, u: (F, F), through: F::Mask) -> Narrow<F> {
+    fn narrow(&self, u: (F, F), through: F::Mask) -> ThroughSmall<F> {
         let (zero, p) = (F::zero(), &self.p);
         let up = Vector::new(zero, zero, F::one());
         let h =
@@ -106,7 +106,7 @@ impl<F: Float> Bsdf<F> {
         let part = self.fresnel(cos.max(zero));
         let weight = part * (self.below / self.chance[2]);
         if !self.has.transmission {
-            return Narrow { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
+            return ThroughSmall { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
         }
         let passes = self.through() * part.complement() * (self.below / self.chance[3]);
         let (bent, possible) = if self.has.solid {
@@ -116,7 +116,7 @@ impl<F: Float> Bsdf<F> {
         } else {
             (Vector::new(reflected.x, reflected.y, -reflected.z), F::Mask::from_bits(u32::MAX))
         };
-        Narrow {
+        ThroughSmall {
             direction: Vector::select(through, bent, reflected),
             weight: Color::select(through, passes, weight),
             valid: possible | !through,
@@ -124,7 +124,7 @@ impl<F: Float> Bsdf<F> {
     }
 }
 
-struct Narrow<F: Float> {
+struct ThroughSmall<F: Float> {
     direction: Vector<F>,
     weight: Color<F>,
     valid: F::Mask,

@@ -53,7 +53,7 @@ impl Job<'_> {
 }
 
 /// A curve's place: which scene and which series of an experiment.
-type Place = (usize, usize);
+type CurveId = (usize, usize);
 
 impl<'a> Run<'a> {
     /// All jobs. Repetitions are outermost and series innermost, so that whatever else the
@@ -279,7 +279,7 @@ fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&Job], results: &Results
     let several = experiment.scenes.len() > 1;
     for (scene_number, scene) in experiment.scenes.iter().enumerate() {
         for (series_number, series) in experiment.series.iter().enumerate() {
-            let place: Place = (scene_number, series_number);
+            let place: CurveId = (scene_number, series_number);
             let own = || {
                 jobs.iter()
                     .filter(move |job| job.scene == &experiment.scenes[place.0] && job.series == place.1)

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::film::{Film, Region};
-use crate::integrator::bounces::Kind;
+use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
-use crate::integrator::observe::{Event, Place, Triple, Way, What};
+use crate::integrator::observe::{Continuation, Event, PathKey, Triple, What};
 use crate::integrator::{Frame, Schedule};
 use crate::math::Hit;
 use crate::render::{Options, Session};
@@ -87,14 +87,14 @@ pub struct Vertex {
     /// rest is found by rays to lights.
     pub own_share: f32,
     /// Rays to lights.
-    pub lights: Vec<Lit>,
+    pub lights: Vec<LightRay>,
     /// What becomes of the path there, under the path transport.
     pub fate: Option<Fate>,
 }
 
 /// A ray to a light.
 #[derive(Clone, Debug)]
-pub struct Lit {
+pub struct LightRay {
     /// Name of the light's entity.
     pub light: String,
     /// Which of its samples.
@@ -125,7 +125,7 @@ pub enum Why {
     /// Too little would have been left of it.
     Weak,
     /// It had all the bounces of a kind that it may have.
-    Limit(Kind),
+    Limit(LobeKind),
     /// The surface shows its colour and answers no light.
     Unlit,
     /// No direction could be drawn.
@@ -152,9 +152,9 @@ impl Why {
             Why::Surface => "the surface neither mirrors nor lets light through",
             Why::Bounces => "it has had max_depth bounces",
             Why::Weak => "less than min_throughput would be left of it",
-            Why::Limit(Kind::Diffuse) => "it has had diffuse_depth diffuse bounces",
-            Why::Limit(Kind::Glossy) => "it has had glossy_depth glossy bounces",
-            Why::Limit(Kind::Transmission) => "it has been through transmission_depth surfaces",
+            Why::Limit(LobeKind::Diffuse) => "it has had diffuse_depth diffuse bounces",
+            Why::Limit(LobeKind::Glossy) => "it has had glossy_depth glossy bounces",
+            Why::Limit(LobeKind::Transmission) => "it has been through transmission_depth surfaces",
             Why::Unlit => "the surface is unlit: it shows its colour and answers no light",
             Why::Absorbed => "no direction could be drawn: the surface absorbs, or it led to the wrong side",
             Why::Black => "nothing would be left of what comes from the drawn direction",
@@ -164,15 +164,15 @@ impl Why {
 }
 
 /// What names people gave.
-pub struct Names {
+pub struct GivenNames {
     entities: HashMap<u32, String>,
     lights: Vec<String>,
 }
 
-impl Names {
+impl GivenNames {
     /// Those of a world.
-    pub fn new(world: &World) -> Names {
-        Names { entities: world.names(), lights: crate::compile::light_names(world) }
+    pub fn new(world: &World) -> GivenNames {
+        GivenNames { entities: world.names(), lights: crate::compile::light_names(world) }
     }
 
     fn entity(&self, number: u32) -> String {
@@ -198,7 +198,7 @@ impl Names {
 /// Follows samples of a pixel. Returns them and the pixel's film.
 pub fn explain(
     frame: Arc<Frame>,
-    names: &Names,
+    names: &GivenNames,
     [x, y]: [u32; 2],
     samples: std::ops::Range<u32>,
 ) -> (Vec<Life>, Film) {
@@ -217,22 +217,22 @@ pub fn explain(
 /// Events to lives.
 struct Story<'a> {
     frame: &'a Frame,
-    names: &'a Names,
+    names: &'a GivenNames,
     lives: Vec<Life>,
     /// For each path that goes on from a vertex how, and where from.
-    begun: HashMap<Place, (Way, usize)>,
+    begun: HashMap<PathKey, (Continuation, usize)>,
 }
 
 impl Story<'_> {
-    fn tell(&mut self, place: Place, what: &What) {
+    fn tell(&mut self, place: PathKey, what: &What) {
         match what {
             What::Ray { origin, direction, throughput, hit } => {
                 self.begin(place);
                 let queue = match self.begun.get(&place) {
                     None => "camera",
-                    Some((Way::Reflect, _)) => "reflect",
-                    Some((Way::Refract, _)) => "refract",
-                    Some((Way::Scatter, _)) => "scatter",
+                    Some((Continuation::Reflect, _)) => "reflect",
+                    Some((Continuation::Refract, _)) => "refract",
+                    Some((Continuation::Scatter, _)) => "scatter",
                 };
                 let (origin, direction, throughput) = (*origin, *direction, *throughput);
                 let vertex = (!hit.is_miss()).then(|| self.vertex(*hit));
@@ -263,7 +263,8 @@ impl Story<'_> {
                 };
                 let (which, share, direction, distance) = (*which, *share, *direction, *distance);
                 let (contribution, arrived, blocked) = (*contribution, [0.0; 3], false);
-                let lit = Lit { light, which, direction, distance, contribution, arrived, share, blocked };
+                let lit =
+                    LightRay { light, which, direction, distance, contribution, arrived, share, blocked };
                 self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
             }
             What::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),
@@ -298,7 +299,7 @@ impl Story<'_> {
     }
 
     /// A new sample or path, if this is not of the one that is followed.
-    fn begin(&mut self, place: Place) {
+    fn begin(&mut self, place: PathKey) {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
             self.lives.push(Life { sample: place.sample, paths: Vec::new() });
         }
@@ -340,7 +341,7 @@ impl Story<'_> {
     }
 
     /// Why the path ends here.
-    fn why(&mut self, place: Place) -> Why {
+    fn why(&mut self, place: PathKey) -> Why {
         let Some(vertex) = self.last_vertex() else { return Why::Escaped };
         let hit = vertex.hit;
         if let Some(fate) = vertex.fate {
@@ -359,7 +360,7 @@ impl Story<'_> {
     }
 
     /// The same under the path transport.
-    fn why_of(&self, fate: Fate, place: Place) -> Why {
+    fn why_of(&self, fate: Fate, place: PathKey) -> Why {
         match fate {
             Fate::Last if place.depth > self.frame.max_depth => Why::Bounces,
             Fate::Last => {

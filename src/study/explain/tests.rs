@@ -33,7 +33,7 @@ fn explained(pixel: [u32; 2]) -> (Vec<Life>, Film) {
 fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
     let scene = crate::compile::compile(world, None).unwrap();
     let frame = Arc::new(Frame::new(scene, &world.settings));
-    explain(frame, &Names::new(world), pixel, 0..3)
+    explain(frame, &GivenNames::new(world), pixel, 0..3)
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn a_path_tells_its_normals_lobes_and_lights() {
             assert!(!matches!(path.why, Why::Surface | Why::Weak), "{path:?}");
             let wall = path.steps[0].vertex.as_ref().expect("the wall");
             assert_eq!((wall.entity.as_str(), wall.normal), ("wall", [0.0, 0.0, 1.0]));
-            let drawn = Fate::Drawn { kind: Kind::Diffuse, through: false, exact: false };
+            let drawn = Fate::Drawn { kind: LobeKind::Diffuse, through: false, exact: false };
             assert_eq!(wall.fate, Some(drawn));
             for lit in &wall.lights {
                 seen.insert(lit.light.clone());
@@ -132,12 +132,12 @@ fn a_path_ends_for_its_own_reasons() {
     };
     let within = |change: fn(&mut World)| why([4, 4], change);
     let ends = within(|world| world.settings.depth_limits.transmission = Some(0));
-    assert_eq!(ends, [Why::Limit(Kind::Transmission); 3]);
+    assert_eq!(ends, [Why::Limit(LobeKind::Transmission); 3]);
     assert_eq!(ends[0].name(), "transmission limit");
     assert_eq!(within(|world| world.settings.max_depth = 0), [Why::Bounces; 3]);
     let limits = |world: &mut World| world.settings.depth_limits.diffuse = Some(0);
     let ends = why([0, 0], limits);
-    assert!(ends.iter().all(|why| matches!(why, Why::Escaped | Why::Limit(Kind::Diffuse))), "{ends:?}");
+    assert!(ends.iter().all(|why| matches!(why, Why::Escaped | Why::Limit(LobeKind::Diffuse))), "{ends:?}");
     let black = |world: &mut World| {
         let dark = BlinnPhong { diffuse: ColorInput::Constant(Rgb::BLACK), ..BlinnPhong::default() };
         let dark = world.assets.add_material(None, Material::BlinnPhong(dark));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Plan;
+use super::ProfilePlan;
 use crate::integrator::Frame;
 use crate::render::ThreadError;
 
@@ -49,7 +49,7 @@ pub struct Counted {
 }
 
 /// Counts, or says in a few words why that is not possible.
-pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Result<Result<Counted, String>, ThreadError> {
+pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<Result<Counted, String>, ThreadError> {
     // The counters are those of the thread that asks for them.
     crate::render::on_threads(1, || here::count(frame, plan))
 }
@@ -62,12 +62,12 @@ mod here {
     use perf_event::events::Hardware;
     use perf_event::{Builder, Counter, Group};
 
-    use super::super::Plan;
+    use super::super::ProfilePlan;
     use super::{Counted, Counts};
     use crate::integrator::{Frame, Schedule, Stage};
     use crate::render::Session;
 
-    pub(super) fn count(frame: &Arc<Frame>, plan: &Plan) -> Result<Counted, String> {
+    pub(super) fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<Counted, String> {
         let refused = |error: io::Error| match error.kind() {
             io::ErrorKind::NotFound => "this processor, or the virtual machine, has none to read".to_owned(),
             io::ErrorKind::PermissionDenied => {
@@ -138,11 +138,11 @@ mod here {
 mod here {
     use std::sync::Arc;
 
-    use super::super::Plan;
+    use super::super::ProfilePlan;
     use super::Counted;
     use crate::integrator::Frame;
 
-    pub(super) fn count(_: &Arc<Frame>, _: &Plan) -> Result<Counted, String> {
+    pub(super) fn count(_: &Arc<Frame>, _: &ProfilePlan) -> Result<Counted, String> {
         Err("they are read on Linux only".into())
     }
 }

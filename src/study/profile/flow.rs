@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::Plan;
+use super::ProfilePlan;
 use crate::bvh::Stack;
 use crate::bvh::tally::{Visits, visits};
-use crate::integrator::observe::{Event, Flow, Place, Way, What};
+use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
 use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES, SHADOW_BYTES, VERTEX_BYTES};
 use crate::integrator::{Frame, Schedule, Stage};
 use crate::math::{Ray, Vector};
@@ -104,7 +104,7 @@ pub struct Flows {
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
-pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Flows {
+pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Flows {
     let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
     let mut counter = Counter {
         frame,
@@ -121,10 +121,10 @@ pub fn count(frame: &Arc<Frame>, plan: &Plan) -> Flows {
 
 struct Counter<'a> {
     frame: &'a Frame,
-    plan: &'a Plan,
+    plan: &'a ProfilePlan,
     stack: Stack,
     /// How the paths that wait came to be.
-    ways: HashMap<Place, Way>,
+    ways: HashMap<PathKey, Continuation>,
     flows: Flows,
 }
 
@@ -145,9 +145,9 @@ impl Counter<'_> {
                 let bounce = &mut self.flows.bounces[depth];
                 match way {
                     None => bounce.camera += 1,
-                    Some(Way::Reflect) => bounce.reflect += 1,
-                    Some(Way::Refract) => bounce.refract += 1,
-                    Some(Way::Scatter) => bounce.scatter += 1,
+                    Some(Continuation::Reflect) => bounce.reflect += 1,
+                    Some(Continuation::Refract) => bounce.refract += 1,
+                    Some(Continuation::Scatter) => bounce.scatter += 1,
                 }
                 bounce.hits += u64::from(!hit.is_miss());
                 bounce.visits.add(visits);

@@ -13,7 +13,7 @@ use crate::simd::Level;
 
 /// How to measure.
 #[derive(Clone, Copy, Debug)]
-pub struct Plan {
+pub struct ProfilePlan {
     /// Samples a pixel.
     pub samples: u32,
     /// Measured runs of each schedule, at least 1.
@@ -28,7 +28,7 @@ pub struct Plan {
     pub cpu_seconds: fn() -> Option<f64>,
 }
 
-impl Plan {
+impl ProfilePlan {
     /// To render in a schedule.
     pub fn options(&self, schedule: Schedule) -> Options {
         Options { schedule, wave: self.wave, level: self.level, ..Options::default() }
@@ -94,12 +94,12 @@ impl Timed {
 /// whatever else the machine does meets both alike.
 pub fn time(
     frame: &Arc<Frame>,
-    plan: &Plan,
+    plan: &ProfilePlan,
     progress: &mut (dyn FnMut(u32) + Send),
 ) -> Result<[Timed; 2], ThreadError> {
     const SCHEDULES: [Schedule; 2] = [Schedule::Wavefront, Schedule::Recursive];
     on_threads(plan.threads, || {
-        let mut runs: [Vec<Run>; 2] = [Vec::new(), Vec::new()];
+        let mut runs: [Vec<Measured>; 2] = [Vec::new(), Vec::new()];
         for round in 0..=plan.runs.max(1) {
             // The one that was second is first the next time.
             for turn in 0..2 {
@@ -116,24 +116,24 @@ pub fn time(
 }
 
 /// One rendering.
-struct Run {
+struct Measured {
     wall: f64,
     cpu: Option<f64>,
     stages: [f64; 7],
     session: Session,
 }
 
-fn run(frame: &Arc<Frame>, plan: &Plan, schedule: Schedule) -> Run {
+fn run(frame: &Arc<Frame>, plan: &ProfilePlan, schedule: Schedule) -> Measured {
     let mut session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
     let (start, cpu) = (Instant::now(), (plan.cpu_seconds)());
     session.advance(u32::MAX);
     let wall = start.elapsed().as_secs_f64();
     let cpu = cpu.zip((plan.cpu_seconds)()).map(|(before, after)| after - before);
     let stages = session.statistics().stages.map(|time| time.as_secs_f64());
-    Run { wall, cpu, stages, session }
+    Measured { wall, cpu, stages, session }
 }
 
-fn summary(schedule: Schedule, runs: &[Run]) -> Timed {
+fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
     let nothing = Spread { median: 0.0, least: 0.0, most: 0.0 };
     let (statistics, hash) = runs
         .last()
@@ -151,7 +151,7 @@ fn summary(schedule: Schedule, runs: &[Run]) -> Timed {
 }
 
 /// Bytes of a worker's queues.
-pub fn wave_bytes(frame: &Frame, plan: &Plan) -> usize {
+pub fn wave_bytes(frame: &Frame, plan: &ProfilePlan) -> usize {
     crate::integrator::wavefront::Wave::new(frame, plan.wave, Sorting::default()).bytes()
 }
 

@@ -102,11 +102,11 @@ struct Bench {
     frame: Arc<Frame>,
     samples: u32,
     /// For tests: another frame that some ways are given.
-    fault: Option<Fault>,
+    fault: Option<PlantedFault>,
 }
 
 /// Another frame, and which ways are given it.
-type Fault = (Arc<Frame>, fn(&Way) -> bool);
+type PlantedFault = (Arc<Frame>, fn(&Way) -> bool);
 
 impl Bench {
     fn session(&self, way: &Way) -> Session {

@@ -3,7 +3,7 @@
 use super::Way;
 use crate::film::{Film, PixelSum};
 use crate::integrator::Stage;
-use crate::integrator::observe::{Event, Place, What};
+use crate::integrator::observe::{Event, PathKey, What};
 use crate::render::Session;
 
 /// Where two ways to render part.
@@ -33,7 +33,7 @@ pub struct Side {
 #[derive(Clone, Debug)]
 pub struct First {
     /// Which sample, which bounce, which fork.
-    pub place: Place,
+    pub place: PathKey,
     /// In which stage of the wave it shows.
     pub stage: Stage,
     /// What happened on both sides; nothing where one of them did not get there.
@@ -53,14 +53,14 @@ pub(super) fn narrow(sides: [(Way, Session, &Film); 2]) -> Option<Difference> {
 }
 
 /// Something that happened, in an order that does not depend on the schedule.
-struct Entry {
-    place: Place,
+struct Occurrence {
+    place: PathKey,
     /// Which of several of its kind at one place.
     ordinal: usize,
     what: What,
 }
 
-impl Entry {
+impl Occurrence {
     fn key(&self) -> (u32, u32, usize, u32, usize) {
         (self.place.sample, self.place.depth, rank(&self.what), self.place.branch, self.ordinal)
     }
@@ -80,31 +80,31 @@ fn rank(what: &What) -> usize {
 }
 
 /// All that happens to the samples of a pixel.
-fn history(session: &Session, pixel: [u32; 2]) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = Vec::new();
+fn history(session: &Session, pixel: [u32; 2]) -> Vec<Occurrence> {
+    let mut entries: Vec<Occurrence> = Vec::new();
     let mut counts = std::collections::HashMap::new();
     session.observe(Some(pixel), &mut |event| {
         if let Event::Sample(place, what) = event
             && place.pixel == (pixel[0], pixel[1])
         {
             let count = counts.entry((*place, rank(what))).or_insert(0);
-            entries.push(Entry { place: *place, ordinal: *count, what: *what });
+            entries.push(Occurrence { place: *place, ordinal: *count, what: *what });
             *count += 1;
         }
     });
-    entries.sort_by_key(Entry::key);
+    entries.sort_by_key(Occurrence::key);
     entries
 }
 
-fn first([a, b]: [Vec<Entry>; 2]) -> Option<First> {
+fn first([a, b]: [Vec<Occurrence>; 2]) -> Option<First> {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     loop {
         let (left, right) = match (a.peek(), b.peek()) {
             (None, None) => return None,
             (left, right) => {
-                let key = |entry: &Option<&&Entry>| entry.map(|entry| entry.key());
+                let key = |entry: &Option<&&Occurrence>| entry.map(|entry| entry.key());
                 // Where one side has nothing at a place, the other's comes first.
-                let before = |x: &Option<&&Entry>, y: &Option<&&Entry>| {
+                let before = |x: &Option<&&Occurrence>, y: &Option<&&Occurrence>| {
                     y.is_none() || (x.is_some() && key(x) <= key(y))
                 };
                 (
@@ -132,7 +132,7 @@ fn same(a: &What, b: &What) -> bool {
 }
 
 /// Which stage does what differs.
-fn stage(place: Place, happened: &[Option<What>; 2]) -> Stage {
+fn stage(place: PathKey, happened: &[Option<What>; 2]) -> Stage {
     match happened {
         [
             Some(What::Ray { origin: a, direction: b, throughput: c, .. }),

@@ -1,7 +1,7 @@
 //! Attributes: bytes of the same place in their elements, as differences from one element to the
 //! next, in blocks of as few bits as they need.
 
-use super::Source;
+use super::ByteSource;
 
 /// Elements that share a number of bits.
 const GROUP: usize = 16;
@@ -24,7 +24,7 @@ pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Option<Vec<u8>
     let (data, tail) = data.split_at_checked(data.len().checked_sub((stride + kinds).max(least))?)?;
     let (_, tail) = tail.split_at_checked(tail.len() - stride - kinds)?;
     let (first, kinds) = tail.split_at_checked(stride)?;
-    let mut source = Source(data);
+    let mut source = ByteSource(data);
     let mut last = first.to_vec();
     let mut elements = vec![0; count * stride];
     let size = ((MOST_BYTES / stride) & !(GROUP - 1)).min(MOST_ELEMENTS);
@@ -48,7 +48,7 @@ pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Option<Vec<u8>
 }
 
 /// The differences of one byte of all elements of a block.
-fn column(source: &mut Source, column: &mut [u8], count: usize, control: Option<u8>) -> Option<()> {
+fn column(source: &mut ByteSource, column: &mut [u8], count: usize, control: Option<u8>) -> Option<()> {
     const WIDTHS: [[u32; 4]; 3] = [[0, 2, 4, 8], [0, 1, 2, 4], [1, 2, 4, 8]];
     let widths = match control {
         None => WIDTHS[0],
@@ -72,7 +72,7 @@ fn column(source: &mut Source, column: &mut [u8], count: usize, control: Option<
 }
 
 /// Sixteen differences of `width` bits. All bits set mean a whole byte behind them.
-fn read_group(source: &mut Source, group: &mut [u8], width: u32) -> Option<()> {
+fn read_group(source: &mut ByteSource, group: &mut [u8], width: u32) -> Option<()> {
     match width {
         0 => group.fill(0),
         8 => group.copy_from_slice(source.take(GROUP)?),

@@ -1,7 +1,7 @@
 //! Indices: triangles by the edges that they share with earlier ones, other sequences by their
 //! differences.
 
-use super::Source;
+use super::ByteSource;
 
 /// The last sixteen of something, newest last.
 struct Recent<T> {
@@ -27,7 +27,7 @@ impl<T: Copy + Default> Recent<T> {
 
 /// What is known between triangles.
 struct State<'d> {
-    data: Source<'d>,
+    data: ByteSource<'d>,
     edges: Recent<(u32, u32)>,
     vertices: Recent<u32>,
     /// The first vertex that was never met.
@@ -42,19 +42,19 @@ pub(super) fn triangles(data: &[u8], count: usize) -> Option<Vec<u32>> {
     let (codes, data) = data.split_at_checked(count / 3)?;
     let (data, table) = data.split_last_chunk::<16>()?;
     let mut state =
-        State { data: Source(data), edges: Recent::new(), vertices: Recent::new(), fresh: 0, last: 0 };
+        State { data: ByteSource(data), edges: Recent::new(), vertices: Recent::new(), fresh: 0, last: 0 };
     let mut indices = Vec::with_capacity(count);
     for code in codes {
         let (high, low) = (usize::from(code >> 4), code & 15);
         let triangle = match (high, low) {
             (0..15, _) => state.beside(high, low)?,
-            (_, 0..14) => state.apart(0, table[usize::from(low)])?,
+            (_, 0..14) => state.fresh_triangle(0, table[usize::from(low)])?,
             _ => {
                 let corners = state.data.byte()?;
                 if corners == 0 {
                     state.fresh = 0;
                 }
-                state.apart(if low == 14 { 0 } else { 15 }, corners)?
+                state.fresh_triangle(if low == 14 { 0 } else { 15 }, corners)?
             }
         };
         indices.extend(triangle);
@@ -83,7 +83,7 @@ impl State<'_> {
 
     /// A triangle without a recent edge: each corner is 0, a new vertex, 1 to 14, a recent one, or
     /// 15, written out.
-    fn apart(&mut self, first: u8, others: u8) -> Option<[u32; 3]> {
+    fn fresh_triangle(&mut self, first: u8, others: u8) -> Option<[u32; 3]> {
         let kinds = [first, others >> 4, others & 15];
         let mut corners = [0; 3];
         // Recent ones are meant as they were before this triangle.
@@ -130,7 +130,7 @@ impl State<'_> {
 pub(super) fn sequence(data: &[u8], count: usize) -> Option<Vec<u32>> {
     let data = data.strip_prefix(&[0xd1])?;
     let (data, _) = data.split_last_chunk::<4>()?;
-    let mut data = Source(data);
+    let mut data = ByteSource(data);
     let mut bases = [0u32; 2];
     let mut indices = Vec::with_capacity(count.min(data.0.len()));
     for _ in 0..count {

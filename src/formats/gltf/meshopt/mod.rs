@@ -85,9 +85,9 @@ impl Compressed {
 const DAMAGED: &str = "the compressed data are damaged";
 
 /// Bytes that are taken from the front.
-struct Source<'d>(&'d [u8]);
+struct ByteSource<'d>(&'d [u8]);
 
-impl<'d> Source<'d> {
+impl<'d> ByteSource<'d> {
     fn byte(&mut self) -> Option<u8> {
         let (first, rest) = self.0.split_first()?;
         self.0 = rest;

@@ -10,13 +10,13 @@
 
 use super::Rays;
 use super::answers::Answers;
-use super::layout::{Bvh, Child, Kind};
+use super::direction_classes::{DirectionClasses, OCTANTS};
+use super::layout::{Bvh, Child, ChildKind};
 use super::leaf::{Askers, Best};
 use super::presence::{Asker, Candidate, Word};
 use super::ray::slab_scales;
 use super::sphere;
-use super::triangle::{Asked, ExactRays, Plane, Shear, intersect_rays, seen_from};
-use super::ways::{OCTANTS, Ways};
+use super::triangle::{Asked, ExactRays, Shear, TrianglePlane, intersect_rays, seen_from};
 use crate::math::NONE;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
@@ -24,7 +24,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 const MOST_BLOCKS: usize = 12;
 
 /// The leaves of a tree.
-pub(super) struct Few {
+pub(super) struct FewLeaves {
     leaves: Vec<Leaf>,
     /// For each octant the leaves from front to back.
     front_to_back: [Vec<u8>; OCTANTS],
@@ -33,18 +33,18 @@ pub(super) struct Few {
 }
 
 /// [`Few::trace`].
-pub(super) struct Query<'a, 'r, A> {
-    pub few: &'a Few,
+pub(super) struct FewQuery<'a, 'r, A> {
+    pub few: &'a FewLeaves,
     pub rays: &'a Rays<'r>,
-    pub ways: &'a mut Ways,
+    pub classes: &'a mut DirectionClasses,
     pub answers: &'a mut A,
 }
 
-impl<A: Answers> Kernel for Query<'_, '_, A> {
+impl<A: Answers> Kernel for FewQuery<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.few.trace::<L, A>(self.rays, self.ways, self.answers);
+        self.few.trace::<L, A>(self.rays, self.classes, self.answers);
     }
 }
 
@@ -66,12 +66,12 @@ struct Sphere {
 struct Triangle {
     corners: [[f32; 3]; 3],
     /// Axes as they are.
-    plane: Plane,
+    plane: TrianglePlane,
     candidate: Candidate,
 }
 
 /// Rays that go one way.
-struct Group<F: Float> {
+struct RayGroup<F: Float> {
     origin: [F; 3],
     direction: [F; 3],
     near_scale: [F; 3],
@@ -85,7 +85,7 @@ struct Group<F: Float> {
     best: Best<F>,
 }
 
-impl Few {
+impl FewLeaves {
     /// The leaves of a tree, if they are few and there is no instance.
     pub fn new(bvh: &Bvh) -> Option<Self> {
         let root = bvh.root?;
@@ -97,8 +97,8 @@ impl Few {
         let mut todo = vec![(root.child, planes)];
         while let Some((child, planes)) = todo.pop() {
             match child.kind() {
-                Kind::Triangles | Kind::Spheres => leaves.push(Leaf::new(bvh, child, planes)),
-                Kind::Node => {
+                ChildKind::Triangles | ChildKind::Spheres => leaves.push(Leaf::new(bvh, child, planes)),
+                ChildKind::Node => {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
                         let planes = [0, 1].map(|side| node.planes.map(|axis| axis[side][slot]));
@@ -108,7 +108,7 @@ impl Few {
                         }
                     }
                 }
-                Kind::Instance => return None,
+                ChildKind::Instance => return None,
             }
         }
         let front_to_back = std::array::from_fn(|octant| {
@@ -124,23 +124,23 @@ impl Few {
 
     /// Answers all rays.
     #[inline(always)]
-    fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, ways: &mut Ways, answers: &mut A) {
+    fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, classes: &mut DirectionClasses, answers: &mut A) {
         let width = L::Queue::WIDTH;
-        let ends = ways.sort::<L::Queue>(rays, self.conditional);
+        let ends = classes.sort::<L::Queue>(rays, self.conditional);
         let mut first = 0;
         for (way, end) in ends.into_iter().enumerate() {
             let (octant, axis) = (way % OCTANTS, way / OCTANTS);
             for at in (first..end).step_by(width) {
                 let lanes = width.min(end - at);
-                let mut group = Group::<L::Queue>::load(ways, at, lanes, octant, axis);
-                let askers = Waiting { rays, ways, at };
+                let mut group = RayGroup::<L::Queue>::load(classes, at, lanes, octant, axis);
+                let askers = Waiting { rays, classes, at };
                 self.visit::<L::Queue, A>(octant, axis, &mut group, &askers);
                 let Best { t, u, v, primitive } = group.best;
-                ways.keep(at, [t, u, v], primitive);
+                classes.keep(at, [t, u, v], primitive);
             }
             first = end;
         }
-        ways.answer::<L::Queue, A>(rays.len(), answers);
+        classes.answer::<L::Queue, A>(rays.len(), answers);
     }
 
     #[inline(always)]
@@ -148,7 +148,7 @@ impl Few {
         &self,
         octant: usize,
         axis: usize,
-        group: &mut Group<F>,
+        group: &mut RayGroup<F>,
         askers: &Waiting,
     ) {
         for leaf in &self.front_to_back[octant] {
@@ -172,7 +172,7 @@ impl Few {
 
 impl Leaf {
     fn new(bvh: &Bvh, child: Child, planes: [[f32; 3]; 2]) -> Self {
-        if child.kind() == Kind::Spheres {
+        if child.kind() == ChildKind::Spheres {
             let block = &bvh.spheres[child.index()];
             let places = (0..block.words.len()).filter(|place| Word(block.words[*place]).is_used());
             let spheres = places.map(|place| Sphere {
@@ -190,7 +190,7 @@ impl Leaf {
                 let corners = block.corners(place);
                 Triangle {
                     corners: corners.map(|corner| [corner[x], corner[y], corner[z]]),
-                    plane: Plane::new(corners),
+                    plane: TrianglePlane::new(corners),
                     candidate: Candidate::triangle(Word(block.words[place])),
                 }
             });
@@ -209,19 +209,19 @@ impl Leaf {
 /// The rays of a group in their queue.
 struct Waiting<'a> {
     rays: &'a Rays<'a>,
-    ways: &'a Ways,
+    classes: &'a DirectionClasses,
     at: usize,
 }
 
 impl Askers for Waiting<'_> {
     fn asker(&self, lane: usize) -> Asker<'_> {
-        self.rays.asker(self.ways.number(self.at + lane))
+        self.rays.asker(self.classes.number(self.at + lane))
     }
 }
 
 /// A triangle's plane and rays.
 struct OnPlane<'a, F> {
-    plane: &'a Plane,
+    plane: &'a TrianglePlane,
     origin: &'a [F; 3],
     direction: &'a [F; 3],
 }
@@ -233,11 +233,11 @@ impl<F: Float> ExactRays<F> for OnPlane<'_, F> {
     }
 }
 
-impl<F: Float> Group<F> {
+impl<F: Float> RayGroup<F> {
     #[inline(always)]
-    fn load(ways: &Ways, at: usize, lanes: usize, octant: usize, axis: usize) -> Self {
+    fn load(classes: &DirectionClasses, at: usize, lanes: usize, octant: usize, axis: usize) -> Self {
         let mask = F::Mask::first(lanes);
-        let (origin, direction, t_min, t_max) = ways.rays::<F>(at);
+        let (origin, direction, t_min, t_max) = classes.rays::<F>(at);
         let (zero, one) = (F::zero(), F::one());
         let (mut near_scale, mut far_scale) = ([zero; 3], [zero; 3]);
         let (mut reciprocal, mut near_side) = ([one; 3], [0; 3]);

@@ -1,4 +1,4 @@
-//! Queues in the order of the ways that rays go.
+//! Queues in the order of the classes of their rays' directions.
 
 use super::Rays;
 use super::answers::{Answers, put_lanes};
@@ -6,17 +6,17 @@ use super::triangle::Longest;
 use crate::math::NONE;
 use crate::simd::{Float, Int};
 
-/// Ways that a ray can go: along each axis forwards or backwards, and along which of them farthest.
-pub(super) const WAYS: usize = 3 * OCTANTS;
+/// Classes of directions: along each axis forwards or backwards, and along which of them farthest.
+pub(super) const CLASSES: usize = 3 * OCTANTS;
 /// Forwards or backwards along each axis.
 pub(super) const OCTANTS: usize = 8;
 
 /// Room for a queue's order.
 #[derive(Default)]
-pub(super) struct Ways {
-    /// The way that each ray of the queue goes.
-    ways: Vec<u32>,
-    /// The place of each ray of the queue if one way's rays come after another's.
+pub(super) struct DirectionClasses {
+    /// The class of each ray of the queue.
+    classes: Vec<u32>,
+    /// The place of each ray of the queue if one class's rays come after another's.
     places: Vec<u32>,
     /// In that order the rays' numbers in the queue, if they were asked for.
     numbers: Vec<u32>,
@@ -26,11 +26,11 @@ pub(super) struct Ways {
     hits: Vec<[f32; 4]>,
 }
 
-impl Ways {
-    /// The way that each ray of the queue goes, once it has been classified.
+impl DirectionClasses {
+    /// The class of each ray of the queue, once it has been classified.
     #[inline(always)]
-    pub fn ways(&self) -> &[u32] {
-        &self.ways
+    pub fn classes(&self) -> &[u32] {
+        &self.classes
     }
 
     /// The rays from one place in the order on, a lane each: origins, directions, `t_min` and `t_max`.
@@ -66,9 +66,9 @@ impl Ways {
         self.numbers[place] as usize
     }
 
-    /// Orders a queue; returns the end of each way. (A counting sort: rays of one way keep their order.)
+    /// Orders a queue; returns the end of each class. (A counting sort: rays of one class keep their order.)
     #[inline(always)]
-    pub fn sort<F: Float>(&mut self, rays: &Rays, numbered: bool) -> [usize; WAYS] {
+    pub fn sort<F: Float>(&mut self, rays: &Rays, numbered: bool) -> [usize; CLASSES] {
         let count = rays.len();
         if numbered && self.numbers.len() < count {
             self.numbers.resize(count, 0);
@@ -91,7 +91,7 @@ impl Ways {
             F::store_rows([origin[0], origin[1], origin[2], t_min], &mut first);
             F::store_rows([direction[0], direction[1], direction[2], t_max], &mut second);
             for lane in 0..F::WIDTH.min(count - at) {
-                let place = &mut next[self.ways[at + lane] as usize % WAYS];
+                let place = &mut next[self.classes[at + lane] as usize % CLASSES];
                 self.places[at + lane] = *place as u32;
                 if numbered {
                     self.numbers[*place] = (at + lane) as u32;
@@ -105,26 +105,26 @@ impl Ways {
         ends
     }
 
-    /// Finds the way that each ray goes; returns where each way's rays end in a queue sorted by way.
+    /// Finds the class of each ray; returns where each class's rays end in a queue sorted by class.
     #[inline(always)]
-    pub fn classify<F: Float>(&mut self, rays: &Rays) -> [usize; WAYS] {
+    pub fn classify<F: Float>(&mut self, rays: &Rays) -> [usize; CLASSES] {
         let count = rays.len();
-        if self.ways.len() < count + F::WIDTH {
-            self.ways.resize(count + F::WIDTH, 0);
+        if self.classes.len() < count + F::WIDTH {
+            self.classes.resize(count + F::WIDTH, 0);
         }
         for at in (0..count).step_by(F::WIDTH) {
             let x = padded::<F>(&rays.direction[0][at..]);
             let y = padded::<F>(&rays.direction[1][at..]);
             let z = padded::<F>(&rays.direction[2][at..]);
-            let mut way = Longest::new([x, y, z]).axis() * F::Int::splat(OCTANTS as u32);
-            way = way + x.to_bits().shr::<31>();
-            way = way + y.to_bits().shr::<31>().shl::<1>();
-            way = way + z.to_bits().shr::<31>().shl::<2>();
-            way.store(&mut self.ways[at..]);
+            let mut class = Longest::new([x, y, z]).axis() * F::Int::splat(OCTANTS as u32);
+            class = class + x.to_bits().shr::<31>();
+            class = class + y.to_bits().shr::<31>().shl::<1>();
+            class = class + z.to_bits().shr::<31>().shl::<2>();
+            class.store(&mut self.classes[at..]);
         }
-        let mut ends = [0; WAYS];
-        for way in &self.ways[..count] {
-            ends[*way as usize % WAYS] += 1;
+        let mut ends = [0; CLASSES];
+        for class in &self.classes[..count] {
+            ends[*class as usize % CLASSES] += 1;
         }
         let mut end = 0;
         for count in &mut ends {
@@ -135,11 +135,11 @@ impl Ways {
     }
 }
 
-/// Where each way's rays begin in a queue sorted by way.
+/// Where each class's rays begin in a queue sorted by class.
 #[inline(always)]
-pub(super) fn starts(ends: &[usize; WAYS]) -> [usize; WAYS] {
-    let mut starts = [0; WAYS];
-    starts[1..].copy_from_slice(&ends[..WAYS - 1]);
+pub(super) fn starts(ends: &[usize; CLASSES]) -> [usize; CLASSES] {
+    let mut starts = [0; CLASSES];
+    starts[1..].copy_from_slice(&ends[..CLASSES - 1]);
     starts
 }
 
