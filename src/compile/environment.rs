@@ -62,7 +62,23 @@ fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> Distribution2
             weights.push((sum / count * libm::sin(angle)) as f32);
         }
     }
+    less_their_mean(&mut weights, columns);
     Distribution2d::new(&weights, columns)
+}
+
+/// Takes their mean radiance off weights: drawn directions find what is about as bright as all else by
+/// themselves, so light samples go to what is brighter (Karlík and others, "MIS compensation", 2019). What
+/// is equally bright everywhere keeps its weights.
+fn less_their_mean(weights: &mut [f32], columns: usize) {
+    let rows = weights.len() / columns;
+    let sine = |at: usize| libm::sin(std::f64::consts::PI * ((at / columns) as f64 + 0.5) / rows as f64);
+    let all: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
+    let mean = all / (0..weights.len()).map(sine).sum::<f64>();
+    let less = |at: usize, weight: f32| (f64::from(weight) - mean * sine(at)).max(0.0) as f32;
+    let left: f64 = weights.iter().enumerate().map(|(at, weight)| f64::from(less(at, *weight))).sum();
+    if left > 0.01 * all {
+        weights.iter_mut().enumerate().for_each(|(at, weight)| *weight = less(at, *weight));
+    }
 }
 
 /// Linear texels.
