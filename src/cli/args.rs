@@ -10,7 +10,7 @@ use crate::film::Region;
 use crate::formats::LoadOptions;
 use crate::integrator::Schedule;
 use crate::simd::Level;
-use crate::world::{BuildQuality, DepthLimits, Sampler, Settings, Tonemap, Transport};
+use crate::world::{BuildQuality, DepthLimits, Sampler, Settings, Sharing, Tonemap, Transport};
 
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
@@ -188,6 +188,9 @@ pub struct LightOptions {
     /// Which numbers the path transport draws [default: the scene's]
     #[arg(long, value_enum)]
     pub sampler: Option<SamplerName>,
+    /// Pixels that share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
+    #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
+    pub sharing: Option<Sharing>,
 }
 
 impl LightOptions {
@@ -200,6 +203,7 @@ impl LightOptions {
         limits.transmission = self.transmission_depth.or(limits.transmission);
         settings.transport = self.transport.map_or(settings.transport, Into::into);
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
+        settings.sharing = self.sharing.unwrap_or(settings.sharing);
     }
 }
 
@@ -409,6 +413,17 @@ fn parse_exposure_or_auto(text: &str) -> Result<Exposure, String> {
         return Ok(Exposure::Auto);
     }
     parse_exposure(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto"))
+}
+
+fn parse_sharing(text: &str) -> Result<Sharing, String> {
+    match text {
+        "auto" => Ok(Sharing::Auto),
+        "off" => Ok(Sharing::Off),
+        _ => {
+            let pixels = text.parse().ok().filter(|pixels| Sharing::SIZES.contains(pixels));
+            pixels.map(Sharing::Groups).ok_or_else(|| "expected auto, off, 2, 4, 8, 16, 32 or 64".into())
+        }
+    }
 }
 
 fn parse_time(text: &str) -> Result<f32, String> {

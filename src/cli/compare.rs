@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::Failure;
-use crate::film::metrics::{self, Comparison, Metrics, colormap};
+use crate::film::metrics::{self, BLOCKS, Comparison, Metrics, colormap};
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::picture::{Output, PngBits, load_linear, save, supported};
 use crate::math::Rgb;
@@ -152,10 +152,16 @@ fn limits(arguments: &Compare, metrics: &Metrics) -> Vec<Limit> {
 fn text(metrics: &Metrics, limits: &[Limit]) -> String {
     let [r, g, b] = metrics.mean_ratio;
     let psnr = if metrics.psnr_db.is_finite() { format!("{:.2} dB", metrics.psnr_db) } else { "∞".into() };
+    let blocks: Vec<String> = BLOCKS
+        .iter()
+        .zip(&metrics.relative_mse_of_blocks)
+        .map(|(side, error)| format!("{error:.6e} ({side}x{side})"))
+        .collect();
     let mut lines = vec![
         format!("mse        {:.6e}", metrics.mse),
         format!("rmse       {:.6e}", metrics.rmse),
         format!("relmse     {:.6e}", metrics.relative_mse),
+        format!("of blocks  {}", blocks.join(", ")),
         format!("psnr       {psnr}"),
         format!("ssim       {:.6}", metrics.ssim),
         format!("flip       {:.6}", metrics.flip),
@@ -180,6 +186,7 @@ fn json(arguments: &Compare, size: [u32; 2], metrics: &Metrics, limits: &[Limit]
         "mse": metrics.mse,
         "rmse": metrics.rmse,
         "relmse": metrics.relative_mse,
+        "relmse_of_blocks": metrics.relative_mse_of_blocks,
         "psnr_db": metrics.psnr_db,
         "ssim": metrics.ssim,
         "flip": metrics.flip,

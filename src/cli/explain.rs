@@ -14,7 +14,7 @@ use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
-use crate::study::explain::{Followed, GivenNames, Life, LightRay, Step, explain};
+use crate::study::explain::{Followed, GivenNames, Life, LightRay, Shares, Step, explain};
 
 /// `rayfront explain`.
 #[derive(Args, Debug)]
@@ -123,8 +123,20 @@ fn path_lines(number: usize, path: &Followed) -> Vec<String> {
     let mut lines = vec![format!("  path {number}, {from}")];
     for step in &path.steps {
         lines.extend(step_lines(step));
+        if step.depth == 0 && path.shares.is_some() && path.steps.len() > 1 {
+            lines.push("    from here on what it finds is shared: it is weighted in the end".into());
+        }
     }
-    lines.push(format!("    ends: {}; it brings {}", path.why.text(), triple(path.radiance)));
+    let Some(Shares { before, own, shared, vertices }) = &path.shares else {
+        lines.push(format!("    ends: {}; it brings {}", path.why.text(), triple(path.radiance)));
+        return lines;
+    };
+    lines.push(format!("    ends: {}", path.why.text()));
+    lines.push(format!("    up to the first vertex  {}", triple(*before)));
+    lines.push(format!("    by its own path alone   {}", triple(*own)));
+    let of = if *vertices == 1 { "vertex" } else { "vertices" };
+    lines.push(format!("    from {vertices} second {of} of its group  {}", triple(*shared)));
+    lines.push(format!("    it brings {}", triple(path.radiance)));
     lines
 }
 
@@ -211,11 +223,17 @@ fn life_json(life: &Life) -> Value {
                 "forked_off_bounce": path.from.map(|(_, depth)| depth),
                 "steps": path.steps.iter().map(step_json).collect::<Vec<_>>(),
                 "radiance": path.radiance,
+                "shares": path.shares.as_ref().map(shares_json),
                 "end": path.why.name(),
             })
         })
         .collect();
     json!({"sample": life.sample, "radiance": life.radiance(), "paths": paths})
+}
+
+fn shares_json(shares: &Shares) -> Value {
+    let Shares { before, own, shared, vertices } = shares;
+    json!({"before": before, "own": own, "shared": shared, "vertices": vertices})
 }
 
 fn step_json(step: &Step) -> Value {

@@ -110,7 +110,10 @@ impl ProfileReport<'_> {
                 row("reflected rays", &rays(|rays| rays.reflect)),
                 row("refracted rays", &rays(|rays| rays.refract)),
             ],
-            Transport::Path => vec![row("scattered rays", &rays(|rays| rays.scatter))],
+            Transport::Path => vec![
+                row("scattered rays", &rays(|rays| rays.scatter)),
+                row("connecting rays", &rays(|rays| rays.connect)),
+            ],
         })
         .chain([
             row("shadow rays", &rays(|rays| rays.shadow)),
@@ -318,7 +321,7 @@ fn timed_json(timed: &Timed) -> Value {
         "mrays_per_cpu_s": timed.mrays_per_cpu_s(),
         "rays": {
             "camera": timed.rays.camera, "reflect": timed.rays.reflect, "refract": timed.rays.refract,
-            "scatter": timed.rays.scatter, "shadow": timed.rays.shadow, "total": timed.rays.total(),
+            "scatter": timed.rays.scatter, "shadow": timed.rays.shadow, "connect": timed.rays.connect, "total": timed.rays.total(),
         },
         "spilled_forks": timed.spilled,
         "film_hash": format!("{:032x}", timed.hash),

@@ -111,13 +111,14 @@ impl RenderReport<'_> {
             &mut out,
             "rays",
             format!(
-                "{}: {} camera, {} reflect, {} refract, {} scatter, {} shadow; {:.2} M a second",
+                "{}: {} camera, {} reflect, {} refract, {} scatter, {} shadow, {} connect; {:.2} M a second",
                 count(rays.total()),
                 count(rays.camera),
                 count(rays.reflect),
                 count(rays.refract),
                 count(rays.scatter),
                 count(rays.shadow),
+                count(rays.connect),
                 self.mrays_per_second()
             ),
         );
@@ -181,7 +182,7 @@ impl RenderReport<'_> {
             "instances": scene.geometry.instances.len(),
             "rays": {
                 "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
-                "shadow": rays.shadow, "total": rays.total(),
+                "shadow": rays.shadow, "connect": rays.connect, "total": rays.total(),
             },
             "spilled_forks": statistics.spilled,
             "mrays_per_s": self.mrays_per_second(),

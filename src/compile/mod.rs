@@ -16,7 +16,7 @@ use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Geometry, Material};
-use crate::world::{Light, Settings, Transport, World};
+use crate::world::{Light, Settings, Sharing, Transport, World};
 
 pub use camera::camera_names;
 pub use lights::light_names;
@@ -80,6 +80,7 @@ fn set_presence(bvh: &mut Bvh, geometry: &Geometry, materials: &[Material]) {
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
     warnings.extend(ignored(world));
+    warnings.extend(unshared(world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     } else if scene.lights.is_empty()
@@ -94,6 +95,15 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings
 }
 
+/// Groups that somebody asks for and that other settings rule out.
+fn unshared(world: &World) -> Option<String> {
+    let settings = &world.settings;
+    let asked = matches!(settings.sharing, Sharing::Groups(_)) && settings.transport == Transport::Path;
+    let limit = settings.depth_limits.given().map(|(name, _)| name).next();
+    let why = settings.clamp.map(|_| "clamp").or(limit).filter(|_| asked)?;
+    Some(format!("paths are not shared: {why} is about each path for itself (leave one of both out)"))
+}
+
 /// What the world says that its transport has no use for.
 fn ignored(world: &World) -> Option<String> {
     let (settings, usual) = (&world.settings, Settings::default());
@@ -105,6 +115,7 @@ fn ignored(world: &World) -> Option<String> {
             note("roulette_depth", settings.roulette_depth != usual.roulette_depth);
             note("clamp", settings.clamp.is_some());
             note("sampler", settings.sampler != usual.sampler);
+            note("sharing", matches!(settings.sharing, Sharing::Groups(_)));
             let lights = &mut world.entities.query::<&Light>();
             let wide = |light: &Light| matches!(light, Light::Directional { angle, .. } if *angle > 0.0);
             note("the angle of directional lights", lights.iter().any(wide));

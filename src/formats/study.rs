@@ -141,6 +141,8 @@ pub struct Change {
     pub transport: Option<Transport>,
     /// Which numbers the path transport draws.
     pub sampler: Option<Sampler>,
+    /// Pixels that share their paths under the path transport; 1: none do.
+    pub sharing: Option<u32>,
     /// In which order rays are traced.
     pub schedule: Option<Schedule>,
     /// In which order the wavefront shades hits under the path transport.
@@ -170,6 +172,7 @@ impl Change {
             pixel_pattern: other.pixel_pattern.or(self.pixel_pattern),
             transport: other.transport.or(self.transport),
             sampler: other.sampler.or(self.sampler),
+            sharing: other.sharing.or(self.sharing),
             schedule: other.schedule.or(self.schedule),
             sorting: other.sorting.or(self.sorting),
             wave: other.wave.or(self.wave),

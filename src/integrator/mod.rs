@@ -11,11 +11,13 @@ pub mod path_tracing;
 pub mod presence;
 pub mod recursive;
 pub mod shadow;
+pub mod sharing;
 pub mod statistics;
 pub mod wavefront;
 pub mod whitted;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::film::{Film, Region, Unit};
 use crate::sampling::filter::FilterTable;
@@ -23,14 +25,16 @@ use crate::sampling::pattern::Grid;
 use crate::scene::CompiledScene;
 use crate::shading::principled::tables::LobeTables;
 use crate::simd::Level;
-use crate::world::{Pattern, Sampler, Settings, Transport};
+use crate::world::{Pattern, Sampler, Settings, Sharing, Transport};
 use observe::{Nobody, Observer};
+use sharing::{Grouping, pilot::Pilot};
 pub use statistics::{RayCounts, Stage, Statistics};
 
 /// Everything that transport reads: the scene and how it is to be rendered.
+#[derive(Clone)]
 pub struct Frame {
     /// The scene.
-    pub scene: CompiledScene,
+    pub scene: Arc<CompiledScene>,
     /// Width and height of the whole image in pixels.
     pub size: [u32; 2],
     /// Of the grid that a pixel's samples are spread over.
@@ -55,6 +59,10 @@ pub struct Frame {
     pub roulette_depth: Option<u32>,
     /// What a path may add after its first bounce.
     pub clamp: Option<f32>,
+    /// How paths are shared, if they are.
+    pub sharing: Option<Grouping>,
+    /// What is rendered beforehand, if blocks of pixels choose how many of them share.
+    pub pilot: Option<Arc<Pilot>>,
     /// Albedos of the lobes that its materials have under the path transport.
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
@@ -72,8 +80,9 @@ impl Frame {
             Transport::Whitted => LobeTables::NONE,
             Transport::Path => LobeTables::of(&scene.materials),
         };
-        Self {
-            scene,
+        let sharing = Grouping::of(&scene.materials, settings);
+        let mut frame = Self {
+            scene: Arc::new(scene),
             size: settings.size,
             samples: Grid::new(settings.samples),
             pattern: settings.pixel_pattern,
@@ -86,11 +95,17 @@ impl Frame {
             sampler: settings.sampler,
             roulette_depth: settings.roulette_depth,
             clamp: settings.clamp,
+            sharing,
+            pilot: None,
             unit,
             lobes,
             // (PBRT 4th ed., 10.1.)
             footprint: (1.0 / (settings.samples.max(1) as f32).sqrt()).max(0.125),
+        };
+        if settings.sharing == Sharing::Auto && frame.sharing.is_some() {
+            frame.pilot = Some(Arc::new(Pilot::new(&frame)));
         }
+        frame
     }
 }
 

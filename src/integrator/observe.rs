@@ -153,6 +153,17 @@ pub enum What {
         /// What counts of it.
         throughput: Triple,
     },
+    /// What the path has gathered has been put where it is shared; it goes on with none.
+    Aside,
+    /// All paths of the group that it shares with have ended.
+    Received {
+        /// What its own path has found for it alone behind the first vertex.
+        own: Triple,
+        /// What the second vertices of the group send, its own among them.
+        shared: Triple,
+        /// How many of them send anything.
+        vertices: u32,
+    },
     /// The path has come to its end.
     End {
         /// What it has gathered in all.
@@ -271,6 +282,17 @@ pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
 pub fn onward(way: Continuation, next: &Path<f32>) -> Event {
     let (direction, throughput) = (triple(next.direction), color(next.throughput));
     Event::Sample(PathKey::of(next), What::Onward { way, direction, throughput })
+}
+
+/// A path whose radiance has been put where it is shared.
+pub fn aside(path: &Path<f32>) -> Event {
+    Event::Sample(PathKey::of(path), What::Aside)
+}
+
+/// A path whose group has shared what it found.
+pub fn received(pixel: u32, sample: u32, own: Color<f32>, shared: Color<f32>, vertices: u32) -> Event {
+    let key = PathKey { pixel: unpack_pixel(pixel), sample, branch: 0, depth: 0 };
+    Event::Sample(key, What::Received { own: color(own), shared: color(shared), vertices })
 }
 
 /// A path at its end.

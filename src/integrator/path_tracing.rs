@@ -10,6 +10,7 @@ use super::Frame;
 use super::bounces;
 use super::path::Path;
 use super::shadow::ShadowRay;
+use super::sharing::lend::{self, Shared};
 use crate::math::elementary::exp2;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -21,6 +22,7 @@ use crate::shading::principled::draw::BsdfSample;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
+use crate::world::Sampler;
 
 /// What comes of a hit.
 pub struct VertexOutcome<F: Float> {
@@ -32,6 +34,8 @@ pub struct VertexOutcome<F: Float> {
     pub next: Path<F>,
     /// Whether it does.
     pub goes_on: F::Mask,
+    /// What it is to paths that are shared, where they are.
+    pub shared: Option<Shared<F>>,
 }
 
 /// Its radiance when the path has hit nothing; it ends there.
@@ -127,6 +131,7 @@ pub fn hit<F: Float>(
         shadow: ShadowRay::none(),
         next: *path,
         goes_on: F::Mask::from_bits(0),
+        shared: None,
     };
     // The last ray looks for what shines, which the light sampled before it counts on; no more.
     let here = mask & !is_last(frame, path);
@@ -136,8 +141,15 @@ pub fn hit<F: Float>(
     let key = path.only_key(frame.seed);
     let bsdf = bsdf(frame, path, &point, key, here);
     let bodies = Bodies::new(path, &surface, record, material);
-    out.shadow = to_light(frame, path, &surface, &bodies, &bsdf, key, here);
-    (out.next, out.goes_on) = scattered(frame, path, &surface, &bodies, &bsdf, key, width, here);
+    let light = to_light(frame, path, &surface, &bodies, &bsdf, key, here);
+    out.shadow = light.0;
+    let drawn = drawn(frame, path, &bsdf, key, here);
+    (out.next, out.goes_on) = scattered(frame, path, &surface, &bodies, &drawn, key, width);
+    if frame.sharing.is_some() {
+        let light = (out.shadow.ray.direction, light.1);
+        let vertex = lend::Vertex { point: &point, bsdf: &bsdf, light, drawn: &drawn };
+        out.shared = Some(lend::shared(path, &vertex, here));
+    }
     out
 }
 
@@ -299,7 +311,7 @@ pub(super) fn sampled_light<F: Float>(
     LightPoint { emitter, density, share, value, sample }
 }
 
-/// The shadow ray to a point of a light.
+/// The shadow ray to a point of a light, and value · |cos| towards it.
 #[inline(always)]
 fn to_light<F: Float>(
     frame: &Frame,
@@ -309,11 +321,11 @@ fn to_light<F: Float>(
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     here: F::Mask,
-) -> ShadowRay<F> {
+) -> (ShadowRay<F>, Color<F>) {
     let scene = &frame.scene;
     let mask = here & bsdf.scatters();
     if scene.emitters.is_empty() || !mask.any() {
-        return ShadowRay::none();
+        return (ShadowRay::none(), Color::black());
     }
     let zero = F::zero();
     let LightPoint { density, share, value, sample, .. } =
@@ -323,7 +335,7 @@ fn to_light<F: Float>(
     let left = absorbed(frame, path, bodies.beyond(through), sample.distance, mask);
     let contribution = limited(frame, path, left * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
-    ShadowRay {
+    let shadow = ShadowRay {
         ray: Ray {
             origin,
             direction: sample.direction,
@@ -332,7 +344,8 @@ fn to_light<F: Float>(
         },
         contribution,
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
-    }
+    };
+    (shadow, value)
 }
 
 /// A direction from a lobe.
@@ -345,29 +358,40 @@ pub(super) fn drawn<F: Float>(
     mask: F::Mask,
 ) -> BsdfSample<F> {
     let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+    let mut u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+    if let Some(grouping) = &frame.sharing
+        && frame.sampler == Sampler::Sobol
+    {
+        let first = mask & path.depth.eq(F::Int::splat(0));
+        if first.any() {
+            let joint =
+                grouping.joint(frame.seed, path.pixel, path.sample, Dimension::Scatter.at(path.depth));
+            u = (F::select(first, joint.0, u.0), F::select(first, joint.1, u.1));
+        }
+    }
     bsdf.sample(choice, u, mask)
 }
 
 /// Where the path goes on, if it does.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "all that a vertex knows")]
 fn scattered<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
     bodies: &Bodies<F>,
-    bsdf: &Bsdf<F>,
+    drawn: &BsdfSample<F>,
     key: Key<F::Int>,
     width: F,
-    mask: F::Mask,
 ) -> (Path<F>, F::Mask) {
     let (zero, one) = (F::zero(), F::one());
-    let BsdfSample { direction, weight, pdf, valid, through, wide } = drawn(frame, path, bsdf, key, mask);
+    let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
     let mut throughput = path.throughput * weight;
     let mut goes_on = valid & throughput.max_component().gt(zero);
     if let Some(first) = frame.roulette_depth {
-        let plays = !path.depth.lt(F::Int::splat(first));
+        // What a first vertex draws must not hang on luck that its neighbours do not know of.
+        let first = if frame.sharing.is_some() { first.max(1) } else { first };
+        // Paths through glass and from mirror to mirror are few and bright: what ends there is missed.
+        let plays = wide & !path.depth.lt(F::Int::splat(first));
         let survival = throughput.max_component().clamp(0.05, 1.0);
         let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
         let survives = number.lt(survival);

@@ -8,14 +8,17 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use super::decision::decide;
-use super::observe::{self, Continuation, Observer};
-use super::path::{Path, pack_pixel};
+use super::observe::{self, Continuation, Nobody, Observer};
+use super::path::{Path, pack_pixel, unpack_pixel};
+use super::path_tracing::VertexOutcome;
 use super::presence::Traced;
 use super::shadow::connect;
+use super::sharing::pilot::Measured;
+use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::{Asker, Stack, any_ray, closest_ray};
-use crate::film::Film;
+use crate::film::{Film, Region};
 use crate::math::{Color, Hit, Ray, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
@@ -26,12 +29,15 @@ use crate::world::Transport;
 pub struct Recursion {
     stack: Stack,
     forks: SmallVec<[Path<f32>; 32]>,
+    /// Where paths are shared: those of one sample of a block.
+    shared: Option<(Slots, Connections)>,
 }
 
 impl Recursion {
     /// For a frame.
     pub fn new(frame: &Frame) -> Self {
-        Self { stack: Stack::new(&frame.scene.bvh), forks: SmallVec::new() }
+        let shared = frame.sharing.map(|_| (Slots::new(1), Connections::default()));
+        Self { stack: Stack::new(&frame.scene.bvh), forks: SmallVec::new(), shared }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -45,27 +51,26 @@ impl Recursion {
         observer: &mut dyn Observer,
     ) {
         let looks = observer.looks();
-        let Self { stack, forks } = self;
+        let Self { stack, forks, shared } = self;
         let mut tile = Tile { frame, level, statistics, stack, forks, looks, observer };
-        let region = film.region();
-        for y in region.y0..region.y1 {
-            for x in region.x0..region.x1 {
-                for sample in samples.clone() {
-                    let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
-                    film.count(x, y, sample);
-                    tile.statistics.rays.camera += 1;
-                    tile.forks.push(path);
-                    while let Some(path) = tile.forks.pop() {
-                        let radiance = match frame.transport {
-                            Transport::Whitted => tile.follow(path),
-                            Transport::Path => tile.trace(path),
-                        };
-                        film.add(x, y, sample, radiance);
-                    }
-                }
-            }
+        match shared {
+            Some((slots, connections)) => tile.render_shared(film, samples, slots, connections),
+            None => tile.render_plain(film, samples, &|_, _| true),
         }
     }
+}
+
+/// What two samples of some of the pixels of a block of a pilot's frame find.
+pub fn look(frame: &Frame, block: Region) -> Measured {
+    let mut recursion = Recursion::new(frame);
+    let Recursion { stack, forks, .. } = &mut recursion;
+    let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
+    let level = Level::detect();
+    let mut tile = Tile { frame, level, statistics, stack, forks, looks: false, observer };
+    let mut slots = Slots::new(1);
+    slots.enter(frame, block);
+    tile.look(&mut slots);
+    slots.measured()
 }
 
 /// What paths are followed with. Of all that happens to them, the way through the tree alone is
@@ -81,6 +86,28 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
+    /// Renders samples of pixels, each for itself.
+    fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
+        let (frame, region) = (self.frame, film.region());
+        for y in region.y0..region.y1 {
+            for x in (region.x0..region.x1).filter(|x| holds(*x, y)) {
+                for sample in samples.clone() {
+                    let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
+                    film.count(x, y, sample);
+                    self.statistics.rays.camera += 1;
+                    self.forks.push(path);
+                    while let Some(path) = self.forks.pop() {
+                        let radiance = match frame.transport {
+                            Transport::Whitted => self.follow(path),
+                            Transport::Path => self.trace(path),
+                        };
+                        film.add(x, y, sample, radiance);
+                    }
+                }
+            }
+        }
+    }
+
     /// What a path meets next.
     fn meet(&mut self, path: &Path<f32>) -> Hit {
         let traced = Traced { frame: self.frame, path, shadow: None };
@@ -137,53 +164,175 @@ impl Tile<'_> {
 
     /// The same under the path transport, which never forks.
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
-        let frame = self.frame;
-        let scene = &frame.scene;
         loop {
             let hit = self.meet(&path);
-            if self.looks {
-                self.observer.report(&observe::ray(&path, hit));
+            let Some(outcome) = self.vertex(&mut path, hit) else { return to_rgb(path.radiance) };
+            self.light(&mut path, &outcome);
+            match self.onward(&path, &outcome) {
+                Some(next) => path = Path { radiance: path.radiance, ..next },
+                None => return to_rgb(path.radiance),
             }
-            if hit.is_miss() {
-                let radiance = path_tracing::miss(frame, &path, true);
-                if self.looks {
-                    self.observer.report(&observe::end(&path, radiance));
-                }
-                return to_rgb(radiance);
-            }
-            let lane = one_lane(&hit);
-            let material = material_of(&scene.geometry, &lane, true).0;
-            let outcome = path_tracing::hit(frame, &path, &lane, material, true);
-            path.radiance = outcome.radiance;
-            if self.looks {
-                let decision = decide(frame, &path, &lane, material);
-                observe::path_vertex(&path, &decision).iter().for_each(|event| self.observer.report(event));
-                if outcome.shadow.mask {
-                    let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
-                    self.observer.report(&observe::path_light(&path, &decision, ray, contribution));
-                }
-            }
-            if outcome.shadow.mask {
-                let blocked = self.is_blocked(&path, outcome.shadow.ray);
-                if !blocked {
-                    path.radiance = connect(path.radiance, outcome.shadow.contribution);
-                }
-                if self.looks {
-                    self.observer.report(&observe::path_shadow(&path, blocked, path.radiance));
-                }
-            }
-            if !outcome.goes_on {
-                if self.looks {
-                    self.observer.report(&observe::end(&path, path.radiance));
-                }
-                return to_rgb(path.radiance);
-            }
-            if self.looks {
-                self.observer.report(&observe::onward(Continuation::Scatter, &outcome.next));
-            }
-            self.statistics.rays.scatter += 1;
-            path = Path { radiance: path.radiance, ..outcome.next };
         }
+    }
+
+    /// What a path meets gives off; none if it meets nothing, and ends.
+    fn vertex(&mut self, path: &mut Path<f32>, hit: Hit) -> Option<VertexOutcome<f32>> {
+        let frame = self.frame;
+        if self.looks {
+            self.observer.report(&observe::ray(path, hit));
+        }
+        if hit.is_miss() {
+            path.radiance = path_tracing::miss(frame, path, true);
+            if self.looks {
+                self.observer.report(&observe::end(path, path.radiance));
+            }
+            return None;
+        }
+        let lane = one_lane(&hit);
+        let material = material_of(&frame.scene.geometry, &lane, true).0;
+        let outcome = path_tracing::hit(frame, path, &lane, material, true);
+        path.radiance = outcome.radiance;
+        if self.looks {
+            let decision = decide(frame, path, &lane, material);
+            observe::path_vertex(path, &decision).iter().for_each(|event| self.observer.report(event));
+            if outcome.shadow.mask {
+                let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
+                self.observer.report(&observe::path_light(path, &decision, ray, contribution));
+            }
+        }
+        Some(outcome)
+    }
+
+    /// What a light sends to a path's vertex.
+    fn light(&mut self, path: &mut Path<f32>, outcome: &VertexOutcome<f32>) {
+        if !outcome.shadow.mask {
+            return;
+        }
+        let blocked = self.is_blocked(path, outcome.shadow.ray);
+        if !blocked {
+            path.radiance = connect(path.radiance, outcome.shadow.contribution);
+        }
+        if self.looks {
+            self.observer.report(&observe::path_shadow(path, blocked, path.radiance));
+        }
+    }
+
+    /// Where the path goes on, if it does.
+    fn onward(&mut self, path: &Path<f32>, outcome: &VertexOutcome<f32>) -> Option<Path<f32>> {
+        if !outcome.goes_on {
+            if self.looks {
+                self.observer.report(&observe::end(path, path.radiance));
+            }
+            return None;
+        }
+        if self.looks {
+            self.observer.report(&observe::onward(Continuation::Scatter, &outcome.next));
+        }
+        self.statistics.rays.scatter += 1;
+        Some(outcome.next)
+    }
+
+    /// Renders samples whose paths are shared, block by block.
+    fn render_shared(
+        &mut self,
+        film: &mut Film,
+        samples: Range<u32>,
+        slots: &mut Slots,
+        connections: &mut Connections,
+    ) {
+        let (frame, region) = (self.frame, film.region());
+        let mut begun = Vec::with_capacity(PIXELS);
+        slots.enter(frame, region);
+        if let Some(pilot) = &frame.pilot {
+            // The rays do not count.
+            let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
+            let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
+            let mut aside =
+                Tile { frame: &pilot.frame, level, statistics, stack, forks, looks: false, observer };
+            aside.look(slots);
+            slots.choose(pilot);
+            self.frame = &pilot.plain;
+            self.render_plain(film, samples.clone(), &|x, y| slots.is_plain(x, y));
+            self.frame = frame;
+        }
+        slots.start(samples);
+        while slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+            for (pixel, sample) in begun.drain(..) {
+                let (x, y) = unpack_pixel(pixel);
+                if holds(&region, x, y) {
+                    film.count(x, y, sample);
+                }
+                self.statistics.rays.camera += 1;
+                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
+                self.share(path, film, slots);
+            }
+            let (level, stack) = (self.level, &mut *self.stack);
+            connections.finish(frame, level, slots, film, self.observer, &mut |rays, blocked, _| {
+                for (at, blocked) in blocked.iter_mut().enumerate() {
+                    let ray = rays.range(at..at + 1);
+                    *blocked = any_ray(level, &frame.scene.bvh, &ray.ray(0), ray.asker, stack).into();
+                }
+            });
+            self.statistics.rays.connect += std::mem::take(&mut connections.traced);
+        }
+    }
+
+    /// Looks at some pixels of a pilot's frame to see where sharing pays.
+    fn look(&mut self, slots: &mut Slots) {
+        slots.start_pilot();
+        let frame = self.frame;
+        let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
+        let mut begun = Vec::with_capacity(PIXELS);
+        while slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+            for (pixel, sample) in begun.drain(..) {
+                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
+                self.share(path, &mut film, slots);
+            }
+            slots.measure(&film);
+        }
+    }
+
+    /// Follows a path to its end and leaves what it finds where others share it.
+    fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut Slots) {
+        let hit = self.meet(&path);
+        let first = self.vertex(&mut path, hit);
+        if let Some(outcome) = &first {
+            self.light(&mut path, outcome);
+        }
+        Within(film).deposit(path.pixel.0, path.sample.0, to_rgb(path.radiance));
+        let Some(outcome) = first else { return };
+        let lane = one_lane(&hit);
+        let material = material_of(&self.frame.scene.geometry, &lane, true).0;
+        slots.first(&path, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
+        let Some(next) = self.onward(&path, &outcome) else { return };
+        self.put_aside(&mut path);
+        let mut path = slots.leave(&next);
+        let hit = self.meet(&path);
+        if hit.is_miss() {
+            slots.miss(self.frame, &path);
+        }
+        let Some(outcome) = self.vertex(&mut path, hit) else {
+            return slots.deposit(path.pixel.0, path.sample.0, to_rgb(path.radiance));
+        };
+        let lent = outcome.shared.as_ref().and_then(|shared| shared.lends.then_some(shared.lent));
+        slots.second(&path, path.radiance, lent);
+        self.put_aside(&mut path);
+        self.light(&mut path, &outcome);
+        slots.lit(&path, path.radiance);
+        let next = self.onward(&path, &outcome);
+        self.put_aside(&mut path);
+        if let Some(next) = next {
+            let found = self.trace(next);
+            slots.deposit(path.pixel.0, path.sample.0, found);
+        }
+    }
+
+    /// What the path has gathered has been put where it is shared.
+    fn put_aside(&mut self, path: &mut Path<f32>) {
+        if self.looks {
+            self.observer.report(&observe::aside(path));
+        }
+        path.radiance = Color::black();
     }
 
     /// Where the path goes on, or what it ends with.

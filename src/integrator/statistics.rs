@@ -15,12 +15,14 @@ pub struct RayCounts {
     pub scatter: u64,
     /// To lights.
     pub shadow: u64,
+    /// To second vertices of other paths that are shared.
+    pub connect: u64,
 }
 
 impl RayCounts {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.camera + self.reflect + self.refract + self.scatter + self.shadow
+        self.camera + self.reflect + self.refract + self.scatter + self.shadow + self.connect
     }
 }
 
@@ -41,25 +43,28 @@ pub enum Stage {
     Light,
     /// Shadow rays through the scene, and what arrives to its path.
     Shadow,
+    /// Rays between first and second vertices that share paths, and what arrives along them.
+    Connect,
     /// Finished paths to the film, the next wave into place.
     Advance,
 }
 
 impl Stage {
     /// All, in order.
-    pub const ALL: [Stage; 7] = [
+    pub const ALL: [Stage; 8] = [
         Stage::Generate,
         Stage::Intersect,
         Stage::Retire,
         Stage::Shade,
         Stage::Light,
         Stage::Shadow,
+        Stage::Connect,
         Stage::Advance,
     ];
 
     /// In lower case.
     pub fn name(self) -> &'static str {
-        ["generate", "intersect", "retire", "shade", "light", "shadow", "advance"][self as usize]
+        ["generate", "intersect", "retire", "shade", "light", "shadow", "connect", "advance"][self as usize]
     }
 }
 
@@ -69,7 +74,7 @@ pub struct Statistics {
     /// Rays traced.
     pub rays: RayCounts,
     /// Time of each [`Stage`], summed over workers.
-    pub stages: [Duration; 7],
+    pub stages: [Duration; 8],
     /// Paths that left the wave for the pending stack because forks outgrew it.
     pub spilled: u64,
 }
@@ -82,6 +87,7 @@ impl Statistics {
         self.rays.refract += other.rays.refract;
         self.rays.scatter += other.rays.scatter;
         self.rays.shadow += other.rays.shadow;
+        self.rays.connect += other.rays.connect;
         self.spilled += other.spilled;
         for (sum, more) in self.stages.iter_mut().zip(other.stages) {
             *sum += more;

@@ -38,6 +38,7 @@ use rayon::prelude::*;
 
 use crate::film::{Film, Moments, Region};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
+use crate::integrator::sharing::BLOCK;
 use crate::integrator::wavefront::Wave;
 use crate::integrator::{Frame, Schedule, Sorting, Stage, Statistics, Worker};
 use crate::scene::CompiledScene;
@@ -252,7 +253,10 @@ impl Session {
     }
 
     fn tiles(&self) -> Vec<Region> {
-        tiles(self.options.region.unwrap_or(Region::whole(self.frame.size)), self.options.tile)
+        let tile = self.options.tile.max(1);
+        // What shares paths is not cut.
+        let tile = if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile };
+        tiles(self.options.region.unwrap_or(Region::whole(self.frame.size)), tile)
     }
 
     /// What has been gathered so far.
@@ -322,14 +326,13 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// A region cut into squares, row by row.
+/// A region cut into squares of the whole image, row by row.
 fn tiles(region: Region, size: u32) -> Vec<Region> {
-    let size = size.max(1);
-    let mut tiles = Vec::new();
-    for y0 in (region.y0..region.y1).step_by(size as usize) {
-        for x0 in (region.x0..region.x1).step_by(size as usize) {
-            tiles.push(Region { x0, y0, x1: (x0 + size).min(region.x1), y1: (y0 + size).min(region.y1) });
-        }
-    }
-    tiles
+    let cuts = |from: u32, to: u32| {
+        let first = from / size * size;
+        let starts = (first..to).step_by(size as usize);
+        starts.map(move |start| (start.max(from), (start + size).min(to)))
+    };
+    let row = |(y0, y1)| cuts(region.x0, region.x1).map(move |(x0, x1)| Region { x0, y0, x1, y1 });
+    cuts(region.y0, region.y1).flat_map(row).collect()
 }

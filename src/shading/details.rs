@@ -258,6 +258,15 @@ fn derived_tangents<F: Float>(
     (Vector::select(flips, -along, along), F::select(flips, F::one(), -F::one()))
 }
 
+/// Normals are turned until they have this cosine to the viewer.
+pub const LEAST_COSINE: f32 = 0.01;
+
+/// A normal of a tangent space in the world.
+#[inline(always)]
+pub fn normal_in<F: Float>(frame: &Basis<F>, n: Vector<F>) -> Vector<F> {
+    unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
+}
+
 /// The vertex normals' frame seen through a normal map's texel (already −1 to 1, x and y scaled).
 #[inline(always)]
 pub fn bend<F: Float>(
@@ -266,9 +275,9 @@ pub fn bend<F: Float>(
     n: Vector<F>,
     to_viewer: Vector<F>,
 ) -> Basis<F> {
-    let bent = unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z);
+    let bent = normal_in(frame, n);
     // A normal that looks away from the viewer is turned until it does not.
-    let least = F::splat(0.01);
+    let least = F::splat(LEAST_COSINE);
     let cos = bent.dot(to_viewer);
     let away = cos.lt(least);
     let bent =

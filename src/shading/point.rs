@@ -1,6 +1,6 @@
 //! One material at many hits: what its record says there, the same for both transports.
 
-use super::details::{alpha, bend, coordinates, tangent_frame, vertex_color};
+use super::details::{LEAST_COSINE, alpha, bend, coordinates, normal_in, tangent_frame, vertex_color};
 use super::principled::basis::Basis;
 use super::sampled::{Coordinates, color, scalar, texel};
 use super::surface::{HitLanes, Surface};
@@ -107,18 +107,33 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         (base, above)
     }
 
+    /// Where the base's normal looks away from the viewer, and so has been turned.
+    #[inline(always)]
+    pub fn is_turned(&self) -> F::Mask {
+        let m = self.material;
+        let frame = if m.needs_tangents() {
+            tangent_frame(self.tables.geometry, self.hit, self.surface, self.mask)
+        } else {
+            Basis::about(self.surface.normal)
+        };
+        normal_in(&frame, self.mapped(m.normal)).dot(self.to_viewer).lt(F::splat(LEAST_COSINE))
+    }
+
     #[inline(always)]
     fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>) -> Basis<F> {
+        bend(frame, self.surface, self.mapped(map), self.to_viewer)
+    }
+
+    /// The normal in tangent space.
+    #[inline(always)]
+    fn mapped(&self, map: Option<NormalParam>) -> Vector<F> {
         let Some(map) = map else {
-            let up = Vector::new(F::zero(), F::zero(), F::one());
-            return bend(frame, self.surface, up, self.to_viewer);
+            return Vector::new(F::zero(), F::zero(), F::one());
         };
         let textures = self.tables.textures;
         let texel = texel(textures, &textures.sampled[map.texture as usize], &self.at, self.mask).color;
         let (two, one, scale) = (F::splat(2.0), F::one(), F::splat(map.scale));
-        let n =
-            Vector::new((texel.r * two - one) * scale, (texel.g * two - one) * scale, texel.b * two - one);
-        bend(frame, self.surface, n, self.to_viewer)
+        Vector::new((texel.r * two - one) * scale, (texel.g * two - one) * scale, texel.b * two - one)
     }
 }
 

@@ -14,6 +14,8 @@ pub fn title(what: &What) -> &'static str {
         What::Onward { way: Continuation::Reflect, .. } => "reflected",
         What::Onward { way: Continuation::Refract, .. } => "refracted",
         What::Onward { way: Continuation::Scatter, .. } => "scattered",
+        What::Aside => "put aside",
+        What::Received { .. } => "received",
         What::End { .. } => "end",
     }
 }
@@ -58,6 +60,10 @@ pub fn facts(what: &What) -> Vec<(&'static str, String)> {
             ("direction", triple(direction)),
             ("throughput", triple(throughput)),
         ],
+        What::Aside => Vec::new(),
+        What::Received { own, shared, vertices } => {
+            vec![("own", triple(own)), ("shared", triple(shared)), ("second vertices", vertices.to_string())]
+        }
         What::End { radiance } => vec![("radiance", triple(radiance))],
     }
 }

@@ -28,6 +28,8 @@ pub struct Settings {
     pub clamp: Option<f32>,
     /// Which numbers the path transport draws.
     pub sampler: Sampler,
+    /// Whether pixels share the paths of their neighbours, under the path transport.
+    pub sharing: Sharing,
     /// How light travels.
     pub transport: Transport,
     /// Which random numbers: another seed, another (equally right) noise.
@@ -72,6 +74,7 @@ impl Default for Settings {
             roulette_depth: Some(4),
             clamp: None,
             sampler: Sampler::Sobol,
+            sharing: Sharing::Auto,
             transport: Transport::Whitted,
             seed: 0,
             filter: PixelFilter::default(),
@@ -175,6 +178,26 @@ pub enum Sampler {
     Jittered,
     /// Each on its own.
     Independent,
+}
+
+/// Whether the pixels of a group lend each other their paths' second vertices (see
+/// [`crate::integrator::sharing`]): no bias, far less noise where light is scattered by matte surfaces.
+/// There is none with [`Settings::clamp`] or [`Settings::depth_limits`], which say something about each path
+/// for itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sharing {
+    /// In groups of 32 where there are matte surfaces.
+    #[default]
+    Auto,
+    /// Every pixel has its own paths.
+    Off,
+    /// In groups of so many pixels, one of [`Sharing::SIZES`].
+    Groups(u32),
+}
+
+impl Sharing {
+    /// Pixels that a group may have.
+    pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
 }
 
 /// How much work goes into the acceleration structure: what it costs to build against what

@@ -6,7 +6,7 @@ use rayfront::film::{Film, Region};
 use rayfront::integrator::{RayCounts, Schedule, Sorting};
 use rayfront::render::{Options, Session};
 use rayfront::simd::Level;
-use rayfront::world::{Transport, World};
+use rayfront::world::{Sharing, Transport, World};
 
 use crate::support;
 
@@ -153,12 +153,13 @@ fn is_worth_comparing(film: &Film) {
     assert!(film.pixels().iter().all(|pixel| pixel.count == [2, 2]));
 }
 
-/// Under both transports.
+/// Under both transports, with paths that are shared and without.
 fn check(text: &str) {
-    for transport in [Transport::Whitted, Transport::Path] {
+    let path = [Sharing::Off, Sharing::Auto, Sharing::Groups(32)].map(|sharing| (Transport::Path, sharing));
+    for (transport, sharing) in [(Transport::Whitted, Sharing::Off)].into_iter().chain(path) {
         let world = || {
             let mut world = support::world(text);
-            world.settings.transport = transport;
+            (world.settings.transport, world.settings.sharing) = (transport, sharing);
             world
         };
         check_world(&world);

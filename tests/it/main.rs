@@ -14,6 +14,7 @@ mod path;
 mod pictures;
 mod references;
 mod scenes;
+mod sharing;
 mod studies;
 mod support;
 mod tidy;

@@ -5,7 +5,7 @@ use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;
 use rayfront::world::{
     Background, BlinnPhong, Camera, ColorInput, DepthLimits, Light, Material, PixelFilter, Principled,
-    Sampler, ScalarInput, Shape, Transform, Transport, World,
+    Sampler, ScalarInput, Shape, Sharing, Transform, Transport, World,
 };
 
 use crate::support::{self, Picture};
@@ -160,7 +160,8 @@ fn both_ways_to_find_a_light_agree() {
 fn more_samples_less_noise() {
     let render = |samples: u32, seed: u64| {
         let mut world = world(12, samples);
-        world.settings.seed = seed;
+        // Of a pixel's own samples.
+        (world.settings.seed, world.settings.sharing) = (seed, Sharing::Off);
         world.settings.background = Background::Gradient { bottom: Rgb::BLACK, top: Rgb::WHITE };
         let material = world.assets.add_material(None, surface(0.7, 0.0, 0.6));
         world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -2.6))));
@@ -343,6 +344,8 @@ fn limits_by_kind_cut_the_series_of_a_furnace() {
 fn a_limit_of_the_only_kind_there_is_is_max_depth() {
     let lit = |max_depth: u32, depth_limits: DepthLimits| {
         let mut world = world(12, 16);
+        // Limits by kind rule it out.
+        world.settings.sharing = Sharing::Off;
         (world.settings.max_depth, world.settings.depth_limits) = (max_depth, depth_limits);
         let matte = |emission: f32| {
             Material::BlinnPhong(BlinnPhong {

@@ -134,7 +134,8 @@ fn adds_up(profile: &serde_json::Value) {
     let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
     let stage = |name: &str, way: &str| profile["stages"][name][way].as_u64().expect("a number");
     let rays = sum("camera") + sum("reflect") + sum("refract") + sum("scatter");
-    assert_eq!(profile["wavefront"]["rays"]["total"], rays + sum("shadow"));
+    let connecting = profile["stages"].get("connect").map_or(0, |_| stage("connect", "in"));
+    assert_eq!(profile["wavefront"]["rays"]["total"], rays + sum("shadow") + connecting);
     assert_eq!(stage("generate", "out"), sum("camera"));
     assert!(stage("generate", "calls") > 0 && stage("generate", "calls") == stage("intersect", "calls"));
     assert_eq!(stage("generate", "out") + stage("advance", "out"), stage("intersect", "in"));

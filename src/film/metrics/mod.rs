@@ -16,6 +16,9 @@ use raster::Raster;
 /// not outweigh all others.
 pub const RELATIVE_LIMIT: f64 = 20.0;
 
+/// Sides of blocks in pixels.
+pub const BLOCKS: [usize; 3] = [2, 4, 8];
+
 /// How far an image is from a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
@@ -25,6 +28,9 @@ pub struct Metrics {
     pub rmse: f64,
     /// Mean of (a − b)² / (b² + 0.01), both cut off at [`RELATIVE_LIMIT`].
     pub relative_mse: f64,
+    /// The same for means of blocks of [`BLOCKS`] pixels to a side: what is left of the error where a picture is
+    /// looked at from afar, or scaled down. Errors that neighbours have in common stay.
+    pub relative_mse_of_blocks: [f64; BLOCKS.len()],
     /// Peak signal to noise in dB, peak 1, of light cut off at 0 and 1; infinite for equal images.
     pub psnr_db: f64,
     /// Structural similarity of sRGB luma: 1 for equal images.
@@ -55,15 +61,16 @@ pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) ->
     let (screen, screen_reference) = (shown(image), shown(reference));
     let flip = flip::map(width, &screen_reference, &screen);
     let mse = mean_square(image, reference, |a, b| (a - b) * (a - b));
-    let relative_mse = mean_square(image, reference, |a, b| {
-        let (a, b) = (a.min(RELATIVE_LIMIT), b.min(RELATIVE_LIMIT));
-        (a - b) * (a - b) / (b * b + 0.01)
-    });
+    let relative_mse = mean_square(image, reference, relative_square);
+    let of_blocks = |side| {
+        mean_square(&block_means(width, image, side), &block_means(width, reference, side), relative_square)
+    };
     let shown_mse = mean_square(&screen, &screen_reference, |a, b| (a - b) * (a - b));
     let metrics = Metrics {
         mse,
         rmse: mse.sqrt(),
         relative_mse,
+        relative_mse_of_blocks: BLOCKS.map(of_blocks),
         psnr_db: -10.0 * libm::log10(shown_mse),
         ssim: ssim::mean(&luma(width, &screen_reference), &luma(width, &screen)),
         flip: flip.iter().sum::<f64>() / flip.len() as f64,
@@ -71,6 +78,29 @@ pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) ->
         identical: image == reference,
     };
     Comparison { metrics, flip }
+}
+
+fn relative_square(a: f64, b: f64) -> f64 {
+    let (a, b) = (a.min(RELATIVE_LIMIT), b.min(RELATIVE_LIMIT));
+    (a - b) * (a - b) / (b * b + 0.01)
+}
+
+/// Means of blocks of pixels, each component cut off at [`RELATIVE_LIMIT`]; those at the right and lower edges
+/// may be smaller.
+fn block_means(width: usize, pixels: &[Rgb], side: usize) -> Vec<Rgb> {
+    let rows: Vec<&[Rgb]> = pixels.chunks(width).collect();
+    let mean = |rows: &[&[Rgb]], x: usize| {
+        let (mut sum, mut count) = ([0.0f64; 3], 0.0);
+        for pixel in rows.iter().flat_map(|row| &row[x..width.min(x + side)]) {
+            let components = pixel.to_array().map(|c| f64::from(c).min(RELATIVE_LIMIT));
+            sum.iter_mut().zip(components).for_each(|(sum, c)| *sum += c);
+            count += 1.0;
+        }
+        let [r, g, b] = sum.map(|sum| (sum / count) as f32);
+        Rgb::new(r, g, b)
+    };
+    let row = |rows: &[&[Rgb]]| (0..width).step_by(side).map(|x| mean(rows, x)).collect::<Vec<_>>();
+    rows.chunks(side).flat_map(row).collect()
 }
 
 /// The mean over all components of all pixels.
@@ -120,6 +150,20 @@ mod tests {
         assert!((m.psnr_db - 20.0).abs() < 1e-5);
         assert!(m.mean_ratio.iter().all(|r| (r - 1.25).abs() < 1e-6));
         assert!(!m.identical && m.flip > 0.01 && m.ssim < 1.0);
+    }
+
+    /// What alternates is gone in the mean of a block; what does not stays.
+    #[test]
+    fn errors_of_blocks() {
+        let b = vec![Rgb::splat(0.5); 20 * 20];
+        let chequered = |i: usize| if (i % 20 + i / 20).is_multiple_of(2) { 0.6 } else { 0.4 };
+        let a: Vec<Rgb> = (0..20 * 20).map(|i| Rgb::splat(chequered(i))).collect();
+        let m = compare(20, &a, &b, 1.0).metrics;
+        assert!((m.relative_mse - 0.01 / 0.26).abs() < 1e-6, "{}", m.relative_mse);
+        assert!(m.relative_mse_of_blocks.iter().all(|error| *error < 1e-12));
+        let even = vec![Rgb::splat(0.6); 20 * 20];
+        let m = compare(20, &even, &b, 1.0).metrics;
+        assert!(m.relative_mse_of_blocks.iter().all(|error| (error - 0.01 / 0.26).abs() < 1e-6));
     }
 
     #[test]

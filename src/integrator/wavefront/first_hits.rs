@@ -47,7 +47,7 @@ impl FirstHits {
     pub fn look(&mut self, frame: &Frame, level: Level, tile: Region, samples: Range<u32>) -> Vec<Features> {
         let mut features = vec![Features::NOTHING; tile.area()];
         let mut pixel = Gathering::default();
-        let mut todo = Todo::new(tile, samples.clone());
+        let mut todo = Todo::new(tile, samples.clone(), &|_, _| true);
         let last = samples.end.wrapping_sub(1);
         loop {
             let capacity = self.found.len();

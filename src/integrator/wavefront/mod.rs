@@ -13,6 +13,7 @@ pub mod first_hits;
 mod path_stages;
 pub mod queue;
 mod reports;
+mod sharing;
 mod stages;
 
 use std::ops::Range;
@@ -21,14 +22,16 @@ use std::time::Instant;
 use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
 use super::shadow::connect;
+use super::sharing::Sink;
 use super::{Frame, Sorting, Stage, Statistics};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::{Color, Rgb};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
-use path_stages::{Groups, ShadePathsStage};
+use path_stages::{Groups, Roles, ShadePathsStage};
 use queue::{Columns, Ends, HitQueue, OfPaths, OfShadows, PADDING, PathQueue, ShadowQueue, VertexQueue};
+use sharing::Shared;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 
 /// A worker's queues, made once.
@@ -43,6 +46,8 @@ pub struct Wave {
     /// Forks that found no place in the wave; last in, first out, so that it stays short.
     pending: PathQueue,
     goes_on: Vec<u32>,
+    roles: Roles,
+    shared: Option<Shared>,
     occluded: Vec<u32>,
     pixels: Vec<u32>,
     samples: Vec<u32>,
@@ -54,7 +59,9 @@ pub struct Wave {
 impl Wave {
     /// For waves of `capacity` paths, at least 1.
     pub fn new(frame: &Frame, capacity: usize, sorting: Sorting) -> Self {
-        let capacity = capacity.max(1);
+        let shared = frame.sharing.map(|_| Shared::new(capacity));
+        // Paths that are shared go through the wave together.
+        let capacity = shared.as_ref().map_or(capacity, Shared::paths).max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
             paths: PathQueue(Columns::new(capacity)),
@@ -65,6 +72,8 @@ impl Wave {
             shadow: ShadowQueue(Columns::new(capacity)),
             pending: PathQueue(Columns::new(capacity)),
             goes_on: integers(),
+            roles: if shared.is_some() { Roles::new(capacity) } else { Roles::default() },
+            shared,
             occluded: integers(),
             pixels: integers(),
             samples: integers(),
@@ -84,38 +93,63 @@ impl Wave {
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
-        let mut todo = Todo::new(film.region(), samples);
-        let mut clock = Clock { statistics, last: Instant::now(), observer };
+        let clock = &mut Clock { statistics, last: Instant::now(), observer };
+        if frame.sharing.is_some() {
+            return self.render_shared(frame, level, film, samples, clock);
+        }
+        let todo = Todo::new(film.region(), samples, &|_, _| true);
+        self.render_todo(frame, level, film, todo, clock);
+    }
+
+    /// Renders samples of pixels, each for itself.
+    fn render_todo(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        mut todo: Todo,
+        clock: &mut Clock,
+    ) {
         loop {
-            self.generate(frame, level, film, &mut todo, &mut clock);
+            self.generate(frame, level, film, &mut todo, clock);
             if self.paths.0.is_empty() {
                 return;
             }
-            let count = self.paths.0.len();
-            let surfaces = OfPaths { frame, paths: &self.paths };
-            let rays = self.paths.rays(&self.ends, &surfaces);
-            let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
-            bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
-            clock.stage(Stage::Intersect);
-            self.report_hits(level, clock.observer);
-            let (paths, hits) = (&mut self.paths, &mut self.hits);
-            dispatch(level, RetireStage { frame, paths, hits, film, observer: &mut *clock.observer });
-            clock.stage(Stage::Retire);
+            self.intersect(frame, level, clock);
+            self.retire(frame, level, film, clock);
             match frame.transport {
                 Transport::Whitted => {
-                    self.shade(frame, level, &mut clock);
+                    self.shade(frame, level, clock);
                     self.report_vertices(level, clock.observer);
-                    self.lights(frame, level, &mut clock);
+                    self.lights(frame, level, clock);
                 }
                 Transport::Path => {
-                    self.shade_paths(frame, level, &mut clock);
+                    self.shade_paths(frame, level, clock);
                     self.report_paths(frame, level, clock.observer);
-                    self.shadows(frame, level, &mut clock);
+                    self.shadows(frame, level, clock);
                 }
             }
             self.report_ends(clock.observer);
-            self.advance(film, &mut clock);
+            self.advance(film, clock);
         }
+    }
+
+    /// What the paths of the wave meet.
+    fn intersect(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        let count = self.paths.0.len();
+        let surfaces = OfPaths { frame, paths: &self.paths };
+        let rays = self.paths.rays(&self.ends, &surfaces);
+        let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
+        bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        clock.stage(Stage::Intersect);
+        self.report_hits(level, clock.observer);
+    }
+
+    /// Paths that have met nothing leave the wave.
+    fn retire(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, clock: &mut Clock) {
+        let (paths, hits) = (&mut self.paths, &mut self.hits);
+        dispatch(level, RetireStage { frame, paths, hits, sink, observer: &mut *clock.observer });
+        clock.stage(Stage::Retire);
     }
 
     /// New samples into the free places of the wave.
@@ -126,6 +160,11 @@ impl Wave {
             let (x, y) = unpack_pixel(*pixel);
             film.count(x, y, *sample);
         }
+        self.begin(frame, level, count, clock);
+    }
+
+    /// The camera's paths for the first `count` pixels and samples.
+    fn begin(&mut self, frame: &Frame, level: Level, count: usize, clock: &mut Clock) {
         let (pixels, samples) = (&self.pixels, &self.samples);
         dispatch(level, GenerateStage { frame, pixels, samples, count, out: &mut self.paths });
         clock.statistics.rays.camera += count as u64;
@@ -159,6 +198,7 @@ impl Wave {
             goes_on: &mut self.goes_on,
             next: &mut self.reflect,
             shadow: &mut self.shadow,
+            roles: &mut self.roles,
         };
         dispatch(level, stage);
         clock.statistics.rays.scatter += self.reflect.0.len() as u64;
@@ -206,13 +246,12 @@ impl Wave {
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.
-    fn advance(&mut self, film: &mut Film, clock: &mut Clock) {
+    fn advance(&mut self, sink: &mut dyn Sink, clock: &mut Clock) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
         for i in 0..pixels.len() {
             if self.goes_on[i] == 0 {
-                let (x, y) = unpack_pixel(pixels[i]);
-                film.add(x, y, samples[i], Rgb::new(r[i], g[i], b[i]));
+                sink.deposit(pixels[i], samples[i], Rgb::new(r[i], g[i], b[i]));
             }
         }
         self.reflect.inherit(&self.paths);
@@ -240,14 +279,13 @@ struct Todo {
 impl Todo {
     const BLOCK: u32 = 8;
 
-    fn new(region: Region, samples: Range<u32>) -> Self {
+    fn new(region: Region, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) -> Self {
         let mut pixels = Vec::with_capacity(region.area());
         for by in (region.y0..region.y1).step_by(Self::BLOCK as usize) {
             for bx in (region.x0..region.x1).step_by(Self::BLOCK as usize) {
                 for y in by..(by + Self::BLOCK).min(region.y1) {
-                    for x in bx..(bx + Self::BLOCK).min(region.x1) {
-                        pixels.push(pack_pixel(x, y));
-                    }
+                    let row = (bx..(bx + Self::BLOCK).min(region.x1)).filter(|x| holds(*x, y));
+                    pixels.extend(row.map(|x| pack_pixel(x, y)));
                 }
             }
         }

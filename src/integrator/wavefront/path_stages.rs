@@ -2,6 +2,7 @@
 
 use super::queue::{HitQueue, PathQueue, ShadowQueue};
 use super::stages::lanes;
+use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};
 use crate::math::Color;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
@@ -92,6 +93,8 @@ pub struct ShadePathsStage<'a> {
     pub next: &'a mut PathQueue,
     /// To lights.
     pub shadow: &'a mut ShadowQueue,
+    /// What the hits are to paths that are shared, where they are.
+    pub roles: &'a mut Roles,
 }
 
 impl Kernel for ShadePathsStage<'_> {
@@ -111,7 +114,46 @@ impl Kernel for ShadePathsStage<'_> {
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
                 self.shadow.append(&outcome.shadow, places);
                 self.next.append(outcome.goes_on, &outcome.next, places);
+                if self.frame.sharing.is_some() {
+                    self.roles.put::<L::Queue>(places, outcome.shared.as_ref(), valid);
+                }
             }
+        }
+    }
+}
+
+/// What the hits of a wave are to paths that are shared.
+#[derive(Default)]
+pub struct Roles {
+    /// First vertices that take part.
+    pub receives: Vec<bool>,
+    /// What second vertices have to lend.
+    pub lent: Vec<Option<Lent<f32>>>,
+}
+
+impl Roles {
+    /// For at most `capacity` hits.
+    pub fn new(capacity: usize) -> Self {
+        Self { receives: vec![false; capacity], lent: vec![None; capacity] }
+    }
+
+    /// Writes to where the lanes came from.
+    #[inline(always)]
+    fn put<F: Float>(&mut self, places: F::Int, shared: Option<&Shared<F>>, mask: F::Mask) {
+        let (mut at, mut columns) = ([0; 16], [[0.0; 16]; COLUMNS]);
+        places.store(&mut at);
+        let (mut receives, mut lends) = (0, 0);
+        if let Some(shared) = shared {
+            (receives, lends) = (shared.receives.bits(), shared.lends.bits());
+            for (to, column) in columns.iter_mut().zip(shared.lent.columns()) {
+                column.store(to);
+            }
+        }
+        for (lane, place) in at[..mask.count()].iter().enumerate() {
+            let place = *place as usize;
+            self.receives[place] = receives >> lane & 1 != 0;
+            let lends = lends >> lane & 1 != 0;
+            self.lent[place] = lends.then(|| Lent::new(&columns.map(|column| column[lane])));
         }
     }
 }

@@ -101,6 +101,24 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         }
     }
 
+    /// Packs lanes to the end.
+    #[inline(always)]
+    pub fn append<F: Float>(&mut self, mask: F::Mask, floats: [F; N], integers: [F::Int; M]) {
+        let at = self.length;
+        self.pack::<F>(at, mask, floats, integers);
+        self.set_len(at + mask.count());
+    }
+
+    /// A column of floats.
+    pub fn floats(&self, column: usize) -> &[f32] {
+        &self.floats[column][..self.length]
+    }
+
+    /// A column of integers.
+    pub fn integers(&self, column: usize) -> &[u32] {
+        &self.integers[column][..self.length]
+    }
+
     /// Moves the last items of another queue, as many as fit, to the end of this one.
     fn take_last(&mut self, from: &mut Self) {
         let count = from.length.min(self.room());
@@ -236,6 +254,11 @@ impl PathQueue {
     /// Pixels and samples.
     pub fn pixels(&self) -> (&[u32], &[u32]) {
         (&self.0.integers[0][..self.0.length], &self.0.integers[1][..self.0.length])
+    }
+
+    /// The hit that a path comes from.
+    pub fn source(&self, at: usize) -> usize {
+        self.0.integers[SOURCE][at] as usize
     }
 
     /// Takes the radiance along from the hits that the paths come from.

@@ -21,6 +21,7 @@ impl Wave {
             + self.shadow.0.bytes()
             + columns.map(|column| size_of_val(&column[..])).iter().sum::<usize>()
             + self.ends.bytes()
+            + self.shared.as_ref().map_or(0, |shared| shared.bytes())
     }
 
     /// The rays of the wave and what they have met.
@@ -169,6 +170,14 @@ fn flow(
     let mut lanes = [0; 17];
     groups.iter().for_each(|active| lanes[*active] += 1);
     Flow { stage, entering: count, leaving: total, capacity, width, lanes }
+}
+
+/// Rays that share paths, and how many of them nothing blocked.
+pub(super) fn report_connections(level: Level, blocked: &[u32], observer: &mut dyn Observer) {
+    if observer.looks() && !blocked.is_empty() {
+        let free = (0..blocked.len()).filter(|i| blocked[*i] == 0);
+        observer.report(&Event::Wave(flow(Stage::Connect, level, blocked.len(), blocked.len(), free)));
+    }
 }
 
 /// How many lanes a level has.

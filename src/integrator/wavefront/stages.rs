@@ -2,9 +2,8 @@
 //! queue; what happens to light in it is in [`crate::integrator::whitted`].
 
 use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
-use crate::film::Film;
 use crate::integrator::observe::{self, Observer};
-use crate::integrator::path::unpack_pixel;
+use crate::integrator::sharing::Sink;
 use crate::integrator::{Frame, begin, path_tracing, whitted};
 use crate::math::{Color, NONE, Rgb};
 use crate::shading::surface::material_of;
@@ -61,7 +60,7 @@ pub struct RetireStage<'a> {
     /// Their hits, in and out.
     pub hits: &'a mut HitQueue,
     /// Where misses end.
-    pub film: &'a mut Film,
+    pub sink: &'a mut dyn Sink,
     /// Is told of them.
     pub observer: &'a mut dyn Observer,
 }
@@ -93,8 +92,7 @@ impl Kernel for RetireStage<'_> {
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;
                     bits &= bits - 1;
-                    let (x, y) = unpack_pixel(pixel[lane]);
-                    self.film.add(x, y, sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
+                    self.sink.deposit(pixel[lane], sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
                     if self.observer.looks() {
                         let path = self.paths.load::<f32>(at + lane);
                         let radiance = Color::new(r[lane], g[lane], b[lane]);

@@ -47,8 +47,9 @@ pub struct Bsdf<F: Float> {
     pub(super) below: F,
     pub(super) coat_wo: Vector<F>,
     pub(super) coat_smooth: F::Mask,
-    /// Probabilities: diffuse, back, mirror, through, coat.
-    pub(super) chance: [F; 5],
+    /// Probabilities of lobes: diffuse, back, microfacets, coat. Whether a microfacet reflects or lets
+    /// through is for [`Bsdf::reflects`] to say.
+    pub(super) chance: [F; 4],
 }
 
 impl<F: Float> Bsdf<F> {
@@ -78,7 +79,7 @@ impl<F: Float> Bsdf<F> {
             below: one,
             coat_wo: wo,
             coat_smooth: none,
-            chance: [zero; 5],
+            chance: [zero; 4],
         };
         if has.specular {
             bsdf.smooth = p.ggx.x.max(p.ggx.y).lt(F::splat(SMOOTH));
@@ -130,7 +131,7 @@ impl<F: Float> Bsdf<F> {
         let left = self.left.luminance();
         let mut diffuse = zero;
         let mut back = zero;
-        let (mut mirror, mut through, mut coat) = (zero, zero, zero);
+        let (mut microfacets, mut coat) = (zero, zero);
         if self.has.diffuse {
             diffuse = p.diffuse.luminance() * left;
         }
@@ -141,28 +142,35 @@ impl<F: Float> Bsdf<F> {
             diffuse = diffuse + p.sheen.color.luminance() * F::splat(0.5);
         }
         if self.has.specular {
-            mirror = self.mixed(self.once).luminance().max(F::splat(1e-3));
+            microfacets = self.mixed(self.once).luminance().max(F::splat(1e-3));
             if !self.has.solid {
                 let often = self.multiple.luminance() * (F::one() - self.own.whole());
                 diffuse = diffuse + F::select(self.smooth, zero, often);
             }
         }
         if self.has.transmission {
-            // Rough glass has microfacets that reflect, or let through, where the mean one does not.
             let reflected = self.fresnel(self.wo.z.abs()).luminance();
-            let reflected = F::select(self.smooth, reflected, reflected.clamp(0.1, 0.9));
-            through = p.through.luminance() * (F::one() - reflected);
-            if self.has.solid {
-                mirror = reflected;
-            }
+            let through = p.through.luminance() * (F::one() - reflected);
+            microfacets = through + if self.has.solid { reflected } else { microfacets };
         }
         if self.has.coat {
             coat = F::one() - self.below;
         }
-        let below = [diffuse, back, mirror, through].map_each(self.below);
-        let sum = below[0] + below[1] + below[2] + below[3] + coat;
-        let scale = F::one() / sum.max(F::splat(1e-20));
-        self.chance = [below[0] * scale, below[1] * scale, below[2] * scale, below[3] * scale, coat * scale];
+        let [diffuse, back, microfacets] = [diffuse, back, microfacets].map_each(self.below);
+        let scale = F::one() / (diffuse + back + microfacets + coat).max(F::splat(1e-20));
+        self.chance = [diffuse * scale, back * scale, microfacets * scale, coat * scale];
+    }
+
+    /// The probability that a microfacet that has been drawn reflects, by its own Fresnel term: that of the
+    /// mean one says little where many reflect all light and many hardly any.
+    #[inline(always)]
+    pub(super) fn reflects(&self, fresnel: Color<F>) -> F {
+        if !self.has.transmission {
+            return F::one();
+        }
+        let reflected = fresnel.luminance();
+        let through = self.p.through.luminance() * (F::one() - reflected);
+        reflected / (reflected + through).max(F::splat(1e-20))
     }
 
     /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
@@ -190,7 +198,7 @@ impl<F: Float> Bsdf<F> {
         }
         pdf = pdf + lambert * self.chance[0];
         if self.has.diffuse {
-            value = value + p.diffuse * self.shared(incoming) * lambert;
+            value = value + self.diffuse_value(incoming, lambert);
         }
         value = value * self.below;
         if self.has.sheen {
@@ -207,9 +215,48 @@ impl<F: Float> Bsdf<F> {
             // Its own normals say where it reflects to, not those of what lies below.
             let (lobe, density) = self.coat(direction, side.gt(zero));
             value = value + lobe;
-            pdf = pdf + density * self.chance[4];
+            pdf = pdf + density * self.chance[3];
         }
         (value, pdf)
+    }
+
+    /// The probability that a direction is drawn from the diffuse lobe.
+    #[inline(always)]
+    pub fn diffuse_chance(&self) -> F {
+        self.chance[0]
+    }
+
+    /// For shading, on the viewer's side.
+    #[inline(always)]
+    pub fn normal(&self) -> Vector<F> {
+        self.p.frame.z
+    }
+
+    /// The diffuse lobe's part of the value · |cos| that the whole has for light that comes from
+    /// `direction`, where no coat or sheen lies above it.
+    #[inline(always)]
+    pub fn diffuse_part(&self, direction: Vector<F>, whole: Color<F>, mask: F::Mask) -> Color<F> {
+        let (zero, black) = (F::zero(), Color::black());
+        let wi = self.p.frame.local(direction);
+        let front = wi.z.gt(zero) & self.p.geometric_normal.dot(direction).gt(zero);
+        if !self.has.diffuse {
+            return black;
+        }
+        if !self.has.specular {
+            return Color::select(front, black.complement(), black);
+        }
+        let incoming =
+            self.left_by(&albedo::directional(self.tables.mirror, wi.z, self.p.roughness, mask & front));
+        let value = self.diffuse_value(incoming, wi.z.abs() * F::splat(1.0 / PI)) * self.below;
+        let least = F::splat(1e-30);
+        let whole = Color::new(whole.r.max(least), whole.g.max(least), whole.b.max(least));
+        let part = value.over(whole).clamp(0.0, 1.0);
+        Color::select(front, part, black)
+    }
+
+    #[inline(always)]
+    fn diffuse_value(&self, incoming: Color<F>, lambert: F) -> Color<F> {
+        self.p.diffuse * self.shared(incoming) * lambert
     }
 
     /// How the diffuse lobe is divided between directions by the mirror lobe above it.
@@ -232,13 +279,14 @@ impl<F: Float> Bsdf<F> {
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
-        let single = self.fresnel(self.wo.dot(h).max(zero)) * (density * visible);
+        let fresnel = self.fresnel(self.wo.dot(h).max(zero));
+        let single = fresnel * (density * visible);
         let lost = (F::one() - self.own.whole()) * (F::one() - other.whole());
         let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
         let multiple = self.multiple * (lost / lost_mean * wi.z * F::splat(1.0 / PI));
         let value = if self.has.solid { single * self.gain } else { single + multiple };
         let rough = !self.smooth;
-        let pdf = density / (F::one() + self.lambda);
+        let pdf = density / (F::one() + self.lambda) * self.reflects(fresnel);
         (Color::select(rough, value, Color::black()), F::select(rough, pdf, zero), incoming)
     }
 
@@ -257,7 +305,7 @@ impl<F: Float> Bsdf<F> {
         let (lobe, density) = if self.has.solid { self.bent(wi) } else { self.straight(wi) };
         let rough = !self.smooth;
         value = value + Color::select(rough, lobe, Color::black());
-        pdf = pdf + F::select(rough, density, zero) * self.chance[3];
+        pdf = pdf + F::select(rough, density, zero) * self.chance[2];
         (value, pdf)
     }
 
@@ -269,8 +317,9 @@ impl<F: Float> Bsdf<F> {
         let h = (self.wo + turned).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(turned));
-        let passes = self.fresnel(self.wo.dot(h).max(F::zero())).complement();
-        (p.through * passes * (density * visible), density / (F::one() + self.lambda))
+        let fresnel = self.fresnel(self.wo.dot(h).max(F::zero()));
+        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(fresnel));
+        (p.through * fresnel.complement() * (density * visible), pdf)
     }
 
     /// Refracted by microfacets (Walter and others 2007; PBRT 4th ed., 9.7).
@@ -288,9 +337,9 @@ impl<F: Float> Bsdf<F> {
         let jacobian = -cos_i / (denominator * denominator).max(F::splat(1e-12));
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
-        let passes = self.fresnel(cos_o.max(zero)).complement();
-        let value = self.through() * passes * self.gain * (density * visible);
-        let pdf = density / (F::one() + self.lambda);
+        let fresnel = self.fresnel(cos_o.max(zero));
+        let value = self.through() * fresnel.complement() * self.gain * (density * visible);
+        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(fresnel));
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
 
@@ -320,8 +369,8 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     pub fn scatters(&self) -> F::Mask {
         let wide = self.chance[0] + self.chance[1];
-        let rough = F::select(self.smooth, F::zero(), self.chance[2] + self.chance[3]);
-        let coat = F::select(self.coat_smooth, F::zero(), self.chance[4]);
+        let rough = F::select(self.smooth, F::zero(), self.chance[2]);
+        let coat = F::select(self.coat_smooth, F::zero(), self.chance[3]);
         (wide + rough + coat).gt(F::zero())
     }
 }
@@ -355,10 +404,10 @@ trait MapEach<F> {
     fn map_each(self, factor: F) -> Self;
 }
 
-impl<F: Float> MapEach<F> for [F; 4] {
+impl<F: Float> MapEach<F> for [F; 3] {
     #[inline(always)]
     fn map_each(self, factor: F) -> Self {
-        let [a, b, c, d] = self;
-        [a * factor, b * factor, c * factor, d * factor]
+        let [a, b, c] = self;
+        [a * factor, b * factor, c * factor]
     }
 }

@@ -28,21 +28,18 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     pub fn sample(&self, choice: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
-        let [diffuse, back, mirror, through, _] = self.chance;
-        let below_diffuse = choice.lt(diffuse);
+        let [diffuse, back, microfacets, _] = self.chance;
+        let is_diffuse = choice.lt(diffuse);
         let below_back = choice.lt(diffuse + back);
-        let below_mirror = choice.lt(diffuse + back + mirror);
-        let below_through = choice.lt(diffuse + back + mirror + through);
-        let is_diffuse = below_diffuse;
-        let is_back = below_back & !below_diffuse;
-        let is_mirror = below_mirror & !below_back;
-        let is_through = below_through & !below_mirror;
-        let is_coat = !below_through;
+        let below_microfacets = choice.lt(diffuse + back + microfacets);
+        let is_back = below_back & !is_diffuse;
+        let is_microfacet = below_microfacets & !below_back;
+        let is_coat = !below_microfacets;
 
         let mut direction = self.p.frame.z;
         let mut delta = F::Mask::from_bits(0);
         let mut delta_weight = Color::black();
-        let (mut is_mirror, mut is_through) = (is_mirror, is_through);
+        let (mut is_through, mut possible) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
         let wide = is_diffuse | is_back;
         if (mask & wide).any() {
             // Cosine-distributed: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
@@ -50,15 +47,15 @@ impl<F: Float> Bsdf<F> {
             let z = (F::one() - x * x - y * y).max(F::splat(1e-8)).sqrt();
             direction = self.p.frame.world(Vector::new(x, y, F::select(is_back, -z, z)));
         }
-        if self.has.specular && (mask & (is_mirror | is_through)).any() {
-            let narrow = self.narrow(u, is_through);
-            direction =
-                Vector::select(is_mirror | is_through, self.p.frame.world(narrow.direction), direction);
-            let exact = (is_mirror | is_through) & self.smooth;
-            delta = exact;
+        if self.has.specular && (mask & is_microfacet).any() {
+            // What is left of the number says whether the microfacet reflects.
+            let rest = (choice - diffuse - back) / microfacets.max(F::splat(1e-20));
+            let narrow = self.narrow(u, rest);
+            direction = Vector::select(is_microfacet, self.p.frame.world(narrow.direction), direction);
+            delta = is_microfacet & self.smooth;
             delta_weight = narrow.weight;
-            is_mirror = is_mirror & narrow.valid;
-            is_through = is_through & narrow.valid;
+            is_through = is_microfacet & narrow.through;
+            possible = narrow.valid | !is_microfacet;
         }
         if self.has.coat && (mask & is_coat).any() {
             let coat = &self.p.coat;
@@ -71,10 +68,9 @@ impl<F: Float> Bsdf<F> {
             direction = Vector::select(is_coat, wi, direction);
             let exact = is_coat & self.coat_smooth;
             delta = delta | exact;
-            let weight = schlick(coat.f0, coat.f90, cos.max(zero)) * (coat.weight / self.chance[4]);
+            let weight = schlick(coat.f0, coat.f90, cos.max(zero)) * (coat.weight / self.chance[3]);
             delta_weight = Color::select(exact, weight, delta_weight);
         }
-        let valid = is_diffuse | is_back | is_mirror | is_through | is_coat;
         let direction = direction.normalize();
         let goes_through = is_back | is_through;
         let side = self.p.geometric_normal.dot(direction);
@@ -82,50 +78,62 @@ impl<F: Float> Bsdf<F> {
         let (value, pdf) =
             if (mask & !delta).any() { self.evaluate(direction, mask) } else { (Color::black(), zero) };
         let weight = Color::select(delta, delta_weight, value * (F::one() / pdf.max(F::splat(1e-20))));
-        let possible = delta | pdf.gt(zero);
+        let possible = possible & (delta | pdf.gt(zero));
         BsdfSample {
             direction,
             weight,
             pdf: F::select(delta, zero, pdf),
-            valid: mask & valid & right_side & possible,
+            valid: mask & right_side & possible,
             through: goes_through,
             wide,
         }
     }
 
-    /// A direction of the mirror's or of what goes through, in the frame; and its weight where
-    /// the surface is smooth.
+    /// A microfacet's direction in the frame, by reflection if `which` is less than the probability of
+    /// that; and its weight where the surface is smooth.
     #[inline(always)]
-    fn narrow(&self, u: (F, F), through: F::Mask) -> ThroughSmall<F> {
+    fn narrow(&self, u: (F, F), which: F) -> FromMicrofacet<F> {
         let (zero, p) = (F::zero(), &self.p);
         let up = Vector::new(zero, zero, F::one());
         let h =
             if (!self.smooth).any() { Vector::select(self.smooth, up, p.ggx.sample(self.wo, u)) } else { up };
         let cos = self.wo.dot(h);
         let reflected = h * (F::splat(2.0) * cos) - self.wo;
-        let part = self.fresnel(cos.max(zero));
-        let weight = part * (self.below / self.chance[2]);
+        let fresnel = self.fresnel(cos.max(zero));
+        let reflects = self.reflects(fresnel);
+        let through = !which.lt(reflects);
+        let all = F::Mask::from_bits(u32::MAX);
+        let chance = self.below / self.chance[2];
+        let weight = fresnel * (chance / reflects.max(F::splat(1e-20)));
         if !self.has.transmission {
-            return ThroughSmall { direction: reflected, weight, valid: F::Mask::from_bits(u32::MAX) };
+            return FromMicrofacet {
+                direction: reflected,
+                weight,
+                through: F::Mask::from_bits(0),
+                valid: all,
+            };
         }
-        let passes = self.through() * part.complement() * (self.below / self.chance[3]);
+        let left = (F::one() - reflects).max(F::splat(1e-20));
+        let passes = self.through() * fresnel.complement() * (chance / left);
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();
             (h * (p.eta * cos - cos_t) - self.wo * p.eta, sin2.lt(F::one()))
         } else {
-            (Vector::new(reflected.x, reflected.y, -reflected.z), F::Mask::from_bits(u32::MAX))
+            (Vector::new(reflected.x, reflected.y, -reflected.z), all)
         };
-        ThroughSmall {
+        FromMicrofacet {
             direction: Vector::select(through, bent, reflected),
             weight: Color::select(through, passes, weight),
+            through,
             valid: possible | !through,
         }
     }
 }
 
-struct ThroughSmall<F: Float> {
+struct FromMicrofacet<F: Float> {
     direction: Vector<F>,
     weight: Color<F>,
+    through: F::Mask,
     valid: F::Mask,
 }

@@ -34,6 +34,54 @@ impl<F: Float> Reflectance<F> {
     }
 }
 
+/// What a mirror lobe with Schlick's Fresnel term leaves to what lies below it.
+#[derive(Clone, Copy)]
+pub struct UnderMirror<F: Float> {
+    /// Reflectance straight on.
+    pub f0: Color<F>,
+    /// At grazing angles.
+    pub f90: Color<F>,
+    /// Of what the microfacets do not give back at once, the part that they do later.
+    pub further: Color<F>,
+}
+
+impl<F: Float> UnderMirror<F> {
+    /// For a direction of that albedo.
+    #[inline(always)]
+    pub fn left(&self, own: &Albedo<F>) -> Color<F> {
+        rest(self.f0 * own.straight + self.f90 * own.grazing, self.further, own).clamp(0.0, 1.0)
+    }
+}
+
+impl UnderMirror<f32> {
+    const BLACK: Color<f32> = Color { r: 0.0, g: 0.0, b: 0.0 };
+    /// Nothing lies above, or nothing that depends on the direction.
+    pub const NOTHING: Self = Self { f0: Self::BLACK, f90: Self::BLACK, further: Self::BLACK };
+
+    /// Whether it is [`UnderMirror::NOTHING`].
+    pub fn is_nothing(&self) -> bool {
+        [self.f0, self.f90, self.further].iter().all(|c| c.max_component() <= 0.0)
+    }
+
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat<F: Float>(&self) -> UnderMirror<F> {
+        UnderMirror { f0: lanes(self.f0), f90: lanes(self.f90), further: lanes(self.further) }
+    }
+}
+
+/// The same colour in every lane.
+#[inline(always)]
+fn lanes<F: Float>(c: Color<f32>) -> Color<F> {
+    Color::new(F::splat(c.r), F::splat(c.g), F::splat(c.b))
+}
+
+/// What is left of light of which a part is reflected once and a part of the rest later.
+#[inline(always)]
+fn rest<F: Float>(once: Color<F>, further: Color<F>, own: &Albedo<F>) -> Color<F> {
+    (once + further * (F::one() - own.whole())).complement()
+}
+
 impl<F: Float> Bsdf<F> {
     /// Reflectance of a microfacet.
     #[inline(always)]
@@ -104,7 +152,7 @@ impl<F: Float> Bsdf<F> {
         } else {
             self.singly(&self.mean).dielectric
         };
-        self.left_mean = self.rest(once, &self.mean).clamp(1e-6, 1.0);
+        self.left_mean = rest(once, self.dielectric, &self.mean).clamp(1e-6, 1.0);
     }
 
     /// Albedo of single reflections by microfacets.
@@ -179,12 +227,25 @@ impl<F: Float> Bsdf<F> {
     /// for a direction of that albedo.
     #[inline(always)]
     pub(super) fn left_by(&self, own: &Albedo<F>) -> Color<F> {
-        self.rest(self.singly(own).dielectric, own).clamp(0.0, 1.0)
+        if self.has.film || self.has.constant_fresnel {
+            return rest(self.singly(own).dielectric, self.dielectric, own).clamp(0.0, 1.0);
+        }
+        self.under_mirror().left(own)
     }
 
     #[inline(always)]
-    fn rest(&self, once: Color<F>, own: &Albedo<F>) -> Color<F> {
-        (once + self.dielectric * (F::one() - own.whole())).complement()
+    fn under_mirror(&self) -> UnderMirror<F> {
+        UnderMirror { f0: self.p.f0, f90: self.p.f90, further: self.dielectric }
+    }
+
+    /// What lies above the diffuse lobe, its roughness, and what it leaves of it for the viewer: all that
+    /// the lobe's light owes to where it is seen from, under a mirror lobe without film.
+    #[inline(always)]
+    pub fn above_diffuse(&self) -> (UnderMirror<F>, F, Color<F>) {
+        if !self.has.specular || self.has.constant_fresnel {
+            return (UnderMirror::NOTHING.splat(), self.p.roughness, self.left);
+        }
+        (self.under_mirror(), self.p.roughness, self.left)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::scene::Material;
 #[derive(Clone, Copy)]
 pub struct LobeTables {
     /// Of rough mirrors.
-    pub(super) mirror: &'static albedo::Table,
+    pub mirror: &'static albedo::Table,
     /// Of rough glass.
     pub(super) glass: &'static [f32],
     /// Of fibres.

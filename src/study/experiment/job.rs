@@ -15,7 +15,7 @@ use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
 use crate::scene::CompiledScene;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
-use crate::world::{Camera, Falloff, Light, Shape, Transform, World};
+use crate::world::{Camera, Falloff, Light, Shape, Sharing, Transform, World};
 
 /// An image.
 #[derive(Clone, Debug)]
@@ -68,6 +68,11 @@ fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u3
     settings.max_depth = change.max_depth.unwrap_or(settings.max_depth);
     settings.pixel_pattern = change.pixel_pattern.map_or(settings.pixel_pattern, Into::into);
     settings.transport = change.transport.map_or(settings.transport, Into::into);
+    settings.sharing = match change.sharing {
+        None => settings.sharing,
+        Some(1) => Sharing::Off,
+        Some(pixels) => Sharing::Groups(pixels),
+    };
     settings.sampler = change.sampler.map_or(settings.sampler, Into::into);
     settings.build_quality = change.quality.map_or(settings.build_quality, Into::into);
     settings.seed = settings.seed.wrapping_add(u64::from(seed));

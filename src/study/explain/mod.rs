@@ -45,8 +45,23 @@ pub struct Followed {
     pub steps: Vec<Step>,
     /// What it adds to the film.
     pub radiance: Triple,
+    /// Where its group shares paths, what becomes of what is found behind the first vertex.
+    pub shares: Option<Shares>,
     /// Why it went no further.
     pub why: Why,
+}
+
+/// What a sample has from its group of paths, and from its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares {
+    /// What the path has found up to the first vertex.
+    pub before: Triple,
+    /// What its own path has found for it alone behind that.
+    pub own: Triple,
+    /// What the second vertices of the group send, its own among them.
+    pub shared: Triple,
+    /// How many of them send anything.
+    pub vertices: u32,
 }
 
 /// A ray and what it met.
@@ -207,7 +222,10 @@ pub fn explain(
     let session = Session::of(frame.clone(), samples.end, options).with_samples(samples);
     let mut story = Story { frame: &frame, names, lives: Vec::new(), begun: HashMap::new() };
     let film = session.observe(Some([x, y]), &mut |event| {
-        if let Event::Sample(place, what) = event {
+        // Those that share with it are rendered, too.
+        if let Event::Sample(place, what) = event
+            && place.pixel == (x, y)
+        {
             story.tell(*place, what);
         }
     });
@@ -272,6 +290,17 @@ impl Story<'_> {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
             }
+            What::Aside => {
+                if let Some(path) = self.path() {
+                    if place.depth == 0 {
+                        let nothing = [0.0; 3];
+                        let (before, own, shared) = (path.radiance, nothing, nothing);
+                        path.shares = Some(Shares { before, own, shared, vertices: 0 });
+                    }
+                    path.radiance = [0.0; 3];
+                }
+            }
+            What::Received { own, shared, vertices } => self.received(place, *own, *shared, *vertices),
             What::End { radiance } => {
                 let why = self.why(place);
                 if let Some(path) = self.path() {
@@ -279,6 +308,15 @@ impl Story<'_> {
                 }
             }
         }
+    }
+
+    /// Adds up what a path and its group have found for a sample.
+    fn received(&mut self, place: PathKey, own: Triple, shared: Triple, vertices: u32) {
+        let life = self.lives.iter_mut().find(|life| life.sample == place.sample);
+        let Some(path) = life.and_then(|life| life.paths.first_mut()) else { return };
+        let before = path.shares.map_or(path.radiance, |shares| shares.before);
+        path.shares = Some(Shares { before, own, shared, vertices });
+        path.radiance = add(add(before, own), shared);
     }
 
     /// What a ray to a light has brought; under the path transport, whose surfaces may let a part of
@@ -309,7 +347,14 @@ impl Story<'_> {
         let forked = self.frame.transport == Transport::Whitted;
         if life.paths.last().is_none_or(|path| forked && path.branch != place.branch) {
             let (branch, steps) = (place.branch, Vec::new());
-            life.paths.push(Followed { branch, from, steps, radiance: [0.0; 3], why: Why::Escaped });
+            life.paths.push(Followed {
+                branch,
+                from,
+                steps,
+                radiance: [0.0; 3],
+                shares: None,
+                why: Why::Escaped,
+            });
         }
     }
 

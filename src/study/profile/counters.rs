@@ -43,7 +43,7 @@ impl Counts {
 #[derive(Clone, Copy, Debug)]
 pub struct Counted {
     /// For each stage of the wavefront.
-    pub stages: [Counts; 7],
+    pub stages: [Counts; 8],
     /// For all of the recursive schedule.
     pub recursive: Counts,
 }
@@ -77,7 +77,7 @@ mod here {
             _ => format!("they cannot be read: {error}"),
         };
         let mut counters = Counters::new().map_err(refused)?;
-        let mut stages = [Counts::default(); 7];
+        let mut stages = [Counts::default(); 8];
         let mut failure = None;
         let mut last = counters.read().map_err(refused)?;
         let wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));

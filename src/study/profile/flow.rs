@@ -100,7 +100,7 @@ pub struct Flows {
     /// By bounces.
     pub bounces: Vec<Bounce>,
     /// By stage, in order.
-    pub stages: [StageFlow; 7],
+    pub stages: [StageFlow; 8],
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
@@ -161,7 +161,7 @@ impl Counter<'_> {
             What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
             What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
             What::End { .. } => self.flows.bounces[depth].ends += 1,
-            What::Vertex { .. } | What::Choice { .. } => {}
+            What::Vertex { .. } | What::Choice { .. } | What::Aside | What::Received { .. } => {}
         }
     }
 
@@ -195,6 +195,7 @@ fn complete(flows: &mut Flows, transport: Transport) {
         Stage::Shade => (PATH_BYTES + HIT_BYTES + VERTEX_BYTES + COLOR + NUMBER, 0),
         Stage::Light => (PATH_BYTES + VERTEX_BYTES, SHADOW_BYTES),
         Stage::Shadow => (RAY + 2 * NUMBER, 3 * COLOR),
+        Stage::Connect => (RAY + 2 * NUMBER, COLOR),
         Stage::Advance => (NUMBER, 2 * PATH_BYTES + 2 * COLOR),
     };
     for stage in Stage::ALL {

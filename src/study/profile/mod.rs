@@ -69,7 +69,7 @@ pub struct Timed {
     /// Seconds of all threads, where the system tells.
     pub cpu: Option<Spread>,
     /// Seconds of each stage, all threads together; zeros for the recursive schedule.
-    pub stages: [f64; 7],
+    pub stages: [f64; 8],
     /// Rays of a run.
     pub rays: RayCounts,
     /// Forks that found no place in the wave.
@@ -119,7 +119,7 @@ pub fn time(
 struct Measured {
     wall: f64,
     cpu: Option<f64>,
-    stages: [f64; 7],
+    stages: [f64; 8],
     session: Session,
 }
 

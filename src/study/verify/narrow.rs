@@ -75,7 +75,9 @@ fn rank(what: &What) -> usize {
         What::Choice { .. } => 3,
         What::Light { .. } => 4,
         What::Shadow { .. } => 5,
-        What::End { .. } => 6,
+        What::Aside => 6,
+        What::End { .. } => 7,
+        What::Received { .. } => 8,
     }
 }
 
@@ -151,7 +153,8 @@ fn stage(place: PathKey, happened: &[Option<What>; 2]) -> Stage {
             What::Vertex { .. } | What::Choice { .. } | What::Onward { .. } => Stage::Shade,
             What::Light { .. } => Stage::Light,
             What::Shadow { .. } => Stage::Shadow,
-            What::End { .. } => Stage::Advance,
+            What::Received { .. } => Stage::Connect,
+            What::Aside | What::End { .. } => Stage::Advance,
         },
         [None, None] => Stage::Advance,
     }

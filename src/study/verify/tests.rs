@@ -58,20 +58,20 @@ fn all_ways_agree() {
 fn a_planted_fault_is_found_where_it_is() {
     type Change = fn(&mut Frame);
     let faults: [(Change, Stage, u32); 6] = [
-        (|frame| frame.scene.camera.origin.x += 1e-6, Stage::Generate, 0),
+        (|frame| scene(frame).camera.origin.x += 1e-6, Stage::Generate, 0),
         (
-            |frame| frame.scene.bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001),
+            |frame| scene(frame).bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001),
             Stage::Intersect,
             0,
         ),
-        (|frame| frame.scene.geometry.spheres[0][0] += 1e-3, Stage::Shade, 0),
+        (|frame| scene(frame).geometry.spheres[0][0] += 1e-3, Stage::Shade, 0),
         (
-            |frame| frame.scene.materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
+            |frame| scene(frame).materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
             Stage::Shade,
             1,
         ),
         (
-            |frame| frame.scene.materials.iter_mut().for_each(|m| m.classic.diffuse.factor[2] *= 0.75),
+            |frame| scene(frame).materials.iter_mut().for_each(|m| m.classic.diffuse.factor[2] *= 0.75),
             Stage::Light,
             0,
         ),
@@ -95,4 +95,9 @@ fn a_missing_bounce_has_one_side() {
     let found = run(|frame| frame.max_depth = 0, |way| way.wave == 64);
     let first = found.difference.and_then(|difference| difference.first).expect("something");
     assert!(matches!(first.happened, [None, Some(What::End { .. })]), "{first:?}");
+}
+
+/// To plant faults in.
+fn scene(frame: &mut Frame) -> &mut crate::scene::CompiledScene {
+    Arc::get_mut(&mut frame.scene).expect("nobody else has it")
 }

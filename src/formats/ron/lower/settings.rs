@@ -4,7 +4,8 @@ use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{
-    Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Tonemap, Transport,
+    Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Sharing, Tonemap,
+    Transport,
 };
 
 /// Image width and height in pixels.
@@ -90,6 +91,9 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.sampler {
         settings.sampler = source.choice(raw, "sampler", SAMPLERS)?;
     }
+    if let Some(raw) = read.sharing {
+        settings.sharing = sharing(source, raw)?;
+    }
     if let Some(raw) = read.seed {
         settings.seed = source.whole(raw, "seed", 0, u64::MAX)?;
     }
@@ -140,6 +144,19 @@ fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
         }
     }
     Ok(aovs)
+}
+
+/// `Auto`, `Off` or how many pixels.
+fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> {
+    if source.variant(raw).is_some() {
+        return source.choice(raw, "sharing", &[("Auto", Sharing::Auto), ("Off", Sharing::Off)]);
+    }
+    let most = u64::from(Sharing::SIZES[Sharing::SIZES.len() - 1]);
+    let pixels = source.whole(raw, "sharing", u64::from(Sharing::SIZES[0]), most)? as u32;
+    if !Sharing::SIZES.contains(&pixels) {
+        return Err(source.expected(raw, "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share"));
+    }
+    Ok(Sharing::Groups(pixels))
 }
 
 fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {

@@ -29,6 +29,7 @@ fn settings_are_read_and_default() {
             roulette_depth: None,
             clamp: Some(20.0),
             sampler: Sampler::Independent,
+            sharing: Sharing::Groups(16),
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
             auto_exposure: true,
@@ -47,6 +48,8 @@ fn settings_are_read_and_default() {
     assert_eq!(settings("transport: Path").transport, Transport::Path);
     assert_eq!(settings("aov: All").aov, Aov::ALL);
     assert_eq!(settings("aov: [Depth, Depth, Variance]").aov, [Aov::Depth, Aov::Variance]);
+    assert_eq!(settings("sharing: Off").sharing, Sharing::Off);
+    assert_eq!(settings("sharing: Auto").sharing, Sharing::Auto);
     assert_eq!(settings("sampler: Jittered").sampler, Sampler::Jittered);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));

@@ -78,7 +78,7 @@ fn the_text_is_one_to_read() {
     for line in [
         "    settings: (size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: 5, \
          min_throughput: 0.01, roulette_depth: None, \
-         clamp: 20, sampler: Independent, seed: 7, \
+         clamp: 20, sampler: Independent, sharing: 16, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, build_quality: High, copied_triangles: 1000, aov: [Normal, Depth]),",
@@ -333,7 +333,10 @@ fn settings() -> impl Strategy<Value = Settings> {
     let samplers = vec![Sampler::Sobol, Sampler::Jittered, Sampler::Independent];
     let transports = vec![Transport::Whitted, Transport::Path];
     let aov = prop::sample::subsequence(Aov::ALL.to_vec(), 0..=Aov::ALL.len());
-    let choices = (tonemap, quality, prop::sample::select(samplers), prop::sample::select(transports), aov);
+    let sharing = [Sharing::Auto, Sharing::Off].into_iter().chain(Sharing::SIZES.map(Sharing::Groups));
+    let sharing = prop::sample::select(sharing.collect::<Vec<_>>());
+    let (sampler, transport) = (prop::sample::select(samplers), prop::sample::select(transports));
+    let choices = (tonemap, quality, sampler, sharing, transport, aov);
     let depth = || prop::option::of(0..=DepthLimits::MOST);
     let depths = (depth(), depth(), depth());
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
@@ -350,7 +353,7 @@ fn settings() -> impl Strategy<Value = Settings> {
             choices,
             ((exposure_ev, auto_exposure), copied_triangles),
         )| {
-            let (tonemap, build_quality, sampler, transport, aov) = choices;
+            let (tonemap, build_quality, sampler, sharing, transport, aov) = choices;
             let (size, samples, max_depth, seed) = numbers;
             let (min_throughput, roulette_depth, clamp, (diffuse, glossy, transmission)) = limits;
             Settings {
@@ -373,6 +376,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 roulette_depth,
                 clamp,
                 sampler,
+                sharing,
                 aov,
             }
         },

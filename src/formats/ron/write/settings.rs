@@ -2,7 +2,7 @@
 
 use super::Written;
 use super::number::{Keys, color, number, same};
-use crate::world::{Aov, Background, PixelFilter, Settings};
+use crate::world::{Aov, Background, PixelFilter, Settings, Sharing};
 
 pub(super) fn settings(settings: &Settings) -> Written {
     let Settings {
@@ -14,6 +14,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         roulette_depth,
         clamp,
         sampler,
+        sharing,
         transport,
         seed,
         filter,
@@ -43,6 +44,12 @@ pub(super) fn settings(settings: &Settings) -> Written {
     }
     keys.push_unless(*transport == default.transport, "transport", || Ok(format!("{transport:?}")))?;
     keys.push_unless(*sampler == default.sampler, "sampler", || Ok(format!("{sampler:?}")))?;
+    keys.push_unless(*sharing == default.sharing, "sharing", || {
+        Ok(match sharing {
+            Sharing::Groups(pixels) => pixels.to_string(),
+            other => format!("{other:?}"),
+        })
+    })?;
     keys.push_unless(*seed == default.seed, "seed", || Ok(seed.to_string()))?;
     keys.push_unless(*filter == default.filter, "filter", || pixel_filter(*filter))?;
     let is_default = *pixel_pattern == default.pixel_pattern;

@@ -1,0 +1,370 @@
+//! Rays from the first vertices of a group to the second ones, what each pair counts for, and the sums.
+
+use super::lend::{Sight, spread};
+use super::partition::{PIXELS, Partition};
+use super::{Grouping, Offer, Slots, path_of, unit_at};
+use crate::bvh::{Asker, Crossing, Rays, Surfaces};
+use crate::film::Film;
+use crate::integrator::begin::begin;
+use crate::integrator::observe::Observer;
+use crate::integrator::path::Path;
+use crate::integrator::path_tracing::bsdf;
+use crate::integrator::presence::Traced;
+use crate::integrator::{Frame, wavefront::queue::Columns};
+use crate::math::{Color, Ray, Vector};
+use crate::shading::emitter::SHADOW_END;
+use crate::shading::surface::leave;
+use crate::shading::{ShadingPoint, Surface};
+use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
+
+/// Rays that are traced together, if there are as many.
+const RAYS: usize = 1 << 14;
+/// More than any lane type is wide.
+const PADDING: usize = 16;
+
+/// A group: ranges of the members, the lenders and the pairs.
+struct Group {
+    members: std::ops::Range<usize>,
+    lenders: std::ops::Range<usize>,
+    pairs: usize,
+}
+
+impl Group {
+    /// Pairs from one lender to the next.
+    fn row(&self) -> usize {
+        self.members.len() + PADDING
+    }
+}
+
+/// What a slot's first vertex receives from its group.
+#[derive(Clone, Copy)]
+pub(super) struct Received {
+    pub radiance: Color<f32>,
+    /// From how many second vertices; not counted where nobody looks.
+    pub vertices: u32,
+}
+
+/// Says of each of some rays whether it is blocked.
+pub type Any<'a> = dyn FnMut(Rays, &mut [u32], &mut dyn Observer) + 'a;
+
+/// Buffers for the connections of a wave's groups, as many at a time as give [`RAYS`] rays.
+pub struct Connections {
+    rays: RayQueue,
+    blocked: Vec<u32>,
+    t_min: Vec<f32>,
+    groups: Vec<Group>,
+    /// Slots whose first vertices take part.
+    members: Vec<u32>,
+    /// Slots whose second vertices do, and the place of each among its group's members.
+    lenders: Vec<(u32, u32)>,
+    pairs: Pairs,
+    /// By slot.
+    received: Vec<Received>,
+    /// Whether somebody asks how many second vertices are received from.
+    counts: bool,
+    /// Rays so far.
+    pub traced: u64,
+}
+
+/// For each lender and each member of its group: the density with which the member draws the second
+/// vertex, and what it would receive of a radiance of 1, both as seen from there.
+#[derive(Default)]
+struct Pairs {
+    density: Vec<f32>,
+    value: [Vec<f32>; 3],
+}
+
+/// Origin, direction, end; place in the pairs, slot of the origin.
+struct RayQueue(Columns<7, 2>);
+
+impl RayQueue {
+    #[inline(always)]
+    fn append<F: Float>(&mut self, ray: &Ray<F>, pair: F::Int, slot: F::Int, mask: F::Mask) {
+        let (o, d) = (ray.origin, ray.direction);
+        self.0.append::<F>(mask, [o.x, o.y, o.z, d.x, d.y, d.z, ray.t_max], [pair, slot]);
+    }
+}
+
+/// The rays of connections, and what is there for them.
+pub struct OfConnections<'a> {
+    frame: &'a Frame,
+    slots: &'a Slots,
+    queue: &'a RayQueue,
+}
+
+impl Surfaces for OfConnections<'_> {
+    /// A ray to another's second vertex meets what the first vertex's own ray would have met there: the
+    /// same numbers say what is there, so that densities are those of one and the same scene.
+    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+        let Self { frame, slots, queue } = *self;
+        let vector = |column: usize| {
+            let [x, y, z] = [0, 1, 2].map(|axis| queue.0.floats(column + axis)[ray]);
+            Vector::new(x, y, z)
+        };
+        let (origin, direction) = (vector(0), vector(3));
+        let slot = &slots.slots[queue.0.integers(1)[ray] as usize];
+        let path = Path { origin, direction, depth: std::num::Wrapping(1), ..path_of(frame, slot) };
+        Traced { frame, path: &path, shadow: None }.meets(crossing)
+    }
+}
+
+impl Default for Connections {
+    fn default() -> Self {
+        // What one group may add to a queue that is not yet full: 64 × 64 pairs.
+        let capacity = RAYS + 4096;
+        Self {
+            rays: RayQueue(Columns::new(capacity)),
+            blocked: vec![0; capacity],
+            t_min: vec![0.0; capacity],
+            groups: Vec::new(),
+            members: Vec::new(),
+            lenders: Vec::new(),
+            pairs: Pairs::default(),
+            received: Vec::new(),
+            counts: false,
+            traced: 0,
+        }
+    }
+}
+
+impl Connections {
+    /// Bytes of all buffers.
+    pub fn bytes(&self) -> usize {
+        self.rays.0.bytes()
+            + size_of_val(&self.blocked[..])
+            + size_of_val(&self.t_min[..])
+            + self.pairs.density.capacity() * 4 * size_of::<f32>()
+            + self.received.capacity() * size_of::<Received>()
+    }
+
+    /// Connects the groups of all units and adds what their paths have found to the film. `any` says which
+    /// rays are blocked.
+    pub fn finish(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        slots: &Slots,
+        film: &mut Film,
+        observer: &mut dyn Observer,
+        any: &mut Any,
+    ) {
+        let Some(Grouping { stays, .. }) = frame.sharing else { return };
+        self.received.clear();
+        let nothing = Received { radiance: Color::black(), vertices: 0 };
+        self.received.resize(slots.units.len() * PIXELS, nothing);
+        self.counts = observer.looks();
+        for (index, unit) in slots.units.clone().enumerate() {
+            let (block, sample) = unit_at(&slots.blocks, &slots.samples, unit);
+            let log2 = u32::from(slots.sizes[unit / slots.samples.len()]);
+            if log2 == 0 {
+                continue;
+            }
+            for group in Partition::new(log2, frame.seed, block, sample >> stays).groups() {
+                let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
+                let Self { members, lenders, pairs, rays, .. } = self;
+                dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays });
+                self.groups.push(group);
+                if self.rays.0.len() >= RAYS {
+                    self.trace(frame, slots, observer, any);
+                }
+            }
+        }
+        self.trace(frame, slots, observer, any);
+        slots.finish(&self.received, film, observer);
+    }
+
+    /// The members and lenders of a group, if there is anything to lend.
+    fn gather(&mut self, slots: &Slots, first: usize, group: &[u8]) -> Option<Group> {
+        let (from_member, from_lender) = (self.members.len(), self.lenders.len());
+        let slot = |place: &u8| first + usize::from(*place);
+        self.members
+            .extend(group.iter().map(slot).filter(|at| slots.slots[*at].receives).map(|at| at as u32));
+        // Lanes that are looked up together have the same material.
+        self.members[from_member..].sort_by_key(|at| slots.slots[*at as usize].material);
+        for (place, at) in self.members[from_member..].iter().enumerate() {
+            let slot = &slots.slots[*at as usize];
+            if matches!(slot.offer, Offer::Far(_) | Offer::Near(_)) && slot.lent.max_component() > 0.0 {
+                self.lenders.push((*at, place as u32));
+            }
+        }
+        let lenders = from_lender..self.lenders.len();
+        if lenders.is_empty() {
+            self.members.truncate(from_member);
+            return None;
+        }
+        let pairs = self.pairs.density.len();
+        let group = Group { members: from_member..self.members.len(), lenders, pairs };
+        let end = pairs + group.row() * group.lenders.len();
+        self.pairs.density.resize(end, 0.0);
+        self.pairs.value.iter_mut().for_each(|column| column.resize(end, 0.0));
+        Some(group)
+    }
+
+    /// Traces the rays so far and adds what arrives.
+    fn trace(&mut self, frame: &Frame, slots: &Slots, observer: &mut dyn Observer, any: &mut Any) {
+        let count = self.rays.0.len();
+        let surfaces = OfConnections { frame, slots, queue: &self.rays };
+        let rays = Rays {
+            origin: [0, 1, 2].map(|i| self.rays.0.floats(i)),
+            direction: [3, 4, 5].map(|i| self.rays.0.floats(i)),
+            t_min: &self.t_min[..count],
+            t_max: self.rays.0.floats(6),
+            asker: Asker::new(&surfaces, 0),
+        };
+        any(rays, &mut self.blocked[..count], observer);
+        self.traced += count as u64;
+        for (pair, blocked) in self.rays.0.integers(0).iter().zip(&self.blocked) {
+            if *blocked != 0 {
+                self.pairs.density[*pair as usize] = 0.0;
+            }
+        }
+        for group in &self.groups {
+            receive(group, &self.members, &self.lenders, &self.pairs, slots, &mut self.received);
+            if self.counts {
+                count_senders(group, &self.members, &self.pairs, &mut self.received);
+            }
+        }
+        self.rays.0.clear();
+        self.groups.clear();
+        self.members.clear();
+        self.lenders.clear();
+        self.pairs.density.clear();
+        self.pairs.value.iter_mut().for_each(Vec::clear);
+    }
+}
+
+/// What the members of a group receive from its lenders.
+fn receive(
+    group: &Group,
+    members: &[u32],
+    lenders: &[(u32, u32)],
+    pairs: &Pairs,
+    slots: &Slots,
+    received: &mut [Received],
+) {
+    let members = &members[group.members.clone()];
+    let mut sums = [[0.0f32; 64]; 3];
+    let count = members.len();
+    for (row, (at, own)) in lenders[group.lenders.clone()].iter().enumerate() {
+        let start = group.pairs + row * group.row();
+        let density = &pairs.density[start..start + count];
+        let slot = &slots.slots[*at as usize];
+        let own = *own as usize;
+        if density[own] <= 0.0 {
+            // The path itself would not find it again, by rounding: it keeps what it has.
+            let kept = slot.weight * slot.lent;
+            for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
+                sum[own] += more;
+            }
+            continue;
+        }
+        let all: f32 = density.iter().sum();
+        let part = slot.lent * (1.0 / all);
+        for ((sum, value), part) in sums.iter_mut().zip(&pairs.value).zip([part.r, part.g, part.b]) {
+            let value = &value[start..start + count];
+            for ((sum, value), density) in sum.iter_mut().zip(value).zip(density) {
+                *sum += if *density > 0.0 { value * part } else { 0.0 };
+            }
+        }
+    }
+    let [r, g, b] = sums;
+    for (place, at) in members.iter().enumerate() {
+        received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
+    }
+}
+
+/// From how many second vertices the members of a group receive anything.
+fn count_senders(group: &Group, members: &[u32], pairs: &Pairs, received: &mut [Received]) {
+    for (place, at) in members[group.members.clone()].iter().enumerate() {
+        let sends = |row: &usize| pairs.density[group.pairs + row * group.row() + place] > 0.0;
+        received[*at as usize].vertices = (0..group.lenders.len()).filter(sends).count() as u32;
+    }
+}
+
+/// What each lender of a group counts for at each member, and the rays between them.
+struct Connect<'a> {
+    frame: &'a Frame,
+    slots: &'a Slots,
+    members: &'a [u32],
+    lenders: &'a [(u32, u32)],
+    group: &'a Group,
+    pairs: &'a mut Pairs,
+    rays: &'a mut RayQueue,
+}
+
+impl Kernel for Connect<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let members = &self.members[self.group.members.clone()];
+        let material = |place: usize| self.slots.slots[members[place] as usize].material;
+        let mut first = 0;
+        while first < members.len() {
+            let mut end = first + 1;
+            while end < members.len() && end - first < L::Queue::WIDTH && material(end) == material(first) {
+                end += 1;
+            }
+            self.chunk::<L::Queue>(first, end, material(first));
+            first = end;
+        }
+    }
+}
+
+impl Connect<'_> {
+    /// Members of one material.
+    #[inline(always)]
+    fn chunk<F: Float>(&mut self, first: usize, end: usize, material: u32) {
+        let Self { frame, slots, group, .. } = *self;
+        let members = &self.members[group.members.clone()][first..end];
+        let (mut at, mut pixel, mut sample) = ([0; PADDING], [0; PADDING], [0; PADDING]);
+        for (lane, member) in members.iter().enumerate() {
+            let slot = &slots.slots[*member as usize];
+            (at[lane], pixel[lane], sample[lane]) = (*member, slot.pixel, slot.sample);
+        }
+        let mask = F::Mask::first(members.len());
+        let places = F::Int::load(&at);
+        let hit = slots.hits::<F>(places, mask);
+        let path = begin::<F>(frame, F::Int::load(&pixel), F::Int::load(&sample));
+        let surface = Surface::new(&frame.scene.geometry, &path.ray(), &hit, mask);
+        let width = path.width + path.spread * hit.t;
+        let point = ShadingPoint::new(&frame.scene, material, &hit, &surface, path.direction, width, mask);
+        let bsdf = bsdf(frame, &path, &point, path.only_key(frame.seed), mask);
+        let normal = surface.geometric_normal;
+        // No light goes through: all rays leave on the viewer's side.
+        let origin = leave(surface.position, normal, surface.offset, normal);
+        for (row, (lender, own)) in self.lenders[group.lenders.clone()].iter().enumerate() {
+            let (sight, t_max) = match &slots.slots[*lender as usize].offer {
+                Offer::Far(direction) => (far::<F>(spread(*direction), mask), F::splat(f32::INFINITY)),
+                Offer::Near(lent) => {
+                    let sight = lent.seen_from(frame.lobes, origin, mask);
+                    let t_max = sight.distance * F::splat(SHADOW_END);
+                    (sight, t_max)
+                }
+                _ => continue,
+            };
+            let (value, pdf) = bsdf.evaluate(sight.direction, sight.visible);
+            let density = pdf * sight.geometry;
+            let found = sight.visible & density.gt(F::zero());
+            let value = value * sight.part * sight.geometry;
+            let start = group.pairs + row * group.row() + first;
+            F::select(found, density, F::zero()).store(&mut self.pairs.density[start..]);
+            for (column, value) in self.pairs.value.iter_mut().zip([value.r, value.g, value.b]) {
+                value.store(&mut column[start..]);
+            }
+            let number = F::Int::load(&LANES);
+            let itself = number.eq(F::Int::splat((*own).wrapping_sub(first as u32)));
+            let ray = Ray { origin, direction: sight.direction, t_min: F::zero(), t_max };
+            let pair = number + F::Int::splat(start as u32);
+            self.rays.append(&ray, pair, places, found & !itself);
+        }
+    }
+}
+
+const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+/// What lies infinitely far away looks the same from everywhere.
+#[inline(always)]
+fn far<F: Float>(direction: Vector<F>, visible: F::Mask) -> Sight<F> {
+    let one = F::one();
+    Sight { direction, distance: one, part: Color::new(one, one, one), geometry: one, visible }
+}

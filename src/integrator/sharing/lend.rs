@@ -1,0 +1,185 @@
+//! What hits mean to paths that are shared: whether a first vertex takes part, and what a second one has to
+//! lend.
+
+use crate::integrator::path::Path;
+use crate::math::{Color, Vector};
+use crate::scene::Material;
+use crate::shading::details::LEAST_COSINE;
+use crate::shading::principled::albedo;
+use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::draw::BsdfSample;
+use crate::shading::principled::reflectance::UnderMirror;
+use crate::shading::principled::tables::LobeTables;
+use crate::shading::{ShadingPoint, Surface};
+use crate::simd::{Float, Int, Mask};
+
+/// First vertices that draw directions from their diffuse lobe less often than this go without their
+/// neighbours, whose paths would hardly count for them.
+const LEAST_DIFFUSE: f32 = 0.2;
+
+/// The light that leaves a second vertex by its diffuse lobe, up to its radiance.
+#[derive(Clone, Copy)]
+pub struct Lent<F: Float> {
+    position: Vector<F>,
+    /// On the side that lends.
+    geometric_normal: Vector<F>,
+    /// For shading, not turned towards anybody.
+    normal: Vector<F>,
+    /// What lies above the lobe.
+    above: UnderMirror<F>,
+    roughness: F,
+    /// What that leaves of the lobe for the viewer that the path came from.
+    left: Color<F>,
+    /// The lobe's part of what the light sample brings.
+    pub light: Color<F>,
+    /// The same of what the path finds further on.
+    pub onward: Color<F>,
+}
+
+/// Numbers of a [`Lent`].
+pub const COLUMNS: usize = 28;
+
+impl<F: Float> Lent<F> {
+    /// As a column for each number.
+    #[inline(always)]
+    pub fn columns(&self) -> [F; COLUMNS] {
+        let (p, g, n) = (self.position, self.geometric_normal, self.normal);
+        let UnderMirror { f0, f90, further } = self.above;
+        let (left, light, onward) = (self.left, self.light, self.onward);
+        let vectors = [p.x, p.y, p.z, g.x, g.y, g.z, n.x, n.y, n.z];
+        let mut columns = [self.roughness; COLUMNS];
+        columns[..9].copy_from_slice(&vectors);
+        for (to, c) in columns[9..27].chunks_exact_mut(3).zip([f0, f90, further, left, light, onward]) {
+            to.copy_from_slice(&[c.r, c.g, c.b]);
+        }
+        columns
+    }
+}
+
+impl Lent<f32> {
+    /// The inverse of [`Lent::columns`].
+    pub fn new(columns: &[f32; COLUMNS]) -> Self {
+        let vector = |at: usize| Vector::new(columns[at], columns[at + 1], columns[at + 2]);
+        let color = |at: usize| Color::new(columns[at], columns[at + 1], columns[at + 2]);
+        Self {
+            position: vector(0),
+            geometric_normal: vector(3),
+            normal: vector(6),
+            above: UnderMirror { f0: color(9), f90: color(12), further: color(15) },
+            left: color(18),
+            light: color(21),
+            onward: color(24),
+            roughness: columns[27],
+        }
+    }
+
+    /// Where it is seen from points: the unit direction to it, the distance, and what is seen there of a
+    /// radiance of 1 towards its own path: times cos / d², what turns a density per steradian into one on
+    /// its surface. Nothing where it is seen from behind.
+    #[inline(always)]
+    pub fn seen_from<F: Float>(&self, tables: LobeTables, origin: Vector<F>, mask: F::Mask) -> Sight<F> {
+        let to = spread(self.position) - origin;
+        let square = to.dot(to).max(F::splat(1e-30));
+        let distance = square.sqrt();
+        let direction = to * (F::one() / distance);
+        let cos = -spread(self.geometric_normal).dot(direction);
+        let shading = -spread(self.normal).dot(direction);
+        let visible = mask & cos.gt(F::zero()) & shading.ge(F::splat(LEAST_COSINE));
+        let mut part = Color::new(F::one(), F::one(), F::one());
+        if !self.above.is_nothing() {
+            let own = albedo::directional(tables.mirror, shading, F::splat(self.roughness), visible);
+            let above = self.above.splat::<F>();
+            let Color { r, g, b } = self.left;
+            let left = Color::new(F::splat(r.max(1e-6)), F::splat(g.max(1e-6)), F::splat(b.max(1e-6)));
+            part = above.left(&own).over(left);
+        }
+        Sight { direction, distance, part, geometry: cos / square, visible }
+    }
+}
+
+/// A second vertex as it is seen from points.
+pub struct Sight<F: Float> {
+    /// Unit vector to it.
+    pub direction: Vector<F>,
+    /// How far it is.
+    pub distance: F,
+    /// What arrives of each unit that its own path found there.
+    pub part: Color<F>,
+    /// cos / d².
+    pub geometry: F,
+    /// Whether it is seen at all, if nothing is between.
+    pub visible: F::Mask,
+}
+
+/// What hits mean to paths that are shared.
+pub struct Shared<F: Float> {
+    /// First vertices that take part.
+    pub receives: F::Mask,
+    /// Second vertices that have something to lend.
+    pub lends: F::Mask,
+    /// Of these.
+    pub lent: Lent<F>,
+}
+
+/// What a vertex does with light.
+pub struct Vertex<'a, F: Float> {
+    /// Where it is.
+    pub point: &'a ShadingPoint<'a, F>,
+    /// What it does.
+    pub bsdf: &'a Bsdf<F>,
+    /// The direction to its light sample, and value · |cos| for that.
+    pub light: (Vector<F>, Color<F>),
+    /// The direction that was drawn.
+    pub drawn: &'a BsdfSample<F>,
+}
+
+/// Looks at hits of one material.
+#[inline(always)]
+pub fn shared<F: Float>(path: &Path<F>, vertex: &Vertex<F>, mask: F::Mask) -> Shared<F> {
+    let Vertex { point, bsdf, light, drawn } = vertex;
+    let (surface, record): (&Surface<F>, &Material) = (point.surface, point.material);
+    let none = F::Mask::from_bits(0);
+    let first = mask & path.depth.eq(F::Int::splat(0));
+    let receives =
+        if receives(record) { first & bsdf.diffuse_chance().ge(F::splat(LEAST_DIFFUSE)) } else { none };
+    let black = Color::black();
+    let mut lent = Lent {
+        position: surface.position,
+        geometric_normal: surface.geometric_normal,
+        normal: bsdf.normal(),
+        above: UnderMirror::NOTHING.splat(),
+        roughness: F::zero(),
+        left: black,
+        light: black,
+        onward: black,
+    };
+    let second = mask & path.depth.eq(F::Int::splat(1));
+    if !lends(record) || !second.any() {
+        return Shared { receives, lends: none, lent };
+    }
+    (lent.above, lent.roughness, lent.left) = bsdf.above_diffuse();
+    lent.light = bsdf.diffuse_part(light.0, light.1, second);
+    lent.onward = bsdf.diffuse_part(drawn.direction, drawn.weight * drawn.pdf, second);
+    Shared { receives, lends: second & !point.is_turned(), lent }
+}
+
+/// Whether there is anything to share at all among surfaces of some materials.
+pub fn any(materials: &[Material]) -> bool {
+    materials.iter().any(|record| receives(record) && !record.unlit)
+}
+
+/// Whether first vertices of a material can take part: those that no light goes through.
+fn receives(record: &Material) -> bool {
+    record.transmission.is_zero() && record.diffuse_transmission.is_zero() && !record.metallic.is_one()
+}
+
+/// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
+fn lends(record: &Material) -> bool {
+    receives(record) && record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none()
+}
+
+/// The same in every lane.
+#[inline(always)]
+pub(super) fn spread<F: Float>(v: Vector<f32>) -> Vector<F> {
+    Vector::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))
+}

@@ -1,0 +1,214 @@
+//! Waves of paths that are shared: all that a block's sample begins goes through the stages together, and
+//! is connected in the end.
+
+use std::ops::Range;
+
+use super::reports::report_connections;
+use super::{Clock, Todo, Wave};
+use crate::bvh::{self, Coherence};
+use crate::film::Film;
+use crate::integrator::observe::{self, Nobody};
+use crate::integrator::path::unpack_pixel;
+use crate::integrator::sharing::pilot::Pilot;
+use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
+use crate::integrator::{Frame, Stage, Statistics};
+use crate::math::{NONE, Rgb};
+use crate::simd::Level;
+
+/// What sharing needs besides the queues.
+pub(super) struct Shared {
+    slots: Slots,
+    connections: Connections,
+    paths: usize,
+}
+
+impl Shared {
+    /// For waves of about `capacity` paths.
+    pub fn new(capacity: usize) -> Self {
+        let units = (capacity / PIXELS).max(1);
+        Self { slots: Slots::new(units), connections: Connections::default(), paths: units * PIXELS }
+    }
+
+    /// Of a wave.
+    pub fn paths(&self) -> usize {
+        self.paths
+    }
+
+    /// Bytes of all buffers.
+    pub fn bytes(&self) -> usize {
+        self.slots.bytes() + self.connections.bytes()
+    }
+}
+
+impl Wave {
+    /// Renders a range of samples of all the film's pixels, with those of their neighbours that they share
+    /// paths with.
+    pub(super) fn render_shared(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        samples: Range<u32>,
+        clock: &mut Clock,
+    ) {
+        let Some(mut shared) = self.shared.take() else { return };
+        shared.slots.enter(frame, film.region());
+        if let Some(pilot) = &frame.pilot {
+            self.look(pilot, level, &mut shared.slots, clock);
+            let slots = &shared.slots;
+            let todo = Todo::new(film.region(), samples.clone(), &|x, y| slots.is_plain(x, y));
+            self.render_todo(&pilot.plain, level, film, todo, clock);
+        }
+        shared.slots.start(samples);
+        while self.trace_units(frame, level, film, &mut shared.slots, clock) {
+            let Shared { slots, connections, .. } = &mut shared;
+            let stack = &mut self.stack;
+            let observer = &mut *clock.observer;
+            connections.finish(frame, level, slots, film, observer, &mut |rays, blocked, observer| {
+                bvh::any(level, &frame.scene.bvh, rays, Coherence::Unknown, stack, blocked);
+                report_connections(level, blocked, observer);
+            });
+            clock.statistics.rays.connect += std::mem::take(&mut connections.traced);
+            clock.stage(Stage::Connect);
+        }
+        self.shared = Some(shared);
+    }
+
+    /// Looks at some pixels to see where sharing pays. The rays do not count.
+    fn look(&mut self, pilot: &Pilot, level: Level, slots: &mut Slots, clock: &mut Clock) {
+        slots.start_pilot();
+        let frame = &pilot.frame;
+        let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
+        let mut aside = Statistics::default();
+        let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut Nobody };
+        while self.trace_units(frame, level, &mut film, slots, &mut own) {
+            slots.measure(&film);
+        }
+        slots.choose(pilot);
+        clock.stage(Stage::Generate);
+    }
+
+    /// Follows the paths of the next units to their ends; false if there are none.
+    fn trace_units(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        slots: &mut Slots,
+        clock: &mut Clock,
+    ) -> bool {
+        if !self.generate_shared(frame, level, film, slots, clock) {
+            return false;
+        }
+        self.first_vertices(frame, level, film, slots, clock);
+        self.second_vertices(frame, level, slots, clock);
+        while !self.paths.0.is_empty() {
+            self.intersect(frame, level, clock);
+            self.retire(frame, level, slots, clock);
+            self.shade_paths(frame, level, clock);
+            self.report_paths(frame, level, clock.observer);
+            self.shadows(frame, level, clock);
+            self.report_ends(clock.observer);
+            self.advance(slots, clock);
+        }
+        true
+    }
+
+    /// The camera's paths of the next units.
+    fn generate_shared(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        slots: &mut Slots,
+        clock: &mut Clock,
+    ) -> bool {
+        let (mut count, region) = (0, film.region());
+        let (pixels, numbers) = (&mut self.pixels, &mut self.samples);
+        let more = slots.advance(frame.size, &mut |pixel, sample| {
+            (pixels[count], numbers[count]) = (pixel, sample);
+            count += 1;
+            let (x, y) = unpack_pixel(pixel);
+            if holds(&region, x, y) {
+                film.count(x, y, sample);
+            }
+        });
+        if more {
+            self.begin(frame, level, count, clock);
+        }
+        more
+    }
+
+    /// First vertices: what is found there belongs to the path alone.
+    fn first_vertices(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        film: &mut Film,
+        slots: &mut Slots,
+        clock: &mut Clock,
+    ) {
+        let mut film = Within(film);
+        self.intersect(frame, level, clock);
+        self.retire(frame, level, &mut film, clock);
+        self.shade_paths(frame, level, clock);
+        self.report_paths(frame, level, clock.observer);
+        self.shadows(frame, level, clock);
+        self.report_ends(clock.observer);
+        let count = self.paths.0.len();
+        for i in 0..count {
+            let (path, hit) = (self.paths.load::<f32>(i), self.hits.load::<f32>(i));
+            let (material, receives) = (self.hits.materials(count)[i], self.roles.receives[i]);
+            slots.first(&path, &hit, material, receives);
+            let found = path.radiance;
+            film.deposit(path.pixel.0, path.sample.0, Rgb::new(found.r, found.g, found.b));
+        }
+        for i in 0..self.reflect.0.len() {
+            let next = self.reflect.load::<f32>(i);
+            if clock.observer.looks() {
+                let path = self.paths.load::<f32>(self.reflect.source(i));
+                clock.observer.report(&observe::aside(&path));
+            }
+            let next = slots.leave(&next);
+            self.reflect.store(i, true, &next, std::num::Wrapping(NONE));
+        }
+        self.paths.0.clear();
+        self.paths.fill_from(&mut self.reflect);
+        clock.stage(Stage::Advance);
+    }
+
+    /// Second vertices: what leaves them by their diffuse lobe is lent.
+    fn second_vertices(&mut self, frame: &Frame, level: Level, slots: &mut Slots, clock: &mut Clock) {
+        self.intersect(frame, level, clock);
+        for i in 0..self.paths.0.len() {
+            if self.hits.load::<f32>(i).primitive.0 == NONE {
+                slots.miss(frame, &self.paths.load::<f32>(i));
+            }
+        }
+        self.retire(frame, level, slots, clock);
+        self.shade_paths(frame, level, clock);
+        self.report_paths(frame, level, clock.observer);
+        for i in 0..self.paths.0.len() {
+            let path = self.paths.load::<f32>(i);
+            slots.second(&path, path.radiance, self.roles.lent[i]);
+        }
+        self.put_aside(clock);
+        self.shadows(frame, level, clock);
+        self.report_ends(clock.observer);
+        for i in 0..self.paths.0.len() {
+            let path = self.paths.load::<f32>(i);
+            slots.lit(&path, path.radiance);
+        }
+        self.put_aside(clock);
+        self.advance(slots, clock);
+    }
+
+    /// What the paths have gathered has been put elsewhere.
+    fn put_aside(&mut self, clock: &mut Clock) {
+        if clock.observer.looks() {
+            let report = |i| clock.observer.report(&observe::aside(&self.paths.load::<f32>(i)));
+            (0..self.paths.0.len()).for_each(report);
+        }
+        self.paths.radiance_mut().into_iter().for_each(|column| column.fill(0.0));
+    }
+}
