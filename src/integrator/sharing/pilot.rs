@@ -20,14 +20,15 @@ const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 /// Binary logarithms of group sizes, and by how much they divide the variance that is shared. Measured in
 /// a closed box and an open hall: 32 pixels 21 and 12 times, half as many 0.6 of that.
 const GAINS: [(u32, f32); 4] = [(0, 1.0), (2, 3.5), (4, 10.0), (5, 17.0)];
-/// What the rays from one first vertex to a second one cost, in units of a whole path. Measured: 0.034 and
-/// 0.038 in these two scenes, 0.08 under the open sky, where paths are short.
-const CONNECTION: f32 = 0.04;
-/// What comes with sharing whatever the size of the group, in the same unit.
-const OVERHEAD: f32 = 0.1;
-/// What is kept counts for so much more than it seems: edges and reflections of lamps are rare, and few
-/// pixels miss most of them.
-const RARE: f32 = 1.2;
+/// What the rays from one first vertex to a second one cost, in units of a whole path. Measured: 0.03 in these
+/// two scenes, 0.08 under the open sky, where paths are short.
+const CONNECTION: f32 = 0.03;
+/// What comes with sharing whatever the size of the group, in the same unit: more where a group has many
+/// materials.
+const OVERHEAD: f32 = 0.3;
+/// So few pixels say little by themselves: what a block is taken to be is that part its own, the rest what is
+/// usual in the image.
+const OWN: f32 = 0.25;
 /// Blocks of an image that say what time is worth.
 const BLOCKS: usize = 64;
 
@@ -138,9 +139,8 @@ impl Measured {
     /// and the cost in units of a path.
     fn choice(&self, price: &Price) -> (u32, f32, f32) {
         let own = self.variances(price.floor);
-        // So few pixels say little by themselves.
-        let (kept, lent) = ((own.kept + price.usual.kept) * 0.5, (own.lent + price.usual.lent) * 0.5);
-        let kept = kept * RARE;
+        let kept = own.kept * OWN + price.usual.kept * (1.0 - OWN);
+        let lent = own.lent * OWN + price.usual.lent * (1.0 - OWN);
         let paths = self.paths();
         let pairs = self.receivers as f32 * self.lenders as f32 / (paths * paths);
         let mut best = (0, kept + lent, 1.0);
