@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use crate::error::LoadError;
+use crate::world::Sharing;
 
 /// Experiments that are reported together.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -438,6 +439,9 @@ fn check_change(change: &Change) -> Result<(), String> {
     within("size", change.size.map(|size| size.1), 1, 65_536)?;
     within("samples", change.samples, 1, 4_194_304)?;
     within("light_samples", change.light_samples, 1, 4_194_304)?;
+    if let Some(pixels) = change.sharing.filter(|pixels| *pixels != 1 && !Sharing::SIZES.contains(pixels)) {
+        return Err(format!("sharing has to be 1 (none), 2, 4, 8, 16, 32 or 64 pixels, not {pixels}"));
+    }
     within("max_depth", change.max_depth, 0, 65_535)?;
     within("wave", change.wave, 1, 1_048_576)?;
     within("threads", change.threads, 1, 1024)?;
@@ -477,6 +481,7 @@ mod tests {
             ("x: Triangles([100, 1000])", "x: Triangles([0])", "from 1 to 100000000"),
             ("y: NanosecondsPerRay", "y: Mse", "no reference"),
             ("rays: 100)", "rays: 0)", "rays has to be"),
+            ("rays: 100)", "rays: 100, sharing: 7)", "sharing has to be"),
             ("experiments: [", "experiments: [], unknown: [", "unknown"),
         ] {
             let error = error(&GOOD.replace(from, to));

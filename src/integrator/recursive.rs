@@ -60,17 +60,19 @@ impl Recursion {
     }
 }
 
-/// What two samples of some of the pixels of a block of a pilot's frame find.
-pub fn look(frame: &Frame, block: Region) -> Measured {
-    let mut recursion = Recursion::new(frame);
-    let Recursion { stack, forks, .. } = &mut recursion;
+/// What two samples of some of the pixels of each of some blocks of a pilot's frame find.
+pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> Vec<Measured> {
+    let (stack, forks) = (&mut Stack::new(&frame.scene.bvh), &mut SmallVec::new());
     let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
     let level = Level::detect();
     let mut tile = Tile { frame, level, statistics, stack, forks, looks: false, observer };
     let mut slots = Slots::new(1);
-    slots.enter(frame, block);
-    tile.look(&mut slots);
-    slots.measured()
+    let measure = |block| {
+        slots.enter(frame, block);
+        tile.look(&mut slots);
+        slots.measured()
+    };
+    blocks.map(measure).collect()
 }
 
 /// What paths are followed with. Of all that happens to them, the way through the tree alone is
@@ -244,13 +246,15 @@ impl Tile<'_> {
         let mut begun = Vec::with_capacity(PIXELS);
         slots.enter(frame, region);
         if let Some(pilot) = &frame.pilot {
-            // The rays do not count.
-            let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
-            let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
-            let mut aside =
-                Tile { frame: &pilot.frame, level, statistics, stack, forks, looks: false, observer };
-            aside.look(slots);
-            slots.choose(pilot);
+            if !slots.recall() {
+                // The rays do not count.
+                let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
+                let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
+                let frame = &pilot.frame;
+                let mut aside = Tile { frame, level, statistics, stack, forks, looks: false, observer };
+                aside.look(slots);
+                slots.choose(pilot);
+            }
             self.frame = &pilot.plain;
             self.render_plain(film, samples.clone(), &|x, y| slots.is_plain(x, y));
             self.frame = frame;

@@ -80,6 +80,41 @@ fn a_pixel_is_told_by_names() {
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
 }
 
+/// What a sample has from its own path and from others' adds up to what the film holds.
+#[test]
+fn a_path_that_is_shared_is_told_with_what_it_receives() {
+    let folder = folder();
+    let scene = "(
+        settings: (size: (20, 16), samples: 4, max_depth: 3, transport: Path, sharing: 32),
+        entities: [
+            (camera: Pinhole(vertical_fov_degrees: 50), transform: (translate: (0, 0, 4))),
+            (shape: Plane(corners: ((-4, -1, -2), (-4, -1, 4), (4, -1, 4), (4, -1, -2)))),
+            (shape: Plane(corners: ((-4, -1, -2), (4, -1, -2), (4, 4, -2), (-4, 4, -2)))),
+            (light: Point(power_w: 100), transform: (translate: (1, 2, 1))),
+        ],
+    )";
+    std::fs::write(folder.path().join("corner.ron"), scene).expect("a scene");
+    let arguments = ["explain", "corner.ron", "10,11"];
+    let told = json(folder.path(), &arguments);
+    let samples = told["samples"].as_array().expect("samples");
+    let mut mean = [0.0; 3];
+    for sample in samples {
+        let shares = &sample["paths"][0]["shares"];
+        assert!(shares["vertices"].as_u64() > Some(1), "{shares}");
+        for (channel, sum) in mean.iter_mut().enumerate() {
+            let part = |name: &str| shares[name][channel].as_f64().expect("a number");
+            let total = part("before") + part("own") + part("shared");
+            assert!((sample["radiance"][channel].as_f64().expect("a number") - total).abs() < 1e-6);
+            *sum += total / samples.len() as f64;
+        }
+    }
+    for (channel, sum) in mean.into_iter().enumerate() {
+        assert!((told["mean"][channel].as_f64().expect("a number") - sum).abs() < 1e-6, "{told}");
+    }
+    let text = stdout(folder.path(), &arguments);
+    assert!(text.contains("second vertices of its group") && text.contains("is shared"), "{text}");
+}
+
 /// The path transport tells its normals, lobes, lights and ends.
 #[test]
 fn a_path_is_told_by_names() {

@@ -18,7 +18,7 @@ use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
 
 /// Rays that are traced together, if there are as many.
-const RAYS: usize = 1 << 14;
+const RAYS: usize = 1 << 13;
 /// More than any lane type is wide.
 const PADDING: usize = 16;
 
@@ -47,7 +47,7 @@ pub(super) struct Received {
 /// Says of each of some rays whether it is blocked.
 pub type Any<'a> = dyn FnMut(Rays, &mut [u32], &mut dyn Observer) + 'a;
 
-/// Buffers for the connections of a wave's groups, as many at a time as give [`RAYS`] rays.
+/// Buffers for the connections of a wave's groups, as many at a time as give 8,192 rays.
 pub struct Connections {
     rays: RayQueue,
     blocked: Vec<u32>,

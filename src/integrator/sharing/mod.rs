@@ -20,6 +20,7 @@ pub mod lend;
 mod partition;
 pub mod pilot;
 
+use std::collections::HashMap;
 use std::num::Wrapping;
 use std::ops::Range;
 
@@ -174,6 +175,8 @@ pub struct Slots {
     units: Range<usize>,
     /// Of each block: binary logarithm of how many pixels share.
     sizes: Vec<u8>,
+    /// What blocks have chosen, which may be asked for again: samples can come in several passes.
+    chosen: HashMap<[u32; 2], u8>,
     /// Whether some pixels are looked at before rendering, and what is found there.
     pilot: bool,
     measured: Vec<pilot::Measured>,
@@ -192,6 +195,7 @@ impl Slots {
             samples: 0..0,
             units: 0..0,
             sizes: Vec::new(),
+            chosen: HashMap::new(),
             pilot: false,
             measured: Vec::new(),
             slots: vec![Slot::EMPTY; count],

@@ -83,14 +83,13 @@ impl Pilot {
 fn look_around(frame: &Frame) -> Price {
     let blocks = Region::whole(frame.size.map(|pixels| pixels.div_ceil(BLOCK)));
     let count = blocks.area().min(BLOCKS);
-    let look = |i: usize| {
+    let block = |i: usize| {
         let at = (i * blocks.area() / count) as u32;
         let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * BLOCK);
         let (x1, y1) = ((x0 + BLOCK).min(frame.size[0]), (y0 + BLOCK).min(frame.size[1]));
-        recursive::look(frame, Region { x0, y0, x1, y1 })
+        Region { x0, y0, x1, y1 }
     };
-    let all: Vec<Measured> = (0..count).map(look).collect();
-    Price::of(&all)
+    Price::of(&recursive::look(frame, (0..count).map(block)))
 }
 
 impl Price {
@@ -184,6 +183,12 @@ impl Measured {
     }
 }
 
+/// Columns and rows of blocks, row by row.
+fn places(blocks: &Region) -> impl Iterator<Item = [u32; 2]> {
+    let Region { x0, y0, x1, y1 } = *blocks;
+    (y0..y1).flat_map(move |y| (x0..x1).map(move |x| [x, y]))
+}
+
 impl Slots {
     /// Takes down what the paths of the current units have found, of which the film holds what belongs to
     /// first vertices.
@@ -210,6 +215,17 @@ impl Slots {
     /// Chooses by what has been measured.
     pub fn choose(&mut self, pilot: &Pilot) {
         self.sizes = self.measured.iter().map(|block| pilot.choice(block)).collect();
+        let places = places(&self.blocks);
+        self.chosen.extend(places.zip(self.sizes.iter().copied()));
+    }
+
+    /// Takes what the region's blocks have chosen before, if all of them have.
+    pub fn recall(&mut self) -> bool {
+        let chosen: Option<Vec<u8>> =
+            places(&self.blocks).map(|place| self.chosen.get(&place).copied()).collect();
+        let known = chosen.is_some();
+        self.sizes = chosen.unwrap_or_default();
+        known
     }
 
     /// What has been measured of the first block.

@@ -442,7 +442,7 @@ impl Surfaces for OfShadows<'_> {
     }
 }
 
-/// What the lights need of each hit (see [`crate::integrator::whitted::Vertex`]).
+/// What the lights need of each hit (see [`crate::integrator::whitted::WhittedVertex`]).
 pub struct VertexQueue(pub Columns<17, 1>);
 
 impl VertexQueue {

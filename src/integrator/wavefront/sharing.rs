@@ -54,7 +54,9 @@ impl Wave {
         let Some(mut shared) = self.shared.take() else { return };
         shared.slots.enter(frame, film.region());
         if let Some(pilot) = &frame.pilot {
-            self.look(pilot, level, &mut shared.slots, clock);
+            if !shared.slots.recall() {
+                self.look(pilot, level, &mut shared.slots, clock);
+            }
             let slots = &shared.slots;
             let todo = Todo::new(film.region(), samples.clone(), &|x, y| slots.is_plain(x, y));
             self.render_todo(&pilot.plain, level, film, todo, clock);
