@@ -162,6 +162,9 @@ fn settings_that_are_about_each_path_rule_sharing_out() {
     for change in [clamped, limited, whitted] {
         assert_eq!(film(Sharing::Groups(32), change), film(Sharing::Off, change));
     }
+    for (odd, meant) in [(0, Sharing::Off), (1, Sharing::Off), (1000, Sharing::Groups(64))] {
+        assert_eq!(film(Sharing::Groups(odd), &|_| ()), film(meant, &|_| ()), "{odd}");
+    }
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Off, &|_| ()));
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Groups(8), &|_| ()));
 }

@@ -86,7 +86,7 @@ impl RayQueue {
 }
 
 /// The rays of connections, and what is there for them.
-pub struct OfConnections<'a> {
+struct OfConnections<'a> {
     frame: &'a Frame,
     slots: &'a Slots,
     queue: &'a RayQueue,

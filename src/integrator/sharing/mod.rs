@@ -36,8 +36,8 @@ use crate::scene::Material;
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int};
 use crate::world::{Settings, Sharing, Transport};
+pub use connect::Connections;
 use connect::Received;
-pub use connect::{Connections, OfConnections};
 use lend::Lent;
 pub use partition::{BLOCK, PIXELS, Partition};
 
@@ -64,14 +64,14 @@ impl Grouping {
             Sharing::Auto => Self::USUAL,
             Sharing::Groups(pixels) => pixels,
         };
+        // Whoever sets sizes that there are not gets the nearest below.
+        let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
         let shares = settings.transport == Transport::Path && !of_each && lend::any(materials);
         let stays = settings.samples.max(1).ilog2().saturating_sub(1).min(6);
-        shares.then_some(Self { log2: pixels.ilog2(), stays })
+        (shares && log2 > 0).then_some(Self { log2, stays })
     }
-}
 
-impl Grouping {
     /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one
     /// sequence, in the order of Morton's curve, so that what a group shares is spread evenly.
     #[inline(always)]

@@ -20,8 +20,8 @@ const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 /// Binary logarithms of group sizes, and by how much they divide the variance that is shared. Measured in
 /// a closed box and an open hall: 32 pixels 21 and 12 times, half as many 0.6 of that.
 const GAINS: [(u32, f32); 4] = [(0, 1.0), (2, 3.5), (4, 10.0), (5, 17.0)];
-/// What the rays from one first vertex to a second one cost, in units of a whole path. Measured: 0.03 in these
-/// two scenes, 0.08 under the open sky, where paths are short.
+/// What the rays from one first vertex to a second one cost, in units of a whole path. Measured: 0.037 and
+/// 0.025 in these two scenes, 0.08 under the open sky, where paths are short.
 const CONNECTION: f32 = 0.03;
 /// What comes with sharing whatever the size of the group, in the same unit: more where a group has many
 /// materials.

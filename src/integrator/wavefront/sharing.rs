@@ -105,12 +105,7 @@ impl Wave {
         self.first_vertices(frame, level, film, slots, clock);
         self.second_vertices(frame, level, slots, clock);
         while !self.paths.0.is_empty() {
-            self.intersect(frame, level, clock);
-            self.retire(frame, level, slots, clock);
-            self.shade_paths(frame, level, clock);
-            self.report_paths(frame, level, clock.observer);
-            self.shadows(frame, level, clock);
-            self.report_ends(clock.observer);
+            self.vertices(frame, level, slots, clock);
             self.advance(slots, clock);
         }
         true
@@ -141,6 +136,16 @@ impl Wave {
         more
     }
 
+    /// The wave's next vertices with all that they find; misses end in the sink.
+    fn vertices(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, clock: &mut Clock) {
+        self.intersect(frame, level, clock);
+        self.retire(frame, level, sink, clock);
+        self.shade_paths(frame, level, clock);
+        self.report_paths(frame, level, clock.observer);
+        self.shadows(frame, level, clock);
+        self.report_ends(clock.observer);
+    }
+
     /// First vertices: what is found there belongs to the path alone.
     fn first_vertices(
         &mut self,
@@ -151,12 +156,7 @@ impl Wave {
         clock: &mut Clock,
     ) {
         let mut film = Within(film);
-        self.intersect(frame, level, clock);
-        self.retire(frame, level, &mut film, clock);
-        self.shade_paths(frame, level, clock);
-        self.report_paths(frame, level, clock.observer);
-        self.shadows(frame, level, clock);
-        self.report_ends(clock.observer);
+        self.vertices(frame, level, &mut film, clock);
         let count = self.paths.0.len();
         for i in 0..count {
             let (path, hit) = (self.paths.load::<f32>(i), self.hits.load::<f32>(i));
