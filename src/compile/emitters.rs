@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::glow::Glows;
 use super::light_tree::{self, LightBounds};
 use super::lights::Lamp;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
@@ -10,7 +11,7 @@ use crate::sampling::pattern::Grid;
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, Material};
-use crate::scene::{Geometry, LightSamples};
+use crate::scene::{Geometry, LightSamples, Textures};
 use crate::world::Pattern;
 
 /// Most emitters of meshes that are placed several times. With its place in the light tree one takes
@@ -21,6 +22,7 @@ pub(super) const MOST_PLACED: usize = 1 << 20;
 pub(super) struct Surfaces<'a> {
     pub geometry: &'a Geometry,
     pub materials: &'a [Material],
+    pub textures: &'a Textures,
     /// The triangles of each instance.
     pub placed: &'a [Range<u32>],
     /// The same of copies.
@@ -58,9 +60,6 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
     let mut room = MOST_PLACED;
     let mut left_out = in_the_world(&mut out, surfaces, &areas, &mut room);
     left_out += instances(&mut out, surfaces, room);
-    out.finite = out.len() as u32;
-    let bounds: Vec<LightBounds> = (0..out.len()).map(|emitter| bounds(&out, emitter)).collect();
-    out.tree = light_tree::build(&bounds);
     for (index, lamp) in lamps.iter().enumerate() {
         if let Lamp::Directional { to_light, irradiance, angle } = lamp {
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
@@ -75,6 +74,10 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
     }
+    let mut glows = Glows::new(surfaces);
+    let bounds: Vec<LightBounds> =
+        (0..out.len()).map(|emitter| bounds(&out, emitter, environment, &mut glows)).collect();
+    out.tree = light_tree::build(&bounds);
     CompiledEmitters { emitters: out, lights, left_out }
 }
 
@@ -83,20 +86,23 @@ fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
 }
 
 /// Where an emitter is, where it shines to and how bright it is.
-fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
+fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut Glows) -> LightBounds {
     let row = &out.rows[emitter];
     let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
     let place = vector(0);
-    let light = Rgb::new(row[10], row[11], row[12]).luminance();
     let has = |flag: u32| out.flags[emitter] & flag != 0;
-    let pi = std::f32::consts::PI;
+    let mut light = Rgb::new(row[10], row[11], row[12]).luminance();
+    if has(flag::TEXTURED) {
+        light *= glows.mean(out.material[emitter], out.primitive[emitter]);
+    }
     let around = |points: &[Vec3]| {
         let min = points.iter().copied().fold(place, Vec3::min);
         Aabb { min, max: points.iter().copied().fold(place, Vec3::max) }
     };
-    let everywhere = |bounds: Aabb, power: f32| LightBounds {
-        bounds,
-        power,
+    let everywhere = LightBounds {
+        bounds: around(&[]),
+        far: false,
+        power: light,
         axis: Vec3::Z,
         cos_spread: -1.0,
         cos_emission: 0.0,
@@ -110,27 +116,28 @@ fn bounds(out: &Emitters, emitter: usize) -> LightBounds {
             let corners = [place + e1, place + e2, if part == 1.0 { place + e1 + e2 } else { place }];
             LightBounds {
                 bounds: around(&corners),
-                power: light * cross.length() * part * pi,
+                power: light * cross.length() * part,
                 axis: if has(flag::REVERSED) { -cross } else { cross },
                 cos_spread: 1.0,
-                cos_emission: 0.0,
                 two_sided: has(flag::TWO_SIDED),
+                ..everywhere
             }
         }
         kind::SPHERE => {
-            let radius = Vec3::splat(row[9]);
-            let box_of = Aabb { min: place - radius, max: place + radius };
-            everywhere(box_of, light * 4.0 * pi * pi * row[9] * row[9])
+            let (radius, pi) = (row[9], std::f32::consts::PI);
+            let bounds = Aabb { min: place - radius, max: place + radius };
+            LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
-        kind::SPOT => LightBounds {
-            bounds: around(&[]),
-            power: light * 4.0 * pi,
-            axis: vector(3),
-            cos_spread: 1.0,
-            cos_emission: row[6],
-            two_sided: false,
-        },
-        _ => everywhere(around(&[]), light * 4.0 * pi),
+        // Without a fall the same everywhere, as from far away.
+        kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
+        kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },
+        kind::SPOT => LightBounds { axis: vector(3), cos_spread: 1.0, cos_emission: row[6], ..everywhere },
+        kind::DIRECTIONAL => LightBounds { far: true, axis: place, cos_spread: 1.0 - row[3], ..everywhere },
+        _ => {
+            let panorama = environment.panorama.as_ref();
+            let power = panorama.map_or(0.0, |p| p.irradiance * p.factor.luminance());
+            LightBounds { far: true, power, ..everywhere }
+        }
     }
 }
 
@@ -418,6 +425,7 @@ mod tests {
         let surfaces = Surfaces {
             geometry: &compiled.geometry,
             materials: &records,
+            textures: &Textures::default(),
             placed: &compiled.placed,
             copies: &compiled.copies,
         };

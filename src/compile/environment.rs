@@ -24,10 +24,12 @@ pub(super) fn compile(world: &World, order: &[Entity], transforms: &WorldTransfo
         // The columns of a rotation are the rows of its inverse.
         let axis = |v: glam::DVec3| v.normalize_or_zero().as_vec3();
         let texels = radiances(image);
+        let (table, irradiance) = importance(&texels, image.width as usize, image.height as usize);
         let panorama = Panorama {
             width: image.width,
             height: image.height,
-            table: importance(&texels, image.width as usize, image.height as usize),
+            table,
+            irradiance,
             texels,
             factor: *radiance,
             to_local: [axis(m.x_axis), axis(m.y_axis), axis(m.z_axis)],
@@ -42,8 +44,8 @@ const FINEST: usize = 1024;
 
 /// Luminance times the sine of the polar angle, over cells of whole texels. A cell has the mean of
 /// its texels and their neighbours': between texels the picture is blended, and nothing that
-/// shines may have no chance.
-fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> Distribution2d {
+/// shines may have no chance. Returns also about the irradiance that it stands for.
+fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution2d, f32) {
     let (columns, rows) = (width.min(FINEST), height.min(FINEST / 2));
     let luminance = |x: usize, y: usize| Rgb::from(texels[y * width + x]).luminance() as f64;
     let mut weights = Vec::with_capacity(columns * rows);
@@ -63,7 +65,10 @@ fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> Distribution2
         }
     }
     less_their_mean(&mut weights, columns);
-    Distribution2d::new(&weights, columns)
+    let whole: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
+    let per_cell = 2.0 * std::f64::consts::PI.powi(2) / (columns * rows) as f64;
+    // Of what shines from all around half is lost to the cosine, of what shines from one place less.
+    (Distribution2d::new(&weights, columns), (0.5 * whole * per_cell) as f32)
 }
 
 /// Takes their mean radiance off weights: drawn directions find what is about as bright as all else by

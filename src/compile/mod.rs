@@ -6,6 +6,7 @@ mod classic;
 mod emitters;
 mod environment;
 mod geometry;
+mod glow;
 pub mod light_tree;
 mod lights;
 mod materials;
@@ -35,8 +36,13 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
         geometry::compile(world, &order, &transforms, &rectangles, &mut sheets)?;
     set_presence(&mut bvh, &geometry, &materials);
     let environment = environment::compile(world, &order, &transforms);
-    let surfaces =
-        emitters::Surfaces { geometry: &geometry, materials: &materials, placed: &placed, copies: &copies };
+    let surfaces = emitters::Surfaces {
+        geometry: &geometry,
+        materials: &materials,
+        textures: &textures,
+        placed: &placed,
+        copies: &copies,
+    };
     let emitters::CompiledEmitters { emitters, lights, left_out } =
         emitters::compile(&surfaces, &lamps, &environment);
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);

@@ -52,5 +52,6 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         width: F::splat(at_lens * frame.footprint),
         spread: F::splat(per_metre * frame.footprint),
         medium: F::Int::splat(NONE),
+        facing: F::Int::splat(NONE),
     }
 }

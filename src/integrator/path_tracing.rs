@@ -17,6 +17,7 @@ use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::{Dimension, Key};
 use crate::scene::Material;
 use crate::shading::emitter::{EmitterSample, SHADOW_END};
+use crate::shading::facing::facing;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
 use crate::shading::surface::leave;
@@ -45,8 +46,10 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
     if found.any() && scene.environment.panorama.is_some() {
-        let other =
-            environment::pdf(&scene.environment, path.direction, found) * F::splat(chance_of_far(frame));
+        // All around is the last of them.
+        let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
+        let other = environment::pdf(&scene.environment, path.direction, found)
+            * chance_of(frame, path, around, found);
         light = light * F::select(found, heuristic(path.pdf, other), F::one());
     }
     path.radiance + limited(frame, path, path.throughput * light)
@@ -69,46 +72,25 @@ fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F>
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
-/// The chance of each emitter that is infinitely far away, and of all others together.
-fn chance_of_far(frame: &Frame) -> f32 {
+/// An emitter for a point of a surface that faces somewhere, and the chance of that.
+#[inline(always)]
+fn choose<F: Float>(frame: &Frame, position: Vector<F>, facing: F::Int, u: F, mask: F::Mask) -> (F::Int, F) {
     let emitters = &frame.scene.emitters;
-    let far = emitters.len() as u32 - emitters.finite;
-    1.0 / (far + u32::from(emitters.finite > 0)).max(1) as f32
+    if emitters.len() < 2 {
+        return (F::Int::splat(0), F::one());
+    }
+    let (index, chance, _) = light_tree::sample(&emitters.tree, position, facing, u, mask);
+    (index, chance)
 }
 
-/// An emitter for a point, and the chance of that.
+/// The chance with which [`choose`] would have taken an emitter where the path's ray begins.
 #[inline(always)]
-fn choose<F: Float>(frame: &Frame, position: Vector<F>, u: F, mask: F::Mask) -> (F::Int, F) {
+fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
     let emitters = &frame.scene.emitters;
-    let (all, finite) = (emitters.len() as u32, emitters.finite);
-    let far = all - finite;
-    let groups = far + u32::from(finite > 0);
-    let scaled = u * F::splat(groups as f32);
-    let group = scaled.floor().min(F::splat((groups - 1) as f32));
-    let rest = (scaled - group).max(F::zero());
-    let is_far = group.lt(F::splat(far as f32));
-    let chance = F::splat(1.0 / groups as f32);
-    let far_index = group.to_int() + F::Int::splat(finite);
-    if finite < 2 {
-        // The only one is behind all that are far away, or there is none.
-        let index = F::Int::select(is_far, far_index, F::Int::splat(0));
-        return (index, chance);
+    if emitters.len() < 2 {
+        return F::one();
     }
-    let near = mask & !is_far;
-    let (place, share, _) = light_tree::sample(&emitters.tree, position, Vector::zero(), rest, near);
-    let index = F::Int::select(is_far, far_index, place);
-    (index, F::select(is_far, chance, chance * share))
-}
-
-/// The chance with which [`choose`] takes a finite emitter.
-#[inline(always)]
-fn chance_of<F: Float>(frame: &Frame, position: Vector<F>, index: F::Int, mask: F::Mask) -> F {
-    let emitters = &frame.scene.emitters;
-    let chance = F::splat(chance_of_far(frame));
-    if emitters.finite < 2 {
-        return chance;
-    }
-    chance * light_tree::pmf(&emitters.tree, position, Vector::zero(), index, mask)
+    light_tree::pmf(&emitters.tree, path.origin, path.facing, index, mask)
 }
 
 /// Looks up hits of one material.
@@ -145,6 +127,7 @@ pub fn hit<F: Float>(
     out.shadow = light.0;
     let drawn = drawn(frame, path, &bsdf, key, here);
     (out.next, out.goes_on) = scattered(frame, path, &surface, &bodies, &drawn, key, width);
+    out.next.facing = faces(frame, &surface, &bsdf);
     if frame.sharing.is_some() {
         let light = (out.shadow.ray.direction, light.1);
         let vertex = lend::Vertex { point: &point, bsdf: &bsdf, light, drawn: &drawn };
@@ -267,8 +250,17 @@ pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitL
         return F::one();
     }
     let density = emitter::pdf(scene, index, path.origin, path.direction, hit.t, found)
-        * chance_of(frame, path.origin, index, found);
+        * chance_of(frame, path, index, found);
     F::select(found, heuristic(path.pdf, density), F::one())
+}
+
+/// Where a surface faces, for lights to be chosen by.
+#[inline(always)]
+fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
+    if frame.scene.emitters.len() < 2 {
+        return F::Int::splat(NONE);
+    }
+    facing(surface.geometric_normal, bsdf.lets_through())
 }
 
 /// A point of a light.
@@ -303,7 +295,7 @@ pub(super) fn sampled_light<F: Float>(
     };
     // Seen from where drawn directions begin, too: on a light itself the difference matters.
     let position = surface.position + surface.geometric_normal * surface.offset;
-    let (emitter, chance) = choose(frame, position, which, mask);
+    let (emitter, chance) = choose(frame, position, faces(frame, surface, bsdf), which, mask);
     let sample = emitter::sample(scene, emitter, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;

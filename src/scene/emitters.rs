@@ -36,7 +36,7 @@ pub mod flag {
     pub const COVERED: u32 = 16;
 }
 
-/// Columns by emitter. Those in finite places come first, then those infinitely far away.
+/// Columns by emitter.
 #[derive(Debug, Default)]
 pub struct Emitters {
     /// See [`kind`].
@@ -50,8 +50,6 @@ pub struct Emitters {
     /// The surface's primitive, the first of two that make one emitter; of a light its index among
     /// the scene's.
     pub primitive: Vec<u32>,
-    /// How many stand in finite places.
-    pub finite: u32,
     /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
     /// [`NONE`]; behind these, for meshes with instances, which of an instance's
     /// emitters a triangle is. Empty if there is none.
@@ -62,7 +60,7 @@ pub struct Emitters {
     /// For each instance what is added (wrapping) to its triangles' numbers to find them in
     /// [`Emitters::of_primitive`].
     pub instance_places: Vec<u32>,
-    /// By what each finite emitter may bring to a point.
+    /// By what each may bring to a point.
     pub tree: LightTree,
 }
 

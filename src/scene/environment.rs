@@ -29,6 +29,8 @@ pub struct Panorama {
     /// Where its light comes from: a grid over the picture, every row weighed by the part of the
     /// sphere that it covers.
     pub table: Distribution2d,
+    /// About the irradiance that the table stands for, as luminance, without the factor.
+    pub irradiance: f32,
 }
 
 impl Environment {

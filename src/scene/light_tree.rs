@@ -1,4 +1,4 @@
-//! Finite lights in a binary tree: what a light is chosen by.
+//! All lights in a binary tree: what a light is chosen by.
 
 /// Floats a node.
 pub const NODE: usize = 16;
@@ -6,27 +6,33 @@ pub const NODE: usize = 16;
 /// Bit of [`Node::next`] that marks a leaf; the others are its light.
 pub const LEAF: u32 = 1 << 31;
 
+/// [`Node::radius_square`] of what is far away.
+pub const FAR: f32 = -1.0;
+
 /// A node in 64 bytes, all floats but one, so that lanes gather from one table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// Centre of the sphere around the lights.
     pub center: [f32; 3],
-    /// Square of its radius.
+    /// Square of its radius; [`FAR`] where the lights are infinitely far away.
     pub radius_square: f32,
-    /// Middle of the directions that the lights' normals point to.
+    /// Middle of the directions that the lights' normals point to, or that they are in if they are far away.
     pub axis: [f32; 3],
-    /// Cosine of the angle from it within which normals are; −1 where they are everywhere.
+    /// Cosine of the angle from it within which these are; −1 where they are everywhere.
     pub cos_spread: f32,
     /// Sine of the same angle.
     pub sin_spread: f32,
     /// Cosine of the angle from a normal within which light leaves.
     pub cos_emission: f32,
-    /// Of all lights in it, relative to those of the tree.
+    /// The intensities along their normals of all lights in it, W/sr; of those far away the irradiances that
+    /// they bring, W/m². In a unit of the tree's own.
     pub power: f32,
     /// 1 if light leaves to the other side of normals, too; 0 otherwise.
     pub two_sided: f32,
     /// The first of two consecutive children, or [`LEAF`] and a light.
     pub next: u32,
+    /// Half the size of the box around the lights.
+    pub half: [f32; 3],
 }
 
 /// Where the fields of a [`Node`] are in its floats.
@@ -49,6 +55,8 @@ pub mod field {
     pub const TWO_SIDED: u32 = 11;
     /// [`super::Node::next`], as bits.
     pub const NEXT: u32 = 12;
+    /// [`super::Node::half`], three floats.
+    pub const HALF: u32 = 13;
 }
 
 impl Node {
@@ -56,6 +64,7 @@ impl Node {
     pub fn to_floats(self) -> [f32; NODE] {
         let [x, y, z] = self.center;
         let [a, b, c] = self.axis;
+        let [p, q, r] = self.half;
         let next = f32::from_bits(self.next);
         [
             x,
@@ -71,9 +80,9 @@ impl Node {
             self.power,
             self.two_sided,
             next,
-            0.0,
-            0.0,
-            0.0,
+            p,
+            q,
+            r,
         ]
     }
 }
@@ -86,6 +95,8 @@ pub struct LightTree {
     /// For each light the way to it from the root, the lowest bit first: 1 for the second child.
     /// No path is longer than 32.
     pub paths: Vec<u32>,
+    /// The root's first child has all that is somewhere, its second all that is far away.
+    pub mixed: bool,
 }
 
 impl LightTree {

@@ -2,9 +2,14 @@
 //! tree to a leaf (PBRT 4th ed., 12.6.3, without its inverse cosines).
 //!
 //! A light that can bring anything has a probability above zero: cones are given a margin for
-//! rounding, and small factors are cut off below. Lights behind the surface count as those
-//! before it, as it may let light through.
+//! rounding, and small factors are cut off below. Lights behind a surface that lets nothing through bring
+//! nothing.
+//!
+//! What is far away is chosen by the irradiance that it brings, among all of that. Whether it is that or what is
+//! somewhere is decided by the roots of both irradiances: one of both may well be hidden, as the sun is
+//! from most of a room.
 
+use super::facing::Facing;
 use crate::math::Vector;
 use crate::scene::light_tree::{LEAF, LightTree, NODE, field};
 use crate::simd::{Float, Int, Mask};
@@ -22,8 +27,7 @@ const NEAREST: f32 = 1e-24;
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A light for a point of a surface, its probability, and what of the random number `u` is left,
-/// in [0, 1) again. The normal is a unit vector, or zero where there is no surface. A
-/// probability of zero: no light, where `mask` is not set or no light of the part of the tree
+/// in [0, 1) again. A probability of zero: no light, where `mask` is not set or no light of the part of the tree
 /// that `u` led to can reach the point.
 ///
 /// Each level of the tree uses up bits of `u`. Of 24 a light of probability p gets p · 2²⁴ values.
@@ -31,7 +35,7 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 pub fn sample<F: Float>(
     tree: &LightTree,
     position: Vector<F>,
-    normal: Vector<F>,
+    facing: F::Int,
     u: F,
     mask: F::Mask,
 ) -> (F::Int, F, F) {
@@ -39,22 +43,22 @@ pub fn sample<F: Float>(
         return (F::Int::splat(0), F::zero(), u);
     }
     let nodes = tree.nodes.as_flattened();
-    let point = LitPoint::new(position, normal);
-    let (mut pmf, mut next) = root(nodes, &point, mask);
+    let point = LitPoint::new(position, facing);
+    let mut walk = Descent::new(tree, &point, mask);
     let mut rest = u;
-    let mut inner = mask & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
+    let mut inner = walk.inner(mask);
     while inner.any() {
-        let (first, second) = chances(nodes, &point, next, inner);
+        let children = walk.children(nodes, &point, inner);
+        let first = children.chances.0;
         let is_first = rest.lt(first);
-        let chance = F::select(is_first, first, second);
+        let chance = F::select(is_first, first, children.chances.1);
         let begin = F::select(is_first, F::zero(), first);
         let within = (rest - begin) / F::select(chance.gt(F::zero()), chance, F::one());
         rest = F::select(inner, within.max(F::zero()).min(F::splat(BELOW_ONE)), rest);
-        pmf = F::select(inner, pmf * chance, pmf);
-        let child = next + F::Int::select(is_first, F::Int::splat(0), F::Int::splat(1));
-        next = F::Int::select(inner, next_of::<F>(nodes, child, inner), next);
-        inner = inner & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
+        walk.turn(nodes, &children, is_first, inner);
+        inner = walk.inner(mask);
     }
+    let Descent { pmf, next, .. } = walk;
     let light = F::Int::select(pmf.gt(F::zero()), next ^ F::Int::splat(LEAF), F::Int::splat(0));
     (light, pmf, rest)
 }
@@ -65,7 +69,7 @@ pub fn sample<F: Float>(
 pub fn pmf<F: Float>(
     tree: &LightTree,
     position: Vector<F>,
-    normal: Vector<F>,
+    facing: F::Int,
     light: F::Int,
     mask: F::Mask,
 ) -> F {
@@ -74,44 +78,125 @@ pub fn pmf<F: Float>(
     }
     let mask = mask & light.lt(F::Int::splat(tree.len() as u32));
     let nodes = tree.nodes.as_flattened();
-    let point = LitPoint::new(position, normal);
-    let (mut pmf, mut next) = root(nodes, &point, mask);
+    let point = LitPoint::new(position, facing);
+    let mut walk = Descent::new(tree, &point, mask);
     let mut path = F::Int::gather(&tree.paths, light, mask);
-    let mut inner = mask & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
+    let mut inner = walk.inner(mask);
     while inner.any() {
-        let (first, second) = chances(nodes, &point, next, inner);
-        let turn = path & F::Int::splat(1);
+        let children = walk.children(nodes, &point, inner);
+        let is_first = (path & F::Int::splat(1)).eq(F::Int::splat(0));
         path = path.shr::<1>();
-        let chance = F::select(turn.eq(F::Int::splat(0)), first, second);
-        pmf = F::select(inner, pmf * chance, pmf);
-        next = F::Int::select(inner, next_of::<F>(nodes, next + turn, inner), next);
-        inner = inner & pmf.gt(F::zero()) & next.lt(F::Int::splat(LEAF));
+        walk.turn(nodes, &children, is_first, inner);
+        inner = walk.inner(mask);
     }
-    pmf
+    walk.pmf
 }
 
 /// What is to be lit.
-struct LitPoint<F> {
+struct LitPoint<F: Float> {
     position: Vector<F>,
-    normal: Vector<F>,
-    /// 1 where the normal counts, 0 where there is none.
-    surface: F,
+    facing: Facing<F>,
 }
 
 impl<F: Float> LitPoint<F> {
     #[inline(always)]
-    fn new(position: Vector<F>, normal: Vector<F>) -> Self {
-        let surface = F::select(normal.dot(normal).gt(F::zero()), F::one(), F::zero());
-        Self { position, normal, surface }
+    fn new(position: Vector<F>, facing: F::Int) -> Self {
+        Self { position, facing: Facing::new(facing) }
     }
 }
 
-/// The probability that there is any light, and the root's [`Node::next`](crate::scene::light_tree::Node).
+/// On the way from the root to a light.
+struct Descent<F: Float> {
+    /// The probability of having come here.
+    pmf: F,
+    /// Of the node where it is; see [`crate::scene::light_tree::Node::next`].
+    next: F::Int,
+    /// What the node's lights would bring, looked into ([`looked_into`]); zero where that says no more than the
+    /// node.
+    known: F,
+    /// Its children are what is somewhere and what is far away.
+    mixed: bool,
+}
+
+/// Where a [`Descent`] can go on.
+struct Children<F> {
+    /// The probabilities of both: they add up to one, or are both zero where neither has light for the point.
+    chances: (F, F),
+    /// As [`Descent::known`].
+    known: (F, F),
+}
+
+impl<F: Float> Descent<F> {
+    #[inline(always)]
+    fn new(tree: &LightTree, point: &LitPoint<F>, mask: F::Mask) -> Self {
+        let (nodes, root) = (tree.nodes.as_flattened(), F::Int::splat(0));
+        let next = next_of::<F>(nodes, root, mask);
+        let (mut some, mut known) = (mask, F::zero());
+        // Of two its children say what there is to know.
+        if !tree.mixed && tree.len() != 2 {
+            let all = Brought::new(nodes, root, point, mask);
+            some = mask & all.light.gt(F::zero());
+            known = looked_into(nodes, point, root, &all, some);
+        }
+        Self { pmf: F::select(some, F::one(), F::zero()), next, known, mixed: tree.mixed }
+    }
+
+    /// Where it goes on.
+    #[inline(always)]
+    fn inner(&self, mask: F::Mask) -> F::Mask {
+        mask & self.pmf.gt(F::zero()) & self.next.lt(F::Int::splat(LEAF))
+    }
+
+    #[inline(always)]
+    fn children(&self, nodes: &[f32], point: &LitPoint<F>, mask: F::Mask) -> Children<F> {
+        let (zero, other) = (F::zero(), self.next + F::Int::splat(1));
+        let (first, second) =
+            (Brought::new(nodes, self.next, point, mask), Brought::new(nodes, other, point, mask));
+        if self.mixed {
+            let known = looked_into(nodes, point, self.next, &first, mask);
+            let near = F::select(known.gt(zero), known, first.light);
+            return Children {
+                chances: shares(near.sqrt(), second.light.sqrt(), zero),
+                known: (known, zero),
+            };
+        }
+        // The child that has been looked into has what the other one has not.
+        let on = self.known.gt(zero);
+        let is_second = second.is_nearer(&first);
+        let into = Brought::select(is_second, &second, &first);
+        let besides = F::select(is_second, first.light, second.light);
+        let rest = (self.known - besides).max(into.light * F::splat(LEAST_COSINE));
+        let on = on & into.light.gt(zero);
+        let light =
+            (F::select(on & !is_second, rest, first.light), F::select(on & is_second, rest, second.light));
+        let known = F::select(on & into.is_near(), rest, zero);
+        let known = (F::select(is_second, zero, known), F::select(is_second, known, zero));
+        // How much comes from far away is no guess.
+        let rarest = F::select(second.is_far(), zero, F::splat(RAREST));
+        Children { chances: shares(light.0, light.1, rarest), known }
+    }
+
+    /// Goes on to a child.
+    #[inline(always)]
+    fn turn(&mut self, nodes: &[f32], children: &Children<F>, is_first: F::Mask, mask: F::Mask) {
+        let (chances, known) = (&children.chances, &children.known);
+        self.mixed = false;
+        self.pmf = F::select(mask, self.pmf * F::select(is_first, chances.0, chances.1), self.pmf);
+        self.known = F::select(is_first, known.0, known.1);
+        let child = self.next + F::Int::select(is_first, F::Int::splat(0), F::Int::splat(1));
+        self.next = F::Int::select(mask, next_of::<F>(nodes, child, mask), self.next);
+    }
+}
+
+/// What two nodes have of one, neither less than `rarest` if it has anything.
 #[inline(always)]
-fn root<F: Float>(nodes: &[f32], point: &LitPoint<F>, mask: F::Mask) -> (F, F::Int) {
-    let root = F::Int::splat(0);
-    let some = importance(nodes, root, point, mask).gt(F::zero());
-    (F::select(mask & some, F::one(), F::zero()), next_of::<F>(nodes, root, mask))
+fn shares<F: Float>(first: F, second: F, rarest: F) -> (F, F) {
+    let (some_first, some_second) = (first.gt(F::zero()), second.gt(F::zero()));
+    let sum = first + second;
+    let share = (first / F::select(sum.gt(F::zero()), sum, F::one())).max(rarest).min(F::one() - rarest);
+    let share = F::select(some_second, F::select(some_first, share, F::zero()), F::one());
+    let some = some_first | some_second;
+    (F::select(some, share, F::zero()), F::select(some, F::one() - share, F::zero()))
 }
 
 /// Where a node's children are, or its light.
@@ -122,58 +207,127 @@ fn next_of<F: Float>(nodes: &[f32], node: F::Int, mask: F::Mask) -> F::Int {
     F::gather(nodes, place, mask).to_bits()
 }
 
-/// The probabilities of two children, the first at `node`: they add up to one, or are both zero
-/// where neither has light for the point.
+/// As [`Brought::light`], by a node's parts as long as the point is near their lights: there the nearest say more
+/// than all together. Zero where it is not near.
 #[inline(always)]
-fn chances<F: Float>(nodes: &[f32], point: &LitPoint<F>, node: F::Int, mask: F::Mask) -> (F, F) {
-    let first = importance(nodes, node, point, mask);
-    let second = importance(nodes, node + F::Int::splat(1), point, mask);
-    let (some_first, some_second) = (first.gt(F::zero()), second.gt(F::zero()));
-    let sum = first + second;
-    let share = (first / F::select(sum.gt(F::zero()), sum, F::one())).clamp(RAREST, 1.0 - RAREST);
-    let share = F::select(some_second, F::select(some_first, share, F::zero()), F::one());
-    let some = some_first | some_second;
-    (F::select(some, share, F::zero()), F::select(some, F::one() - share, F::zero()))
+fn looked_into<F: Float>(
+    nodes: &[f32],
+    point: &LitPoint<F>,
+    node: F::Int,
+    all: &Brought<F>,
+    mask: F::Mask,
+) -> F {
+    let (mut node, mut sum, mut into) = (node, F::zero(), *all);
+    let mut near = mask;
+    loop {
+        let next = next_of::<F>(nodes, node, near);
+        near = near & next.lt(F::Int::splat(LEAF)) & into.is_near();
+        if !near.any() {
+            return F::select(mask & all.is_near(), sum + into.light, F::zero());
+        }
+        let first = Brought::new(nodes, next, point, near);
+        let second = Brought::new(nodes, next + F::Int::splat(1), point, near);
+        let is_second = second.is_nearer(&first);
+        node =
+            F::Int::select(near, next + F::Int::select(is_second, F::Int::splat(1), F::Int::splat(0)), node);
+        sum = F::select(near, sum + F::select(is_second, first.light, second.light), sum);
+        into = Brought::select(near, &Brought::select(is_second, &second, &first), &into);
+    }
 }
 
-/// About what the lights of a node would bring; zero only if they can bring nothing.
-#[inline(always)]
-fn importance<F: Float>(nodes: &[f32], node: F::Int, point: &LitPoint<F>, mask: F::Mask) -> F {
-    let base = node * F::Int::splat(NODE as u32);
-    let center = Vector::gather_flat(nodes, base + F::Int::splat(field::CENTER), mask);
-    let axis = Vector::gather_flat(nodes, base + F::Int::splat(field::AXIS), mask);
-    let radius_square = read::<F>(nodes, base, field::RADIUS_SQUARE, mask);
-    let spread = Angle {
-        cos: read(nodes, base, field::COS_SPREAD, mask),
-        sin: read(nodes, base, field::SIN_SPREAD, mask),
-    };
-    let cos_emission = read::<F>(nodes, base, field::COS_EMISSION, mask);
-    let power = read::<F>(nodes, base, field::POWER, mask);
-    let two_sided = read::<F>(nodes, base, field::TWO_SIDED, mask).gt(F::zero());
+/// What the lights of a node mean to a point.
+#[derive(Clone, Copy)]
+struct Brought<F> {
+    /// About what they would bring; zero only if they can bring nothing.
+    light: F,
+    /// The square of the distance to the box around them.
+    away: F,
+    /// See [`crate::scene::light_tree::Node::radius_square`].
+    radius_square: F,
+}
 
-    let way = point.position - center;
-    let square = way.dot(way).max(F::splat(NEAREST));
-    let direction = way * (F::one() / square.sqrt());
-    // The directions to the sphere around the lights; all of them from inside.
-    let inside = square.le(radius_square);
-    let part = (radius_square / square).min(F::one());
-    let seen = Angle { cos: (F::one() - part).sqrt(), sin: part.sqrt() };
+impl<F: Float> Brought<F> {
+    /// Whether the point is among the lights or not farther from them than they from each other.
+    #[inline(always)]
+    fn is_near(&self) -> F::Mask {
+        self.away.lt(self.radius_square)
+    }
 
-    // The angle between the direction to the point and the nearest that a light's normal may
-    // have, at the nearest place that the light may be.
-    let cos = direction.dot(axis);
-    let off_axis = Angle::of(F::select(two_sided, cos.abs(), cos));
-    let off_normal = off_axis.less(&spread).less(&seen);
-    let cos_light = F::select(inside, F::one(), off_normal.cos);
-    let reached = mask & power.gt(F::zero()) & (cos_light + F::splat(MARGIN)).gt(cos_emission);
+    #[inline(always)]
+    fn is_far(&self) -> F::Mask {
+        self.radius_square.lt(F::zero())
+    }
 
-    let off_surface = Angle::of(direction.dot(point.normal).abs()).less(&seen);
-    let cos_surface = F::select(inside, F::one(), off_surface.cos).max(F::splat(LEAST_COSINE));
-    let cos_surface = F::select(point.surface.gt(F::zero()), cos_surface, F::one());
+    /// Of two nodes, whichever has lights to offer, the one in whose box the point is, or nearly so.
+    #[inline(always)]
+    fn is_nearer(&self, other: &Self) -> F::Mask {
+        let lit = self.light.gt(F::zero());
+        lit & (self.away.lt(other.away) | other.light.le(F::zero()))
+    }
 
-    let cosines = cos_light.max(F::splat(LEAST_COSINE)) * cos_surface;
-    let value = power * cosines / square.max(radius_square);
-    F::select(reached, value.max(F::splat(f32::MIN_POSITIVE)), F::zero())
+    #[inline(always)]
+    fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            light: F::select(mask, yes.light, no.light),
+            away: F::select(mask, yes.away, no.away),
+            radius_square: F::select(mask, yes.radius_square, no.radius_square),
+        }
+    }
+
+    #[inline(always)]
+    fn new(nodes: &[f32], node: F::Int, point: &LitPoint<F>, mask: F::Mask) -> Self {
+        let base = node * F::Int::splat(NODE as u32);
+        let center = Vector::gather_flat(nodes, base + F::Int::splat(field::CENTER), mask);
+        let axis = Vector::gather_flat(nodes, base + F::Int::splat(field::AXIS), mask);
+        let radius_square = read::<F>(nodes, base, field::RADIUS_SQUARE, mask);
+        let spread = Angle {
+            cos: read(nodes, base, field::COS_SPREAD, mask),
+            sin: read(nodes, base, field::SIN_SPREAD, mask),
+        };
+        let cos_emission = read::<F>(nodes, base, field::COS_EMISSION, mask);
+        let power = read::<F>(nodes, base, field::POWER, mask);
+        let two_sided = read::<F>(nodes, base, field::TWO_SIDED, mask).gt(F::zero());
+
+        let way = point.position - center;
+        let square = way.dot(way).max(F::splat(NEAREST));
+        let far = radius_square.lt(F::zero());
+        let direction = Vector::select(far, -axis, way * (F::one() / square.sqrt()));
+        // The directions to the sphere around the lights; all of them from inside.
+        let inside = square.le(radius_square);
+        let part = (radius_square / square).max(F::zero()).min(F::one());
+        let seen = Angle {
+            cos: F::select(far, spread.cos, (F::one() - part).sqrt()),
+            sin: F::select(far, spread.sin, part.sqrt()),
+        };
+
+        // The angle between the direction to the point and the nearest that a light's normal may
+        // have, at the nearest place that the light may be.
+        let cos = direction.dot(axis);
+        let off_axis = Angle::of(F::select(two_sided, cos.abs(), cos));
+        let off_normal = off_axis.less(&spread).less(&seen);
+        let cos_light = F::select(inside | far, F::one(), off_normal.cos);
+        let reached = mask & power.gt(F::zero()) & (cos_light + F::splat(MARGIN)).gt(cos_emission);
+
+        let cos_surface = F::select(inside, F::one(), point.facing.cos(-direction, &seen));
+        // A box says better than a sphere what is behind a surface.
+        let half = Vector::gather_flat(nodes, base + F::Int::splat(field::HALF), mask);
+        let margin = (square.sqrt() + half.x + half.y + half.z) * F::splat(MARGIN);
+        let before = F::select(far, cos_surface + F::splat(MARGIN), point.facing.reach(-way, half) + margin);
+        let reached = reached & before.gt(F::zero());
+
+        let least = F::splat(LEAST_COSINE);
+        let cosines = cos_light.max(least) * cos_surface.max(least);
+        let value = power * cosines / F::select(far, F::one(), square.max(radius_square));
+        let light = F::select(reached, value.max(F::splat(f32::MIN_POSITIVE)), F::zero());
+        let zero = F::zero();
+        let beside = Vector::new(
+            (way.x.abs() - half.x).max(zero),
+            (way.y.abs() - half.y).max(zero),
+            (way.z.abs() - half.z).max(zero),
+        );
+        let away = beside.dot(beside);
+        Self { light, away, radius_square }
+    }
 }
 
 /// One field of the node whose floats begin at `base`.
@@ -183,22 +337,22 @@ fn read<F: Float>(nodes: &[f32], base: F::Int, field: u32, mask: F::Mask) -> F {
 }
 
 /// An angle between 0 and π, by cosine and sine.
-struct Angle<F> {
-    cos: F,
-    sin: F,
+pub(super) struct Angle<F> {
+    pub cos: F,
+    pub sin: F,
 }
 
 impl<F: Float> Angle<F> {
     /// By its cosine.
     #[inline(always)]
-    fn of(cos: F) -> Self {
+    pub fn of(cos: F) -> Self {
         let cos = cos.clamp(-1.0, 1.0);
         Self { cos, sin: (F::one() - cos * cos).sqrt() }
     }
 
     /// Less by another; zero if that is larger.
     #[inline(always)]
-    fn less(&self, other: &Self) -> Self {
+    pub fn less(&self, other: &Self) -> Self {
         let zero = self.cos.gt(other.cos);
         let cos = self.cos * other.cos + self.sin * other.sin;
         let sin = self.sin * other.cos - self.cos * other.sin;

@@ -7,6 +7,7 @@ pub mod classic;
 pub mod details;
 pub mod emitter;
 pub mod environment;
+pub mod facing;
 pub mod fresnel;
 pub mod light_tree;
 pub mod point;

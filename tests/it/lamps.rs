@@ -151,3 +151,61 @@ fn a_sphere_with_a_picture_is_a_lamp() {
         assert!((0..3).all(|i| (a[i] / b[i] - 1.0).abs() < 0.02), "{a:?} {b:?}");
     }
 }
+
+/// Lamps below the floor, suns of a millionth and a picture that is black where it shows.
+fn beside() -> [(&'static str, String); 3] {
+    let place = |i: i32| format!("{}, {}, {}", (i % 8) as f32 * 0.5 - 2.0, -0.3, (i / 8) as f32 * 0.5 - 2.0);
+    let below = |i| format!("(light: Point(power_w: 300), transform: (translate: ({}))),", place(i));
+    let suns = |i: i32| {
+        let from = format!("({}, 1, 0.2)", i as f32 * 0.2 - 1.0);
+        format!("(light: Directional(irradiance: 0.000002), transform: LookAt(from: {from}, to: (0, 0, 0))),")
+    };
+    let ball = "(light: Directional(irradiance: 2), transform: LookAt(from: (0, -1, 0), to: (0, 0, 0), up: (1, 0, 0))),";
+    [
+        ("below the floor", (0..64).map(below).collect()),
+        ("weak suns", (0..9).map(suns).collect()),
+        ("a sun from below", ball.into()),
+    ]
+}
+
+/// One light that counts is chosen as if it were alone.
+#[test]
+fn lights_that_bring_nothing_cost_nothing() {
+    let sun = "(light: Directional(irradiance: 2, angle_degrees: 2), transform: LookAt(from: (1, 2, 1), to: (0, 0, 0))),";
+    let lamp = "(light: Point(power_w: 100), transform: (translate: (0.5, 2, 0.5))),";
+    let noise = |lights: &str| film(&scene(lights), true).noise().expect("more than one sample");
+    for alone in [sun, lamp] {
+        let before = noise(alone);
+        for (name, besides) in beside() {
+            let now = noise(&format!("{alone}{besides}"));
+            assert!(now < 1.2 * before + 0.001, "{alone} {name}: {now}, alone {before}");
+        }
+    }
+}
+
+/// Light adds up, whatever is chosen from whatever else.
+#[test]
+fn all_lights_together_are_the_sum_of_each() {
+    // Shapes stay where they are when they do not shine.
+    let (colours, front, dark) = ("material: \"colours\"", "material: \"front\"", "material: (diffuse: 0)");
+    let lights = [
+        "(light: Directional(irradiance: 0.5, angle_degrees: 1), transform: LookAt(from: (1, 2, 1), to: (0, 0, 0))),",
+        "(light: Directional(irradiance: 0.01), transform: LookAt(from: (-1, 1, 1), to: (0, 0, 0))),",
+        "(light: Point(power_w: 20), transform: (translate: (1, 0.5, 0.5))),",
+        "(light: Point(power_w: 60), transform: (translate: (-2, 2, 0.5))),",
+        "(shape: Sphere(radius_m: 0.2), material: \"colours\", transform: (translate: (0.3, 2.2, 0))),",
+        "(shape: Mesh(\"bowl.ply\"), material: \"colours\", transform: (translate: (2, 2.4, 0.3), scale: 0.4)),",
+        "(shape: Mesh(\"tetrahedron.ply\"), material: \"front\", transform: (translate: (-1.5, 2, 0.3), scale: 0.3)),",
+    ];
+    let put_out = |light: &str| match light.contains("shape") {
+        true => light.replace(colours, dark).replace(front, dark),
+        false => String::new(),
+    };
+    let only = |lit: usize| {
+        let one = |(i, light): (usize, &&str)| if i == lit { light.to_string() } else { put_out(light) };
+        mean(&film(&scene(&lights.iter().enumerate().map(one).collect::<String>()), true))
+    };
+    let apart: f64 = (0..lights.len()).map(only).sum();
+    let together = mean(&film(&scene(&lights.concat()), true));
+    assert!((together / apart - 1.0).abs() < 0.01, "{together} {apart}");
+}

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use super::LightBounds;
-use crate::math::DVec3;
-use crate::scene::light_tree::Node;
+use crate::math::{Aabb, DVec3, Vec3};
+use crate::scene::light_tree::{FAR, Node};
 
 /// Cones are wider by this angle, spheres by this part, than computed: for rounding.
 const SLACK: f64 = 1e-5;
@@ -14,6 +14,7 @@ const SLACK: f64 = 1e-5;
 pub(super) struct Bound {
     pub(super) min: DVec3,
     pub(super) max: DVec3,
+    pub(super) far: bool,
     pub(super) power: f64,
     pub(super) cone: DirectionCone,
     pub(super) emission: f64,
@@ -73,6 +74,7 @@ impl Bound {
     pub(super) const NONE: Bound = Bound {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
+        far: false,
         power: 0.0,
         cone: DirectionCone { axis: DVec3::Z, spread: 0.0, cos: 1.0 },
         emission: 0.0,
@@ -81,12 +83,11 @@ impl Bound {
     };
 
     pub(super) fn new(light: &LightBounds) -> Self {
-        let (min, max) = (light.bounds.min.as_dvec3(), light.bounds.max.as_dvec3());
+        let around = if light.far { Aabb { min: Vec3::ZERO, max: Vec3::ZERO } } else { light.bounds };
+        let (min, max) = (around.min.as_dvec3(), around.max.as_dvec3());
         let power = light.power as f64;
-        if !(min.is_finite() && max.is_finite() && power.is_finite() && power > 0.0)
-            || light.bounds.is_empty()
-        {
-            return Self { min: DVec3::ZERO, max: DVec3::ZERO, ..Self::NONE };
+        if !(min.is_finite() && max.is_finite() && power.is_finite() && power > 0.0) || around.is_empty() {
+            return Self { min: DVec3::ZERO, max: DVec3::ZERO, far: light.far, ..Self::NONE };
         }
         let axis = light.axis.as_dvec3();
         let length = axis.length();
@@ -95,6 +96,7 @@ impl Bound {
         Self {
             min,
             max,
+            far: light.far,
             power,
             cone: if directed {
                 DirectionCone::new(axis / length, angle(light.cos_spread))
@@ -124,6 +126,7 @@ impl Bound {
         Self {
             min: self.min.min(other.min),
             max: self.max.max(other.max),
+            far: self.far,
             power: self.power + other.power,
             cone: self.cone.union(&turned),
             emission: wider.emission,
@@ -137,9 +140,10 @@ impl Bound {
         let reach = (self.max - center.as_dvec3()).max(center.as_dvec3() - self.min);
         let spread = (self.cone.spread + SLACK).min(PI);
         let power = if self.power > 0.0 { (self.power * scale).max(1e-30) } else { 0.0 };
+        let radius_square = (reach.length_squared() * (1.0 + SLACK)) as f32;
         Node {
             center: center.to_array(),
-            radius_square: (reach.length_squared() * (1.0 + SLACK)) as f32,
+            radius_square: if self.far { FAR } else { radius_square },
             axis: self.cone.axis.as_vec3().to_array(),
             cos_spread: libm::cos(spread) as f32,
             sin_spread: libm::sin(spread) as f32,
@@ -147,6 +151,7 @@ impl Bound {
             power: power as f32,
             two_sided: if self.two_sided { 1.0 } else { 0.0 },
             next,
+            half: reach.as_vec3().to_array(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Lights to light tree: cut in two, again and again, where the surface area orientation
+//! Lights to light tree: what is far away beside what is somewhere, either cut in two, again and again, where the surface area orientation
 //! heuristic says (Conty Estevez and Kulla, "Importance sampling of many lights with adaptive
 //! tree splitting", 2018; PBRT 4th ed., 12.6.3).
 
@@ -14,13 +14,16 @@ use crate::scene::light_tree::{LEAF, LightTree, NODE};
 /// Where a light is and where it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Around all points of it.
+    /// Around all points of it; of no meaning where it is far away.
     pub bounds: Aabb,
-    /// What it sends out in W, in any scale; that of the brighter side if it has two.
+    /// Whether it is infinitely far away.
+    pub far: bool,
+    /// Its intensity along its normal in W/sr, or the irradiance from far away in W/m², in any one scale;
+    /// that of the brighter side if it has two.
     pub power: f32,
-    /// The middle of its normals, of any length.
+    /// The middle of its normals, of any length; of what is far away, of the directions to it.
     pub axis: Vec3,
-    /// Cosine of the angle from the axis within which its normals are: 1 for what is flat, −1
+    /// Cosine of the angle from the axis within which these are: 1 for what is flat, −1
     /// for what shines everywhere, such as a point.
     pub cos_spread: f32,
     /// Cosine of the angle from a normal within which its light leaves: 0 for a diffuse surface.
@@ -46,10 +49,21 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
         paths: vec![0; lights.len()],
         bounds,
     };
-    let mut order: Vec<CutItem> = builder.bounds.iter().enumerate().map(CutItem::new).collect();
-    builder.nodes.resize(2, [0.0; NODE]);
-    builder.subtree(&mut order, 0, 0, 0);
-    LightTree { nodes: builder.nodes, paths: builder.paths }
+    let items = builder.bounds.iter().enumerate().map(CutItem::new);
+    let (mut far, mut near): (Vec<CutItem>, Vec<CutItem>) =
+        items.partition(|item| lights[item.light as usize].far);
+    let mixed = !far.is_empty() && !near.is_empty();
+    if mixed {
+        builder.nodes.resize(4, [0.0; NODE]);
+        let bound = builder.subtree(&mut near, 2, 0, 1);
+        builder.subtree(&mut far, 3, 1, 1);
+        builder.nodes[0] = bound.node(builder.scale, 2).to_floats();
+    } else {
+        builder.nodes.resize(2, [0.0; NODE]);
+        near.append(&mut far);
+        builder.subtree(&mut near, 0, 0, 0);
+    }
+    LightTree { nodes: builder.nodes, paths: builder.paths, mixed }
 }
 
 /// What cuts are chosen by, moved about so that a range of it is read in one go.
@@ -121,7 +135,8 @@ mod tests {
 
     fn lamp(place: Vec3, power: f32) -> LightBounds {
         let bounds = Aabb { min: place, max: place };
-        LightBounds { bounds, power, axis: Vec3::Z, cos_spread: -1.0, cos_emission: 0.0, two_sided: false }
+        let (axis, far) = (Vec3::Z, false);
+        LightBounds { bounds, far, power, axis, cos_spread: -1.0, cos_emission: 0.0, two_sided: false }
     }
 
     /// The length of the longest path, after checking that each light's leads to it.

@@ -147,11 +147,11 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
 }
 
 /// Paths: origin, direction, throughput, radiance, density, width, spread; pixel,
-/// sample, branch, depth, medium, source.
+/// sample, branch, depth, medium, facing, source.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<15, 6>);
+pub struct PathQueue(pub Columns<15, 7>);
 
 /// Bytes of a path in its queue.
 pub const PATH_BYTES: usize = Columns::<15, 6>::ITEM;
@@ -165,7 +165,7 @@ pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;
 /// Integer column of [`PathQueue`].
-const SOURCE: usize = 5;
+const SOURCE: usize = 6;
 
 impl PathQueue {
     /// The paths from `at` on.
@@ -185,6 +185,7 @@ impl PathQueue {
             width: q.float(13, at),
             spread: q.float(14, at),
             medium: q.integer(4, at),
+            facing: q.integer(5, at),
         }
     }
 
@@ -205,6 +206,7 @@ impl PathQueue {
             width: F::gather(&f[13], places, mask),
             spread: F::gather(&f[14], places, mask),
             medium: F::Int::gather(&i[4], places, mask),
+            facing: F::Int::gather(&i[5], places, mask),
         }
     }
 
@@ -214,7 +216,7 @@ impl PathQueue {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
         let floats =
             [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.width, path.spread];
-        let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, source];
+        let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, path.facing, source];
         self.0.pack::<F>(at, mask, floats, integers);
     }
 

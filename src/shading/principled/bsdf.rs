@@ -364,6 +364,12 @@ impl<F: Float> Bsdf<F> {
         (Color::select(there, value, Color::black()), F::select(there, pdf, zero))
     }
 
+    /// Whether light from behind can come to the viewer.
+    #[inline(always)]
+    pub fn lets_through(&self) -> bool {
+        self.has.back || self.has.transmission
+    }
+
     /// Whether light from one direction can be reflected or let through at all; a mirror needs no
     /// light sampled.
     #[inline(always)]

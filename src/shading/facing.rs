@@ -1,0 +1,102 @@
+//! Where the surface faces from which a light is looked for: its normal in one word, which a path takes along to say
+//! later how a light that it has found would have been chosen.
+
+use super::light_tree::Angle;
+use crate::math::{NONE, Vector};
+use crate::simd::{Float, Int};
+
+/// Steps of the square's first coordinate: 16 bits, of which the last value is for [`NONE`].
+const STEPS_X: f32 = 65_534.0;
+/// Steps of its second one: 15 bits.
+const STEPS_Y: f32 = 32_767.0;
+/// Bit of what lets light through.
+const BOTH: u32 = 1 << 31;
+
+/// A normal that has been made out again.
+pub(super) struct Facing<F: Float> {
+    normal: Vector<F>,
+    /// Lit from both sides.
+    both: F::Mask,
+    /// There is no surface.
+    none: F::Mask,
+}
+
+/// A unit normal in one word, on an octahedron unfolded to a square (Cigolle and others, "A survey of efficient
+/// representations for independent unit vectors", 2014). `both`: light from behind counts, too.
+#[inline(always)]
+pub fn facing<F: Float>(normal: Vector<F>, both: bool) -> F::Int {
+    let (zero, one, half) = (F::zero(), F::one(), F::splat(0.5));
+    let scale = one / (normal.x.abs() + normal.y.abs() + normal.z.abs()).max(F::splat(f32::MIN_POSITIVE));
+    let (x, y) = (normal.x * scale, normal.y * scale);
+    let below = normal.z.lt(zero);
+    let x = F::select(below, signed(one - normal.y.abs() * scale, x), x);
+    let y = F::select(below, signed(one - normal.x.abs() * scale, normal.y), y);
+    let x = ((x * half + half) * F::splat(STEPS_X) + half).clamp(0.0, STEPS_X).to_int();
+    let y = ((y * half + half) * F::splat(STEPS_Y) + half).clamp(0.0, STEPS_Y).to_int();
+    x | y.shl::<16>() | F::Int::splat(if both { BOTH } else { 0 })
+}
+
+/// `size` with the sign of `of`.
+#[inline(always)]
+fn signed<F: Float>(size: F, of: F) -> F {
+    F::select(of.lt(F::zero()), -size, size)
+}
+
+impl<F: Float> Facing<F> {
+    /// The inverse of [`facing`]; [`NONE`] is no surface.
+    #[inline(always)]
+    pub fn new(word: F::Int) -> Self {
+        let (zero, one) = (F::zero(), F::one());
+        let x = (word & F::Int::splat(0xffff)).to_float() * F::splat(2.0 / STEPS_X) - one;
+        let y = (word.shr::<16>() & F::Int::splat(0x7fff)).to_float() * F::splat(2.0 / STEPS_Y) - one;
+        let z = one - x.abs() - y.abs();
+        let folded = (-z).max(zero);
+        let normal = Vector::new(x - signed(folded, x), y - signed(folded, y), z);
+        let both = !(word & F::Int::splat(BOTH)).eq(F::Int::splat(0));
+        Self { normal: normal * (one / normal.dot(normal).sqrt()), both, none: word.eq(F::Int::splat(NONE)) }
+    }
+
+    /// How far a box reaches before the surface, in metres, of which the way to the centre and half the size are
+    /// known; infinite where light from all sides counts.
+    #[inline(always)]
+    pub fn reach(&self, way: Vector<F>, half: Vector<F>) -> F {
+        let n = self.normal;
+        let reach = way.dot(n) + half.x * n.x.abs() + half.y * n.y.abs() + half.z * n.z.abs();
+        F::select(self.none | self.both, F::splat(f32::INFINITY), reach)
+    }
+
+    /// The cosine of the angle between the normal and the nearest direction to a light whose directions are
+    /// within an angle of `to_light`. 1 where there is no surface.
+    #[inline(always)]
+    pub fn cos(&self, to_light: Vector<F>, seen: &Angle<F>) -> F {
+        let cos = to_light.dot(self.normal);
+        let off = Angle::of(F::select(self.both, cos.abs(), cos)).less(seen);
+        F::select(self.none, F::one(), off.cos)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::sampling::Stream;
+    use rand::RngExt;
+
+    #[test]
+    fn normals_come_back() {
+        let mut stream = Stream::new(2);
+        let mut axes = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+        axes.extend((0..20_000).map(|_| Vec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)))));
+        for axis in axes {
+            let normal = axis.normalize();
+            let word = facing::<f32>(Vector::splat(normal), false);
+            let back = Facing::<f32>::new(word);
+            let n = back.normal;
+            let off = (Vec3::new(n.x, n.y, n.z) - normal).length();
+            assert!(off < 1.5e-4 && !back.both && !back.none, "{normal} {off}");
+            let both = Facing::<f32>::new(facing::<f32>(Vector::splat(normal), true));
+            assert!(both.both && !both.none);
+        }
+        assert!(Facing::<f32>::new(std::num::Wrapping(NONE)).none);
+    }
+}
