@@ -11,7 +11,7 @@ use super::collapse::{CollapsePlan, open};
 use super::layout::{Bvh, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, DVec3, Vec3};
 
 /// The arrays that primitive ids refer to.
 #[derive(Clone, Copy)]
@@ -107,9 +107,17 @@ fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
 pub(super) fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, id) in ids.iter().enumerate() {
-        block.set(lane, geometry.corners(*id), *id);
+        let corners = geometry.corners(*id);
+        // Rounding may let rays hit a triangle without area beside its ends: as one point it is never hit.
+        block.set(lane, if has_area(corners) { corners } else { [corners[0]; 3] }, *id);
     }
     block
+}
+
+/// Whether three corners are not on one line: products of differences of floats of like size are exact.
+fn has_area(corners: [[f32; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(|corner| Vec3::from_array(corner).as_dvec3());
+    (b - a).cross(c - a) != DVec3::ZERO
 }
 
 fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {

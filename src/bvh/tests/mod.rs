@@ -304,6 +304,23 @@ proptest! {
     }
 }
 
+/// A triangle whose corners lie on one line: by rounding the ray, which meets that line beside its ends, lay within
+/// it for some and missed its box for others.
+#[test]
+fn nothing_is_hit_on_the_line_of_what_has_no_area() {
+    let mut soup = Soup::default();
+    soup.push_triangle([[-1.0, -3.0, -3.0], [0.0, -4.0, -3.0], [-1.5, -2.5, -3.0]]);
+    soup.world = [1, 0];
+    let way = Vec3::new(0.639_602_1, -0.426_401_44, -0.639_602_1);
+    let rays = [ray(Vec3::new(-7.0, 2.0, 0.0), way, 0.0, f32::INFINITY)];
+    agree(&soup, &rays);
+    assert!(trace(Level::PORTABLE, &soup.build(), &rays).0[0].is_miss());
+    let mut random = Stream::new(11005596259251040305);
+    let soup = random_soup(&mut random, [47, 5, 5, 3], 1, true);
+    let rays: Vec<_> = (0..8 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
+    agree(&soup, &rays);
+}
+
 #[test]
 fn a_large_soup_agrees() {
     let mut random = Stream::new(11);
