@@ -2,6 +2,7 @@
 pub mod bvh;
 pub mod cli;
 pub mod compile;
+pub mod denoise;
 pub mod error;
 pub mod film;
 pub mod formats;

@@ -156,6 +156,9 @@ pub struct Render {
     /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
     #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub aov: Vec<AovName>,
+    /// Write beside each image NAME.denoised with its extension: the same without its noise
+    #[arg(long)]
+    pub denoise: bool,
     /// Bits a channel of PNG files
     #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
     pub bits: u8,

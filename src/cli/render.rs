@@ -12,6 +12,7 @@ use super::aov;
 use super::args::Render;
 use super::report::{Phases, RenderReport};
 use super::{Failure, usage};
+use crate::denoise::{self, Denoised};
 use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Features, PixelSum, Region};
@@ -22,7 +23,7 @@ use crate::world::{Aov, Settings};
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
-    let outputs = outputs(arguments, scene);
+    let outputs = outputs_of(arguments, scene);
     outputs.iter().try_for_each(|path| supported(path))?;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     // Everything, loading too, runs on the threads that were asked for.
@@ -30,7 +31,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
 }
 
 /// Where the images go: what was asked for, or the scene's name with .png.
-fn outputs(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
+fn outputs_of(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
     if !arguments.output.is_empty() {
         return arguments.output.clone();
     }
@@ -68,10 +69,23 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
 
     let start = Instant::now();
+    let denoised = if arguments.denoise { session.denoised() } else { None };
+    phases.denoise = start.elapsed();
+    if arguments.denoise && denoised.is_none() {
+        eprintln!("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
+    }
+    let start = Instant::now();
     let exposure_ev = write(&session, &settings, arguments, outputs, &names)?;
+    let clean = denoised.as_ref().map(|denoised| {
+        let paths = write_denoised(&session, &settings, arguments, denoised, exposure_ev)?;
+        Ok::<_, Failure>((denoised, paths))
+    });
+    let clean = clean.transpose()?;
     phases.save = start.elapsed();
     let (session, settings, options) = (&session, &settings, &options);
-    let report = RenderReport { scene: path, outputs, session, settings, options, exposure_ev, phases };
+    let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
+    let report =
+        RenderReport { scene: path, outputs, session, settings, options, exposure_ev, denoised, phases };
     if arguments.json {
         println!("{}", report.json());
     } else if !arguments.quiet {
@@ -92,6 +106,9 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
     let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>();
     if !settings.aov.is_empty() {
         pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+    }
+    if arguments.denoise {
+        pixel += denoise::BYTES + 2 * size_of::<Features>();
     }
     let needed = region.area() as u64 * pixel as u64;
     if let Some(available) = usage::available_memory()
@@ -169,6 +186,36 @@ fn write(
     let whole = Output { metadata: &with_manifest, channels: &channels, ..output };
     outputs.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
     Ok(exposure_ev)
+}
+
+/// Saves what is left without noise beside the images, as bright as these; returns where.
+fn write_denoised(
+    session: &Session,
+    settings: &Settings,
+    arguments: &Render,
+    denoised: &Denoised,
+    exposure_ev: f32,
+) -> Result<Vec<PathBuf>, Failure> {
+    let region = session.film().region();
+    let mut metadata = metadata(session, settings, exposure_ev);
+    metadata.push(("denoised_hash".to_string(), format!("{:032x}", denoised.hash())));
+    let output = Output {
+        width: region.width(),
+        height: region.height(),
+        radiance: &denoised.radiance,
+        display: DisplayTransform::new(settings.tonemap, exposure_ev, &denoised.radiance),
+        bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
+        metadata: &metadata,
+        channels: &[],
+    };
+    let beside = |path: &PathBuf| {
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        path.with_extension(format!("denoised.{extension}"))
+    };
+    let Some(scene) = &arguments.scene else { return Ok(Vec::new()) };
+    let paths: Vec<PathBuf> = outputs_of(arguments, scene).iter().map(beside).collect();
+    paths.iter().try_for_each(|path| save(path, &output))?;
+    Ok(paths)
 }
 
 /// What an image says about itself: enough to render it again.

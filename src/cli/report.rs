@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::{aov, usage};
+use crate::denoise::Denoised;
 use crate::integrator::{Schedule, Stage};
 use crate::render::{Options, Session};
 use crate::world::Settings;
@@ -22,6 +23,8 @@ pub struct Phases {
     pub render: Duration,
     /// CPU seconds of all threads while rendering, where the system tells.
     pub render_cpu: Option<f64>,
+    /// Taking noise out.
+    pub denoise: Duration,
     /// Writing files.
     pub save: Duration,
 }
@@ -45,6 +48,8 @@ pub struct RenderReport<'a> {
     pub options: &'a Options,
     /// Stops by which PNG files are exposed, whoever chose them.
     pub exposure_ev: f32,
+    /// What is left without noise, and where it was written.
+    pub denoised: Option<(&'a Denoised, &'a [PathBuf])>,
     /// How long it took.
     pub phases: Phases,
 }
@@ -141,6 +146,15 @@ impl RenderReport<'_> {
         if let Some(noise) = self.session.film().noise() {
             line(&mut out, "noise", format!("{noise:.4} (RMS of a pixel's component, estimated)"));
         }
+        if let Some((denoised, paths)) = self.denoised {
+            let paths: Vec<_> = paths.iter().map(|path| path.display().to_string()).collect();
+            let (noise, time) = (denoised.noise, seconds(p.denoise));
+            line(
+                &mut out,
+                "denoised",
+                format!("{} in {time}; {noise:.4} of noise is left", paths.join(", ")),
+            );
+        }
         line(&mut out, "film", format!("{:032x}", self.session.film().hash()));
         out
     }
@@ -200,6 +214,10 @@ impl RenderReport<'_> {
             "mean": self.mean(),
             "noise_rms": self.session.film().noise(),
             "film_hash": format!("{:032x}", self.session.film().hash()),
+            "denoised": self.denoised.map(|(denoised, paths)| json!({
+                "outputs": paths, "noise_rms": denoised.noise, "seconds": p.denoise.as_secs_f64(),
+                "hash": format!("{:032x}", denoised.hash()),
+            })),
             "warnings": scene.warnings,
         })
     }

@@ -99,11 +99,15 @@ fn text(arguments: &Verify, found: &Verification) -> String {
     }
     lines.push(String::new());
     lines.push(match found.mismatches() {
-        0 => format!("{} films, all equal, and their depths, normals and ids", found.outcomes.len()),
+        0 => format!(
+            "{} films, all equal, and their depths, normals, ids and images without noise",
+            found.outcomes.len()
+        ),
         some => format!("{some} of {} films differ from the first", found.outcomes.len()),
     });
     for outcome in found.outcomes.iter().filter(|o| o.hash == expected && !o.equals(first)) {
-        lines.push(format!("depths, normals or ids differ: {}", describe(&outcome.way)));
+        lines
+            .push(format!("depths, normals, ids or images without noise differ: {}", describe(&outcome.way)));
     }
     if let Some(difference) = &found.difference {
         lines.extend(tell(difference));
@@ -177,6 +181,7 @@ fn json(arguments: &Verify, found: &Verification) -> Value {
         .map(|outcome| {
             let mut way = way_json(&outcome.way);
             way["film_hash"] = format!("{:032x}", outcome.hash).into();
+            way["denoised_hash"] = outcome.denoised.map(|hash| format!("{hash:032x}")).into();
             way["features_hash"] = format!("{:032x}", outcome.features).into();
             way
         })

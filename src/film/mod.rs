@@ -184,6 +184,21 @@ impl Film {
         self.pixels.iter().map(mean).collect()
     }
 
+    /// Mean radiance of each pixel's even and of its odd samples; none before every pixel has some of both.
+    pub fn halves(&self) -> Option<[Vec<Rgb>; 2]> {
+        if self.pixels.iter().any(|p| p.count.contains(&0)) {
+            return None;
+        }
+        let quantum = self.unit.quantum();
+        Some([0, 1].map(|parity: usize| {
+            let mean = |p: &PixelSum| {
+                let mean = |sum: i64| (sum as f64 * quantum / f64::from(p.count[parity])) as f32;
+                p.sum[parity].map(mean).into()
+            };
+            self.pixels.iter().map(mean).collect()
+        }))
+    }
+
     /// Root mean square of the noise left in the pixels, estimated from the difference of
     /// even and odd samples; none before every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {

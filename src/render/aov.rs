@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Session;
+use crate::denoise::{Denoised, Noisy, denoise};
 use crate::film::{Channel, Features, Values};
 use crate::integrator::wavefront::first_hits::FirstHits;
 use crate::world::Aov;
@@ -11,19 +12,34 @@ impl Session {
     /// What the samples that all pixels have hit first, pixel by pixel, row by row: camera rays are
     /// traced once more. Before the first sample is done it is that of the first.
     pub fn features(&self) -> Vec<Features> {
+        let [all] = self.features_apart();
+        all
+    }
+
+    /// The film without its noise; none before every pixel has two samples.
+    pub fn denoised(&self) -> Option<Denoised> {
+        let [even, odd] = self.features_apart();
+        denoise(self.options.level, &Noisy { film: &self.film, features: [&even, &odd] })
+    }
+
+    /// [`Session::features`] of every Nth sample.
+    fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
         let (frame, options) = (&self.frame, &self.options);
         let samples = self.samples.start..self.next.max(self.samples.start + 1);
-        let look =
-            |worker: &mut FirstHits, tile| (tile, worker.look(frame, options.level, tile, samples.clone()));
+        let look = |worker: &mut FirstHits, tile| {
+            (tile, worker.look_apart::<N>(frame, options.level, tile, samples.clone()))
+        };
         let tiles = self.tiles().into_par_iter();
         let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(frame, options.wave), look).collect();
         let region = self.film.region();
-        let mut features = vec![Features::NOTHING; region.area()];
+        let mut features = [(); N].map(|()| vec![Features::NOTHING; region.area()]);
         for (tile, found) in tiles {
             let width = tile.width() as usize;
-            for (y, row) in (tile.y0..tile.y1).zip(found.chunks(width.max(1))) {
-                let start = region.index(tile.x0, y);
-                features[start..start + width].copy_from_slice(row);
+            for (features, found) in features.iter_mut().zip(&found) {
+                for (y, row) in (tile.y0..tile.y1).zip(found.chunks(width.max(1))) {
+                    let start = region.index(tile.x0, y);
+                    features[start..start + width].copy_from_slice(row);
+                }
             }
         }
         features

@@ -188,6 +188,30 @@ fn output_variables_go_into_an_exr() {
 }
 
 #[test]
+fn images_without_noise_lie_beside_those_with_it() {
+    let folder = folder();
+    let here = folder.path();
+    let out = stdout(here, &["scene.ron", "--denoise", "-o", "a.png", "-o", "a.exr"]);
+    assert!(out.contains("denoised  a.denoised.png, a.denoised.exr in"), "{out}");
+    let report = |more: &[&str]| json(here, &[&["scene.ron", "-o", "b.exr", "--json"], more].concat());
+    let (plain, clean) = (report(&[]), report(&["--denoise"]));
+    assert_eq!((&plain["film_hash"], &plain["denoised"]), (&clean["film_hash"], &serde_json::Value::Null));
+    let load = |name: &str| picture::load_linear(&here.join(name)).expect(name).2;
+    assert_eq!(load("a.exr"), load("b.exr"));
+    assert!(load("a.denoised.exr") == load("b.denoised.exr") && load("b.denoised.exr") != load("b.exr"));
+    // Whatever the schedule, the threads and the instructions.
+    for ways in [["--schedule", "recursive"], ["--threads", "1"], ["--simd", "portable"]] {
+        let other = report(&[&["--denoise"][..], &ways].concat());
+        assert_eq!(other["denoised"]["hash"], clean["denoised"]["hash"], "{ways:?}");
+    }
+    // A part of the image is without noise by itself: it knows nothing of what lies around it.
+    assert!(report(&["--denoise", "--crop", "3,2,9,7"])["denoised"]["hash"].is_string());
+    let one = run(here, &["scene.ron", "--spp", "1", "--denoise", "-o", "one.png"]);
+    assert!(text(&one.stderr).contains("--spp 2 or more"), "{}", text(&one.stderr));
+    assert!(one.status.success() && here.join("one.png").exists() && !here.join("one.denoised.png").exists());
+}
+
+#[test]
 fn an_exposure_that_the_image_chooses_can_be_kept() {
     let folder = folder();
     let here = folder.path();

@@ -45,8 +45,20 @@ impl FirstHits {
 
     /// Of all a tile's pixels, row by row.
     pub fn look(&mut self, frame: &Frame, level: Level, tile: Region, samples: Range<u32>) -> Vec<Features> {
-        let mut features = vec![Features::NOTHING; tile.area()];
-        let mut pixel = Gathering::default();
+        let [all] = self.look_apart(frame, level, tile, samples);
+        all
+    }
+
+    /// The same of every Nth sample: with 2 of even and of odd ones.
+    pub fn look_apart<const N: usize>(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        tile: Region,
+        samples: Range<u32>,
+    ) -> [Vec<Features>; N] {
+        let mut features = [(); N].map(|()| vec![Features::NOTHING; tile.area()]);
+        let mut parts = [(); N].map(|()| Gathering::default());
         let mut todo = Todo::new(tile, samples.clone(), &|_, _| true);
         let last = samples.end.wrapping_sub(1);
         loop {
@@ -57,10 +69,12 @@ impl FirstHits {
             }
             self.trace(frame, level, count);
             for at in 0..count {
-                pixel.add(self.found[at].as_ref());
+                parts[self.samples[at] as usize % N].add(self.found[at].as_ref());
                 if self.samples[at] == last {
                     let (x, y) = unpack_pixel(self.pixels[at]);
-                    features[tile.index(x, y)] = pixel.take();
+                    for (features, part) in features.iter_mut().zip(&mut parts) {
+                        features[tile.index(x, y)] = part.take();
+                    }
                 }
             }
         }

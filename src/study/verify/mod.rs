@@ -46,12 +46,14 @@ pub struct Outcome {
     pub hash: u128,
     /// Of its depths, normals and the like.
     pub features: u128,
+    /// Of the image without its noise; none of a single sample.
+    pub denoised: Option<u128>,
 }
 
 impl Outcome {
     /// Whether nothing tells it from another.
     pub fn equals(&self, other: &Outcome) -> bool {
-        (self.hash, self.features) == (other.hash, other.features)
+        (self.hash, self.features, self.denoised) == (other.hash, other.features, other.denoised)
     }
 }
 
@@ -131,7 +133,9 @@ impl Bench {
                     let mut session = self.session(way);
                     session.advance(u32::MAX);
                     let features = crate::film::features::hash(&session.features());
-                    outcomes.push(Outcome { way: *way, hash: session.film().hash(), features });
+                    let denoised = session.denoised().map(|denoised| denoised.hash());
+                    let hash = session.film().hash();
+                    outcomes.push(Outcome { way: *way, hash, features, denoised });
                     match &first {
                         None => first = Some((*way, session.film().clone())),
                         Some((simplest, film)) if difference.is_none() && film != session.film() => {

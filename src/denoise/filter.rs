@@ -1,0 +1,247 @@
+//! Non-local means of one half of the samples by what the other half and the features say, over lanes, tile by tile.
+
+use rayon::prelude::*;
+
+use super::plane::{BORDER, Plane};
+use crate::math::elementary::exp2;
+use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+
+/// Columns and rows of a tile: its sums stay in the second cache.
+pub const TILE: [usize; 2] = [64, 16];
+/// Columns of the scratch rows: patches look beyond the tile, and lanes beyond those.
+const ROW: usize = TILE[0] + 2 * super::PATCH + 16;
+/// Rows of it.
+const ROWS: usize = TILE[1] + 2 * super::PATCH;
+
+/// What is filtered and how.
+pub struct Pass<'a> {
+    /// Channels of even and of odd samples, three at most.
+    pub halves: [&'a [&'a Plane]; 2],
+    /// Variance of one half in each channel.
+    pub variance: &'a [&'a Plane],
+    /// In units in which a difference of 1 has e⁻¹ of the weight.
+    pub features: &'a [Plane],
+    /// Factor on distances between patches, 1 / k².
+    pub sharpness: f32,
+    /// What is made of them.
+    pub candidates: &'a [Candidate],
+    /// Pixels around that are averaged, as far as [`Pass::steps`] takes.
+    pub radius: usize,
+    /// Pixels to each side of patches.
+    pub patch: usize,
+    /// Added to variances.
+    pub least: f32,
+}
+
+/// One of several filtered images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Candidate {
+    /// Weights by colours and features: e^(−distance) to the power of 2ⁿ, so that one exponential is enough.
+    Colors(u32),
+    /// Weights by features.
+    FeaturesAlone,
+}
+
+/// Nearer than this all pixels count, beyond every other one, as on a chequerboard.
+const DENSE: i32 = 4;
+
+/// Sums of a tile: weights, then channels, of each half of each candidate.
+struct TileSums {
+    sums: Vec<f32>,
+    /// Numbers of a sum's tile.
+    area: usize,
+}
+
+impl Pass<'_> {
+    /// Where the pixels are that are averaged, within a disc.
+    fn steps(&self) -> Vec<[usize; 2]> {
+        let radius = self.radius as i32;
+        let taken = |[dx, dy]: &[i32; 2]| {
+            let square = dx * dx + dy * dy;
+            let dense = square <= DENSE * DENSE || (dx + dy) % 2 == 0;
+            dense && 2 * square <= 2 * radius * radius + radius
+        };
+        let row = |dy: i32| (-radius..=radius).map(move |dx| [dx, dy]);
+        let steps = (-radius..=radius).flat_map(row).filter(taken);
+        steps.map(|step| step.map(|way| (way + BORDER as i32) as usize)).collect()
+    }
+
+    /// Planes `[candidate][half][channel]`.
+    pub fn run(&self, level: Level) -> Vec<[Vec<Plane>; 2]> {
+        let size = self.halves[0][0].size;
+        let across = size[0].div_ceil(TILE[0]);
+        let count = across * size[1].div_ceil(TILE[1]);
+        let corner = |tile: usize| [tile % across * TILE[0], tile / across * TILE[1]];
+        let steps = &self.steps()[..];
+        let run = |tile: usize| dispatch(level, TileKernel { pass: self, steps, corner: corner(tile) });
+        let tiles: Vec<TileSums> = (0..count).into_par_iter().map(run).collect();
+        let value = |at: usize, number: usize| {
+            let (x, y) = (at % size[0], at / size[0]);
+            let tile = &tiles[y / TILE[1] * across + x / TILE[0]];
+            tile.sums[number * tile.area + y % TILE[1] * TILE[0] + x % TILE[0]]
+        };
+        let channels = self.halves[0].len();
+        let plane = |candidate: usize, half: usize, channel: usize| {
+            let first = (2 * candidate + half) * (channels + 1);
+            Plane::new(size, |at| value(at, first + 1 + channel) / value(at, first))
+        };
+        (0..self.candidates.len())
+            .map(|candidate| [0, 1].map(|half| (0..channels).map(|c| plane(candidate, half, c)).collect()))
+            .collect()
+    }
+}
+
+struct TileKernel<'a> {
+    pass: &'a Pass<'a>,
+    /// From the corner of the border.
+    steps: &'a [[usize; 2]],
+    corner: [usize; 2],
+}
+
+impl Kernel for TileKernel<'_> {
+    type Output = TileSums;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> TileSums {
+        tile::<L::Queue>(&self)
+    }
+}
+
+/// Distances of patches between a tile's pixels and those one step away, by each half.
+struct Distances {
+    of: [Vec<f32>; 2],
+    rows: [Vec<f32>; 2],
+}
+
+#[inline(always)]
+fn tile<F: Float>(TileKernel { pass, steps, corner }: &TileKernel) -> TileSums {
+    let (area, channels) = (TILE[0] * TILE[1], pass.halves[0].len());
+    let mut out = TileSums { sums: vec![0.0; area * 2 * pass.candidates.len() * (channels + 1)], area };
+    let buffer = || vec![0.0f32; ROW * ROWS];
+    let mut distances = Distances { of: [buffer(), buffer()], rows: [buffer(), buffer()] };
+    let rows = TILE[1].min(pass.halves[0][0].size[1] - corner[1]);
+    for step in *steps {
+        compare::<F>(pass, *corner, *step, rows, &mut distances);
+        for y in 0..rows {
+            let own = [corner[0] + BORDER, corner[1] + y + BORDER];
+            add_row::<F>(pass, own, [corner[0] + step[0], corner[1] + y + step[1]], &distances, &mut out, y);
+        }
+    }
+    out
+}
+
+/// Differences in colour beyond what noise makes, of the tile and of what patches have around it, summed along rows.
+#[inline(always)]
+fn compare<F: Float>(
+    pass: &Pass,
+    corner: [usize; 2],
+    step: [usize; 2],
+    rows: usize,
+    distances: &mut Distances,
+) {
+    let patch = pass.patch;
+    for y in 0..rows + 2 * patch {
+        let own = [corner[0] + BORDER - patch, corner[1] + y + BORDER - patch];
+        let other = [corner[0] + step[0] - patch, corner[1] + y + step[1] - patch];
+        compare_row::<F>(pass, own, other, distances, y);
+        for half in 0..2 {
+            let from = &distances.rows[half][y * ROW..][..ROW];
+            let to = &mut distances.of[half][y * ROW..][..ROW];
+            for x in (0..TILE[0]).step_by(F::WIDTH) {
+                let mut sum = F::load(&from[x..]);
+                for step in 1..=2 * patch {
+                    sum = sum + F::load(&from[x + step..]);
+                }
+                sum.store(&mut to[x..]);
+            }
+        }
+    }
+}
+
+/// Of one row, pixel by pixel.
+#[inline(always)]
+fn compare_row<F: Float>(
+    pass: &Pass,
+    own: [usize; 2],
+    other: [usize; 2],
+    distances: &mut Distances,
+    y: usize,
+) {
+    let [even, odd] = &mut distances.rows;
+    let (even, odd) = (&mut even[y * ROW..][..ROW], &mut odd[y * ROW..][..ROW]);
+    let width = TILE[0] + 2 * pass.patch;
+    for x in (0..width).step_by(F::WIDTH) {
+        let (mut first, mut second) = (F::zero(), F::zero());
+        for channel in 0..pass.variance.len() {
+            let (p, q) = (
+                pass.variance[channel].pair::<F>(own, other, x),
+                pass.halves[0][channel].pair::<F>(own, other, x),
+            );
+            let r = pass.halves[1][channel].pair::<F>(own, other, x);
+            let noise = p.0 + p.0.min(p.1);
+            let (a, b) = (q.0 - q.1, r.0 - r.1);
+            let scale = F::one() / (p.0 + p.1 + F::splat(pass.least));
+            first = first + (a * a - noise) * scale;
+            second = second + (b * b - noise) * scale;
+        }
+        first.store(&mut even[x..]);
+        second.store(&mut odd[x..]);
+    }
+}
+
+/// A patch's sum from those of its rows.
+#[inline(always)]
+fn patch<F: Float>(rows: &[f32], patch: usize, x: usize) -> F {
+    let mut sum = F::load(&rows[x..]);
+    for row in 1..=2 * patch {
+        sum = sum + F::load(&rows[row * ROW + x..]);
+    }
+    sum
+}
+
+/// Adds pixels one step away to the sums of a tile's row.
+#[inline(always)]
+fn add_row<F: Float>(
+    pass: &Pass,
+    own: [usize; 2],
+    other: [usize; 2],
+    distances: &Distances,
+    out: &mut TileSums,
+    y: usize,
+) {
+    let zero = F::zero();
+    let (channels, area) = (pass.halves[0].len(), out.area);
+    let across = (2 * pass.patch + 1) as f32;
+    // Patches' means, as exponents of two.
+    let mean = F::splat(-std::f32::consts::LOG2_E * pass.sharpness / (across * across * channels as f32));
+    for x in (0..TILE[0]).step_by(F::WIDTH) {
+        let mut unlike = zero;
+        for feature in pass.features {
+            let (p, q) = feature.pair::<F>(own, other, x);
+            unlike = unlike.max((p - q) * (p - q));
+        }
+        let alike = exp2(unlike * F::splat(-std::f32::consts::LOG2_E));
+        for half in 0..2 {
+            // By the other half.
+            let apart: F = patch(&distances.of[1 - half][y * ROW..], pass.patch, x);
+            let like = exp2(apart.max(zero) * mean);
+            for (candidate, kind) in pass.candidates.iter().enumerate() {
+                let mut weight = alike;
+                if let Candidate::Colors(squarings) = kind {
+                    let mut power = like;
+                    for _ in 0..*squarings {
+                        power = power * power;
+                    }
+                    weight = weight * power;
+                }
+                let first = (2 * candidate + half) * (channels + 1) * area + y * TILE[0] + x;
+                let sums = &mut out.sums[first..][..channels * area + F::WIDTH];
+                (F::load(sums) + weight).store(sums);
+                for channel in 0..channels {
+                    let sum = &mut sums[(channel + 1) * area..];
+                    let value = F::load(pass.halves[half][channel].from(other[0] + x, other[1]));
+                    (F::load(sum) + weight * value).store(sum);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What samples hit first as planes that say which pixels belong together.
+
+use super::filter::{Candidate, Pass};
+use super::plane::{Plane, variance};
+use crate::film::Features;
+use crate::math::elementary::log2;
+use crate::simd::Level;
+
+/// Features that differ by this have e⁻¹ of the weight: of albedo, of a normal's coordinate, of a distance's part.
+const WIDTH: f32 = 0.1;
+/// Pixels to each side that are averaged.
+const RADIUS: usize = 3;
+/// As [`super::PATCH`].
+const PATCH: usize = 2;
+/// Below any difference that matters, squared.
+const LEAST: f32 = 1e-6;
+
+/// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`].
+pub fn features(level: Level, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Plane> {
+    let mut planes = Vec::with_capacity(8);
+    for group in [&[0, 1, 2][..], &[3, 4, 5], &[6, 7]] {
+        let [even, odd] = halves.map(|half| -> Vec<Plane> {
+            group.iter().map(|number| Plane::new(size, |at| feature(&half[at], *number))).collect()
+        });
+        let noise: Vec<Plane> = even.iter().zip(&odd).map(|(even, odd)| variance(even, odd, 1)).collect();
+        let pass = Pass {
+            halves: [&even.iter().collect::<Vec<_>>(), &odd.iter().collect::<Vec<_>>()],
+            variance: &noise.iter().collect::<Vec<_>>(),
+            features: &[],
+            sharpness: 1.0,
+            candidates: &[Candidate::Colors(0)],
+            radius: RADIUS,
+            patch: PATCH,
+            least: LEAST,
+        };
+        for [even, odd] in pass.run(level) {
+            let width = size[0].max(1);
+            for (even, odd) in even.iter().zip(&odd) {
+                let of = |at: usize| {
+                    (even.at(at % width, at / width) + odd.at(at % width, at / width)) * (0.5 / WIDTH)
+                };
+                planes.push(Plane::new(size, of));
+            }
+        }
+    }
+    planes
+}
+
+/// One of eight numbers.
+fn feature(of: &Features, number: usize) -> f32 {
+    match number {
+        0..3 => of.albedo.to_array()[number],
+        3..6 => of.normal[number - 3],
+        // Its logarithm, so that a scene may be as large as it likes; nothing where there is nothing.
+        6 if of.coverage > 0.0 => log2(of.depth_m.clamp(1e-30, 1e30)) * std::f32::consts::LN_2 * of.coverage,
+        6 => 0.0,
+        _ => of.coverage,
+    }
+}

@@ -1,0 +1,90 @@
+//! One number a pixel, with a border in which the image's edge goes on.
+
+use rayon::prelude::*;
+
+use crate::simd::Float;
+
+/// As far as anything looks beside a pixel.
+pub const BORDER: usize = super::RADIUS + super::PATCH;
+/// Rows are whole tiles long, and lanes may read beyond them.
+const SPARE: usize = super::filter::TILE[0] + 16;
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub struct Plane {
+    values: Vec<f32>,
+    /// Columns and rows without the border.
+    pub size: [usize; 2],
+    stride: usize,
+}
+
+impl Plane {
+    /// By the number of each pixel, row by row.
+    pub fn new(size: [usize; 2], value: impl Fn(usize) -> f32 + Sync) -> Self {
+        let [width, height] = size;
+        let stride = width + 2 * BORDER + SPARE;
+        let mut values = vec![0.0; stride * (height + 2 * BORDER)];
+        if width * height == 0 {
+            return Self { values, size, stride };
+        }
+        values[BORDER * stride..][..height * stride].par_chunks_mut(stride).enumerate().for_each(
+            |(y, row)| {
+                for (x, out) in row[BORDER..][..width].iter_mut().enumerate() {
+                    *out = value(y * width + x);
+                }
+                let (first, last) = (row[BORDER], row[BORDER + width - 1]);
+                row[..BORDER].fill(first);
+                row[BORDER + width..].fill(last);
+            },
+        );
+        for y in (0..BORDER).chain(BORDER + height..height + 2 * BORDER) {
+            let from = y.clamp(BORDER, BORDER + height - 1) * stride;
+            values.copy_within(from..from + stride, y * stride);
+        }
+        Self { values, size, stride }
+    }
+
+    /// A pixel's.
+    pub fn at(&self, x: usize, y: usize) -> f32 {
+        self.values[(y + BORDER) * self.stride + x + BORDER]
+    }
+
+    /// From a place on that may lie in the border: `x` and `y` are counted from its corner.
+    #[inline(always)]
+    pub fn from(&self, x: usize, y: usize) -> &[f32] {
+        &self.values[y * self.stride + x..]
+    }
+
+    /// The values at two places, counted as in [`Plane::from`], and so many to the right of them.
+    #[inline(always)]
+    pub fn pair<F: Float>(&self, own: [usize; 2], other: [usize; 2], right: usize) -> (F, F) {
+        (F::load(self.from(own[0] + right, own[1])), F::load(self.from(other[0] + right, other[1])))
+    }
+
+    /// Means over the square of so many pixels to each side.
+    pub fn smoothed(&self, radius: usize) -> Plane {
+        let [width, height] = self.size;
+        let across = 2 * radius + 1;
+        let mut rows = vec![0.0; width * (height + 2 * radius)];
+        rows.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            let source = self.from(BORDER - radius, y + BORDER - radius);
+            for (x, mean) in row.iter_mut().enumerate() {
+                *mean = source[x..x + across].iter().sum::<f32>() / across as f32;
+            }
+        });
+        Plane::new(self.size, |at| {
+            let column = (0..across).map(|row| rows[at + row * width]);
+            column.sum::<f32>() / across as f32
+        })
+    }
+}
+
+/// Of one half of the samples, from the difference of both, in the mean of the pixels around.
+pub fn variance(even: &Plane, odd: &Plane, radius: usize) -> Plane {
+    let width = even.size[0].max(1);
+    let square = |at: usize| {
+        let difference = even.at(at % width, at / width) - odd.at(at % width, at / width);
+        0.5 * difference * difference
+    };
+    Plane::new(even.size, square).smoothed(radius)
+}

@@ -1,0 +1,55 @@
+//! Which of several filtered images is nearest to the truth, place by place.
+
+use super::plane::{Plane, variance};
+
+/// Errors are means over so many pixels to each side.
+const ERROR_RADIUS: usize = 3;
+/// One choice fades into another over so many pixels to each side.
+const FADE_RADIUS: usize = 2;
+
+/// Of candidates `[half][channel]`, in each place the one that differs least from the half that it was not made of.
+pub fn best(color: &[[Plane; 3]; 2], candidates: Vec<[[Plane; 3]; 2]>) -> [[Plane; 3]; 2] {
+    let size = color[0][0].size;
+    let noise = [0, 1, 2].map(|c| variance(&color[0][c], &color[1][c], 1));
+    let errors: Vec<Plane> = candidates.iter().map(|filtered| error(color, filtered, &noise)).collect();
+    let width = size[0].max(1);
+    let chosen: Vec<usize> = (0..size[0] * size[1])
+        .map(|at| {
+            let of = |candidate: usize| errors[candidate].at(at % width, at / width);
+            (1..errors.len()).fold(0, |best, other| if of(other) < of(best) { other } else { best })
+        })
+        .collect();
+    let shares: Vec<Plane> = (0..candidates.len())
+        .map(|candidate| {
+            Plane::new(size, |at| f32::from(u8::from(chosen[at] == candidate))).smoothed(FADE_RADIUS)
+        })
+        .collect();
+    [0, 1].map(|half: usize| {
+        [0, 1, 2].map(|channel: usize| {
+            Plane::new(size, |at| {
+                let (x, y) = (at % width, at / width);
+                let parts = candidates.iter().zip(&shares);
+                parts.map(|(filtered, share)| filtered[half][channel].at(x, y) * share.at(x, y)).sum()
+            })
+        })
+    })
+}
+
+/// The squared error of a candidate, estimated: what it differs by from the other half, less that half's own noise.
+fn error(color: &[[Plane; 3]; 2], filtered: &[[Plane; 3]; 2], noise: &[Plane; 3]) -> Plane {
+    let size = color[0][0].size;
+    let width = size[0].max(1);
+    let relative = |at: usize| {
+        let (x, y) = (at % width, at / width);
+        let mut sum = 0.0;
+        for channel in 0..3 {
+            let [even, odd] = [0, 1].map(|half: usize| color[half][channel].at(x, y));
+            let differs = [filtered[0][channel].at(x, y) - odd, filtered[1][channel].at(x, y) - even];
+            let mean = 0.5 * (even + odd);
+            let square = 0.5 * (differs[0] * differs[0] + differs[1] * differs[1]) - noise[channel].at(x, y);
+            sum += square / (0.01 + mean * mean);
+        }
+        sum / 3.0
+    };
+    Plane::new(size, relative).smoothed(ERROR_RADIUS)
+}

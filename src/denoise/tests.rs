@@ -1,0 +1,122 @@
+//! Films whose truth is known.
+
+use rand::RngExt;
+
+use super::*;
+use crate::film::{Region, Unit};
+use crate::sampling::Stream;
+
+const SIZE: [u32; 2] = [100, 70];
+
+/// What a pixel is in truth and where it is.
+type Scene<'a> = &'a dyn Fn(u32, u32) -> (Rgb, f32);
+
+/// Samples with noise that is as large as the radiance, and what they hit: a wall each by depth.
+fn noisy(scene: Scene, samples: u32, seed: u64) -> (Film, [Vec<Features>; 2]) {
+    let (region, mut stream) = (Region::whole(SIZE), Stream::new(seed));
+    let mut film = Film::new(region, Unit::default());
+    let mut features = Vec::new();
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let (radiance, depth_m) = scene(x, y);
+            for sample in 0..samples {
+                film.count(x, y, sample);
+                film.add(x, y, sample, radiance * stream.random_range(0.0..2.0));
+            }
+            let normal = [0.0, 0.0, 1.0];
+            let at =
+                Features { coverage: 1.0, depth_m, normal, albedo: Rgb::splat(0.5), ..Features::NOTHING };
+            features.push(at);
+        }
+    }
+    (film, [features.clone(), features])
+}
+
+fn clean(film: &Film, features: &[Vec<Features>; 2], level: Level) -> Denoised {
+    denoise(level, &Noisy { film, features: [&features[0], &features[1]] }).expect("two samples and more")
+}
+
+fn error(pixels: &[Rgb], scene: Scene) -> f64 {
+    let square = |(at, found): (usize, &Rgb)| {
+        let truth = scene(at as u32 % SIZE[0], at as u32 / SIZE[0]).0;
+        [0, 1, 2].map(|c| f64::from(found.to_array()[c] - truth.to_array()[c]).powi(2)).iter().sum::<f64>()
+            / 3.0
+    };
+    (pixels.iter().enumerate().map(square).sum::<f64>() / pixels.len() as f64).sqrt()
+}
+
+fn slope(x: u32, y: u32) -> (Rgb, f32) {
+    (Rgb::new(0.4, 0.3, 0.2) * (1.0 + 0.004 * x as f32 - 0.003 * y as f32), 5.0)
+}
+
+/// Two walls, one twenty times as bright and behind the other.
+fn edge(x: u32, _: u32) -> (Rgb, f32) {
+    if x < 41 { (Rgb::splat(0.05), 2.0) } else { (Rgb::splat(1.0), 3.0) }
+}
+
+/// A shadow on one wall: features know nothing of it.
+fn shadow(x: u32, _: u32) -> (Rgb, f32) {
+    (Rgb::splat(if x < 41 { 0.02 } else { 1.0 }), 2.0)
+}
+
+#[test]
+fn noise_goes_and_what_is_there_stays() {
+    for (name, scene, least) in
+        [("slope", &slope as Scene, 10.0), ("edge", &edge, 10.0), ("shadow", &shadow, 4.0)]
+    {
+        let (film, features) = noisy(scene, 16, 3);
+        let found = clean(&film, &features, Level::detect());
+        let (before, after) = (error(&film.radiance(), scene), error(&found.radiance, scene));
+        assert!(after * least < before, "{name}: {before} before, {after} after");
+        assert!(found.noise < 0.5 * film.noise().expect("two halves"), "{name}: {}", found.noise);
+        let mean = |pixels: &[Rgb]| pixels.iter().map(|p| f64::from(p.luminance())).sum::<f64>();
+        let ratio = mean(&found.radiance) / mean(&film.radiance());
+        assert!((ratio - 1.0).abs() < 0.01, "{name}: as bright as before: {ratio}");
+    }
+}
+
+/// Where features differ nothing is averaged, however alike colours are.
+#[test]
+fn edges_of_features_are_edges() {
+    let (film, features) = noisy(&edge, 4, 5);
+    let found = clean(&film, &features, Level::detect());
+    let row = |x: u32| found.radiance[(35 * SIZE[0] + x) as usize].g;
+    assert!((38..41).all(|x| row(x) < 0.1) && (41..44).all(|x| row(x) > 0.6), "{} {}", row(40), row(41));
+}
+
+/// Without noise nothing changes, and neither do units: the brightness of an image has no say.
+#[test]
+fn what_has_no_noise_stays() {
+    for unit in [1e-6, 1.0, 1e5f32] {
+        let scene = |x: u32, y: u32| (Rgb::new(((x * 7 + y * 13) % 5) as f32 + 0.5, 0.25, 1.0) * unit, 2.0);
+        let mut film = Film::new(Region::whole(SIZE), Unit::new(6.0 * unit, unit));
+        for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+            (0..2).for_each(|sample| {
+                film.count(x, y, sample);
+                film.add(x, y, sample, scene(x, y).0);
+            });
+        }
+        let features = noisy(&scene, 1, 1).1;
+        let found = clean(&film, &features, Level::detect());
+        assert!(error(&found.radiance, &scene) < 1e-3 * f64::from(unit), "{unit}");
+    }
+}
+
+#[test]
+fn every_level_and_number_of_threads_gives_the_same_bits() {
+    let (film, features) = noisy(&edge, 4, 7);
+    let expected = clean(&film, &features, Level::PORTABLE);
+    for level in Level::available() {
+        assert_eq!(clean(&film, &features, level).hash(), expected.hash(), "{level:?}");
+    }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    assert_eq!(one.install(|| clean(&film, &features, Level::detect())).hash(), expected.hash());
+}
+
+#[test]
+fn one_sample_is_too_few() {
+    let (film, features) = noisy(&edge, 1, 7);
+    assert!(
+        denoise(Level::detect(), &Noisy { film: &film, features: [&features[0], &features[1]] }).is_none()
+    );
+}
