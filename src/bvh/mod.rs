@@ -52,7 +52,7 @@ pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
 pub use layout::{BuildStatistics, Bvh, Instance, Root, SPHERE};
 pub use presence::{Asker, Crossing, Presence, Surfaces};
-pub use query::{Coherence, QUEUE, Stack, any, any_ray, closest, closest_ray};
+pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]

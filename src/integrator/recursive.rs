@@ -271,7 +271,7 @@ impl Tile<'_> {
                 self.share(path, film, slots);
             }
             let (level, stack) = (self.level, &mut *self.stack);
-            connections.finish(frame, level, slots, film, self.observer, &mut |rays, blocked, _| {
+            connections.finish(frame, level, slots, film, self.observer, &mut |rays, _, blocked, _| {
                 for (at, blocked) in blocked.iter_mut().enumerate() {
                     let ray = rays.range(at..at + 1);
                     *blocked = any_ray(level, &frame.scene.bvh, &ray.ray(0), ray.asker, stack).into();

@@ -92,6 +92,53 @@ proptest! {
     }
 }
 
+/// Fans of rays from neighbouring places to one each, some of them wide, and a few rays behind the last.
+fn fans(random: &mut Stream, sizes: &[usize], wide: f32) -> (Vec<Ray<f32>>, Vec<u32>) {
+    let (mut rays, mut ends) = (Vec::new(), Vec::new());
+    for size in sizes {
+        let (from, to) = (point(random, 5.0), point(random, 5.0));
+        for _ in 0..*size {
+            let origin = if wide > 0.0 { from + point(random, wide) } else { from };
+            rays.push(ray(origin, (to - origin).normalize_or(Vec3::Y), 0.0, (to - origin).length() * 0.999));
+        }
+        ends.push(rays.len() as u32);
+    }
+    rays.extend((0..5).map(|_| towards(point(random, 6.0), point(random, 6.0))));
+    (rays, ends)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn rays_in_fans_are_blocked_as_the_oracle_says(
+        seed: u64,
+        counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
+        placed in 0usize..3,
+        sizes in prop::collection::vec(0usize..70, 1..8),
+        wide in prop::sample::select(vec![0.0f32, 0.05, 0.5, 4.0]),
+        coarse: bool,
+    ) {
+        let mut random = Stream::new(seed);
+        let soup = random_soup(&mut random, counts, placed, coarse);
+        let (rays, ends) = fans(&mut random, &sizes, wide);
+        let mut bvh = soup.build();
+        for asked in [false, true] {
+            if asked {
+                let of = |id: u32| [Presence::Asked, Presence::Always, Presence::Always][id as usize % 3];
+                bvh.set_presence(of, &vec![None; soup.placed.len()]);
+            }
+            let expected: Vec<u32> =
+                rays.iter().enumerate().map(|(i, ray)| u32::from(!oracle(&bvh, ray, i).is_miss())).collect();
+            for level in Level::available() {
+                let (mut stack, mut occluded) = (Stack::new(&bvh), vec![7; rays.len()]);
+                in_columns(&rays, |view, _| any_in_fans(level, &bvh, view, &ends, &mut stack, &mut occluded));
+                prop_assert_eq!(&occluded, &expected, "{:?}", level);
+            }
+        }
+    }
+}
+
 /// Where rays of a packet run along an axis, an edge or a plane of a box.
 #[test]
 fn packets_along_axes_agree() {

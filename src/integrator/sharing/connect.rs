@@ -1,5 +1,7 @@
 //! Rays from the first vertices of a group to the second ones, what each pair counts for, and the sums.
 
+use smallvec::SmallVec;
+
 use super::lend::{Sight, spread};
 use super::partition::{PIXELS, Partition};
 use super::{Grouping, Offer, Slots, path_of, unit_at};
@@ -13,6 +15,7 @@ use crate::integrator::presence::Traced;
 use crate::integrator::{Frame, wavefront::queue::Columns};
 use crate::math::{Color, Ray, Vector};
 use crate::shading::emitter::SHADOW_END;
+use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::surface::leave;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
@@ -44,12 +47,14 @@ pub(super) struct Received {
     pub vertices: u32,
 }
 
-/// Says of each of some rays whether it is blocked.
-pub type Any<'a> = dyn FnMut(Rays, &mut [u32], &mut dyn Observer) + 'a;
+/// Says of each of some rays whether it is blocked; where the fans end of which each goes to one second vertex.
+pub type Any<'a> = dyn FnMut(Rays, &[u32], &mut [u32], &mut dyn Observer) + 'a;
 
 /// Buffers for the connections of a wave's groups, as many at a time as give 8,192 rays.
 pub struct Connections {
     rays: RayQueue,
+    /// Where in the queue the rays to each second vertex end.
+    fans: Vec<u32>,
     blocked: Vec<u32>,
     t_min: Vec<f32>,
     groups: Vec<Group>,
@@ -114,6 +119,7 @@ impl Default for Connections {
         let capacity = RAYS + 4096;
         Self {
             rays: RayQueue(Columns::new(capacity)),
+            fans: Vec::new(),
             blocked: vec![0; capacity],
             t_min: vec![0.0; capacity],
             groups: Vec::new(),
@@ -161,8 +167,8 @@ impl Connections {
             }
             for group in Partition::new(log2, frame.seed, block, sample >> stays).groups() {
                 let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
-                let Self { members, lenders, pairs, rays, .. } = self;
-                dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays });
+                let Self { members, lenders, pairs, rays, fans, .. } = self;
+                dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });
                 self.groups.push(group);
                 if self.rays.0.len() >= RAYS {
                     self.trace(frame, slots, observer, any);
@@ -211,7 +217,7 @@ impl Connections {
             t_max: self.rays.0.floats(6),
             asker: Asker::new(&surfaces, 0),
         };
-        any(rays, &mut self.blocked[..count], observer);
+        any(rays, &self.fans, &mut self.blocked[..count], observer);
         self.traced += count as u64;
         for (pair, blocked) in self.rays.0.integers(0).iter().zip(&self.blocked) {
             if *blocked != 0 {
@@ -225,6 +231,7 @@ impl Connections {
             }
         }
         self.rays.0.clear();
+        self.fans.clear();
         self.groups.clear();
         self.members.clear();
         self.lenders.clear();
@@ -290,6 +297,7 @@ struct Connect<'a> {
     group: &'a Group,
     pairs: &'a mut Pairs,
     rays: &'a mut RayQueue,
+    fans: &'a mut Vec<u32>,
 }
 
 impl Kernel for Connect<'_> {
@@ -298,22 +306,41 @@ impl Kernel for Connect<'_> {
     fn run<L: Lanes>(mut self) {
         let members = &self.members[self.group.members.clone()];
         let material = |place: usize| self.slots.slots[members[place] as usize].material;
+        let mut receivers = SmallVec::<[Receivers<L::Queue>; 4]>::new();
         let mut first = 0;
         while first < members.len() {
             let mut end = first + 1;
             while end < members.len() && end - first < L::Queue::WIDTH && material(end) == material(first) {
                 end += 1;
             }
-            self.chunk::<L::Queue>(first, end, material(first));
+            receivers.push(self.receivers(first, end, material(first)));
             first = end;
+        }
+        // All rays to one second vertex follow each other.
+        for (row, (lender, own)) in self.lenders[self.group.lenders.clone()].iter().enumerate() {
+            for some in &receivers {
+                self.connect(row, *lender, *own, some);
+            }
+            self.fans.push(self.rays.0.len() as u32);
         }
     }
 }
 
+/// First vertices of one material.
+struct Receivers<F: Float> {
+    /// The place of the first one among the group's members.
+    first: usize,
+    /// Of their slots.
+    places: F::Int,
+    mask: F::Mask,
+    /// Where rays begin.
+    origin: Vector<F>,
+    bsdf: Bsdf<F>,
+}
+
 impl Connect<'_> {
-    /// Members of one material.
     #[inline(always)]
-    fn chunk<F: Float>(&mut self, first: usize, end: usize, material: u32) {
+    fn receivers<F: Float>(&self, first: usize, end: usize, material: u32) -> Receivers<F> {
         let Self { frame, slots, group, .. } = *self;
         let members = &self.members[group.members.clone()][first..end];
         let (mut at, mut pixel, mut sample) = ([0; PADDING], [0; PADDING], [0; PADDING]);
@@ -332,31 +359,37 @@ impl Connect<'_> {
         let normal = surface.geometric_normal;
         // No light goes through: all rays leave on the viewer's side.
         let origin = leave(surface.position, normal, surface.offset, normal);
-        for (row, (lender, own)) in self.lenders[group.lenders.clone()].iter().enumerate() {
-            let (sight, t_max) = match &slots.slots[*lender as usize].offer {
-                Offer::Far(direction) => (far::<F>(spread(*direction), mask), F::splat(f32::INFINITY)),
-                Offer::Near(lent) => {
-                    let sight = lent.seen_from(frame.lobes, origin, mask);
-                    let t_max = sight.distance * F::splat(SHADOW_END);
-                    (sight, t_max)
-                }
-                _ => continue,
-            };
-            let (value, pdf) = bsdf.evaluate(sight.direction, sight.visible);
-            let density = pdf * sight.geometry;
-            let found = sight.visible & density.gt(F::zero());
-            let value = value * sight.part * sight.geometry;
-            let start = group.pairs + row * group.row() + first;
-            F::select(found, density, F::zero()).store(&mut self.pairs.density[start..]);
-            for (column, value) in self.pairs.value.iter_mut().zip([value.r, value.g, value.b]) {
-                value.store(&mut column[start..]);
+        Receivers { first, places, mask, origin, bsdf }
+    }
+
+    /// One row of pairs, of a lender that is at place `own` of the group.
+    #[inline(always)]
+    fn connect<F: Float>(&mut self, row: usize, lender: u32, own: u32, some: &Receivers<F>) {
+        let Self { frame, slots, group, .. } = *self;
+        let Receivers { first, places, mask, origin, bsdf } = some;
+        let (sight, t_max) = match &slots.slots[lender as usize].offer {
+            Offer::Far(direction) => (far::<F>(spread(*direction), *mask), F::splat(f32::INFINITY)),
+            Offer::Near(lent) => {
+                let sight = lent.seen_from(frame.lobes, *origin, *mask);
+                let t_max = sight.distance * F::splat(SHADOW_END);
+                (sight, t_max)
             }
-            let number = F::Int::load(&LANES);
-            let itself = number.eq(F::Int::splat((*own).wrapping_sub(first as u32)));
-            let ray = Ray { origin, direction: sight.direction, t_min: F::zero(), t_max };
-            let pair = number + F::Int::splat(start as u32);
-            self.rays.append(&ray, pair, places, found & !itself);
+            _ => return,
+        };
+        let (value, pdf) = bsdf.evaluate(sight.direction, sight.visible);
+        let density = pdf * sight.geometry;
+        let found = sight.visible & density.gt(F::zero());
+        let value = value * sight.part * sight.geometry;
+        let start = group.pairs + row * group.row() + first;
+        F::select(found, density, F::zero()).store(&mut self.pairs.density[start..]);
+        for (column, value) in self.pairs.value.iter_mut().zip([value.r, value.g, value.b]) {
+            value.store(&mut column[start..]);
         }
+        let number = F::Int::load(&LANES);
+        let itself = number.eq(F::Int::splat(own.wrapping_sub(*first as u32)));
+        let ray = Ray { origin: *origin, direction: sight.direction, t_min: F::zero(), t_max };
+        let pair = number + F::Int::splat(start as u32);
+        self.rays.append(&ray, pair, *places, found & !itself);
     }
 }
 

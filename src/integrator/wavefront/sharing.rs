@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::reports::report_connections;
 use super::{Clock, Todo, Wave};
-use crate::bvh::{self, Coherence};
+use crate::bvh;
 use crate::film::Film;
 use crate::integrator::observe::{self, Nobody};
 use crate::integrator::path::unpack_pixel;
@@ -66,8 +66,8 @@ impl Wave {
             let Shared { slots, connections, .. } = &mut shared;
             let stack = &mut self.stack;
             let observer = &mut *clock.observer;
-            connections.finish(frame, level, slots, film, observer, &mut |rays, blocked, observer| {
-                bvh::any(level, &frame.scene.bvh, rays, Coherence::Unknown, stack, blocked);
+            connections.finish(frame, level, slots, film, observer, &mut |rays, fans, blocked, observer| {
+                bvh::any_in_fans(level, &frame.scene.bvh, rays, fans, stack, blocked);
                 report_connections(level, blocked, observer);
             });
             clock.statistics.rays.connect += std::mem::take(&mut connections.traced);
