@@ -74,6 +74,8 @@ pub enum Axis {
     Samples(Vec<u32>),
     /// Shadow rays to each area light.
     LightSamples(Vec<u32>),
+    /// Points on the lens: samples a pixel, all through its middle unless `pixel_pattern` says otherwise.
+    LensSamples(Vec<u32>),
     /// Paths of a wave.
     Wave(Vec<u32>),
     /// Bounces after the camera ray.
@@ -88,7 +90,7 @@ impl Axis {
     /// From left to right.
     pub fn values(&self) -> &[u32] {
         match self {
-            Axis::Samples(v) | Axis::LightSamples(v) | Axis::Wave(v) => v,
+            Axis::Samples(v) | Axis::LightSamples(v) | Axis::LensSamples(v) | Axis::Wave(v) => v,
             Axis::Depth(v) | Axis::Threads(v) | Axis::Triangles(v) => v,
         }
     }
@@ -98,6 +100,7 @@ impl Axis {
         match self {
             Axis::Samples(_) => "samples a pixel",
             Axis::LightSamples(_) => "shadow rays to a light",
+            Axis::LensSamples(_) => "samples of the lens",
             Axis::Wave(_) => "paths of a wave",
             Axis::Depth(_) => "bounces",
             Axis::Threads(_) => "threads",
@@ -144,6 +147,8 @@ pub struct Change {
     pub sampler: Option<Sampler>,
     /// Pixels that share their paths under the path transport; 1: none do.
     pub sharing: Option<u32>,
+    /// Whether the noise is taken out of what was rendered, within the time that is measured.
+    pub denoise: Option<bool>,
     /// In which order rays are traced.
     pub schedule: Option<Schedule>,
     /// In which order the wavefront shades hits under the path transport.
@@ -174,6 +179,7 @@ impl Change {
             transport: other.transport.or(self.transport),
             sampler: other.sampler.or(self.sampler),
             sharing: other.sharing.or(self.sharing),
+            denoise: other.denoise.or(self.denoise),
             schedule: other.schedule.or(self.schedule),
             sorting: other.sorting.or(self.sorting),
             wave: other.wave.or(self.wave),
@@ -194,6 +200,8 @@ pub enum Pattern {
     Jittered,
     /// In the cells' centres.
     Regular,
+    /// All in the middle.
+    Center,
 }
 
 impl From<Pattern> for crate::world::Pattern {
@@ -202,6 +210,7 @@ impl From<Pattern> for crate::world::Pattern {
             Pattern::Uniform => Self::Uniform,
             Pattern::Jittered => Self::Jittered,
             Pattern::Regular => Self::Regular,
+            Pattern::Center => Self::Center,
         }
     }
 }
@@ -367,13 +376,19 @@ pub fn load(path: &Path) -> Result<Study, LoadError> {
 /// Reads a study from its text; `path` is what messages call it.
 pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
     let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    let study: Study = options.from_str(text).map_err(|error| LoadError::At {
+    let mut study: Study = options.from_str(text).map_err(|error| LoadError::At {
         file: path.to_owned(),
         line: error.span.start.line,
         column: error.span.start.col,
         reason: error.code.to_string(),
     })?;
     check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
+    for experiment in &mut study.experiments {
+        // The reference, too, sees what the lens sees through the middle.
+        if matches!(experiment.x, Axis::LensSamples(_)) {
+            experiment.with.pixel_pattern.get_or_insert(Pattern::Center);
+        }
+    }
     Ok(study)
 }
 
@@ -411,7 +426,7 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     }
     let (least, most) = match experiment.x {
         Axis::Depth(_) => (0, 65_535),
-        Axis::Samples(_) | Axis::LightSamples(_) => (1, 4_194_304),
+        Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_) => (1, 4_194_304),
         Axis::Wave(_) => (1, 1_048_576),
         Axis::Threads(_) => (1, 1024),
         Axis::Triangles(_) => (1, 100_000_000),
@@ -468,6 +483,12 @@ mod tests {
         let change = experiment.with.and(&experiment.series[1].with);
         assert_eq!((change.rays, change.by), (Some(100), Some(Tracing::BruteForce)));
         assert!(experiment.plots[0].log_x && experiment.plots[0].fit);
+        let lens = GOOD
+            .replace("Ball], x: Triangles", "File(\"c.ron\")], x: LensSamples")
+            .replace("rays: 100", "samples: 1");
+        let of = |text: &str| parse(text, Path::new("a.ron")).unwrap().experiments[0].with.pixel_pattern;
+        assert_eq!(of(&lens), Some(Pattern::Center));
+        assert_eq!(of(&lens.replace("samples: 1", "pixel_pattern: Jittered")), Some(Pattern::Jittered));
     }
 
     #[test]

@@ -99,6 +99,7 @@ pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: Key<F::Int>, dimension
     match pattern {
         Pattern::Uniform => (key.uniform(dimension), key.uniform(second)),
         Pattern::Regular => grid.point(key.sample, (F::splat(0.5), F::splat(0.5))),
+        Pattern::Center => (F::splat(0.5), F::splat(0.5)),
         Pattern::Jittered => {
             let cell = permute(key.sample, grid.cells(), key.shared(order));
             grid.point(cell, (key.uniform(dimension), key.uniform(second)))
@@ -122,6 +123,7 @@ pub fn point_of_many<F: Float>(
     match pattern {
         Pattern::Uniform => point(Pattern::Uniform, pixel, key, dimension),
         Pattern::Regular => grid.point(F::Int::splat(which), (F::splat(0.5), F::splat(0.5))),
+        Pattern::Center => (F::splat(0.5), F::splat(0.5)),
         Pattern::Jittered => {
             grid.point(F::Int::splat(which), point(Pattern::Jittered, pixel, key, dimension))
         }
@@ -212,6 +214,7 @@ mod tests {
     fn regular_points_are_cell_centres() {
         let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(1), key(0), Wrapping(0));
         assert_eq!((u, v), (0.5, 0.5));
+        assert_eq!(point::<f32>(Pattern::Center, Grid::new(16), key(6), Wrapping(0)), (0.5, 0.5));
         let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(16), key(6), Wrapping(0));
         assert_eq!((u, v), (0.625, 0.375));
     }

@@ -96,6 +96,8 @@ pub enum Pattern {
     Jittered,
     /// The centres of the cells of a grid.
     Regular,
+    /// All in the middle of the square: a pixel's samples without the pixel, to look at the rest alone.
+    Center,
 }
 
 /// How irradiance depends on the distance from a light.

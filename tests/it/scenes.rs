@@ -68,5 +68,5 @@ fn all_studies_are_well_formed() {
         }
         count += 1;
     }
-    assert_eq!(count, 5);
+    assert_eq!(count, 6);
 }

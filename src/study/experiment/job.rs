@@ -40,7 +40,7 @@ pub struct Done {
 pub(super) fn at(change: &Change, axis: &Axis, x: u32) -> Change {
     let mut change = change.clone();
     match axis {
-        Axis::Samples(_) => change.samples = Some(x),
+        Axis::Samples(_) | Axis::LensSamples(_) => change.samples = Some(x),
         Axis::LightSamples(_) => change.light_samples = Some(x),
         Axis::Wave(_) => change.wave = Some(x),
         Axis::Depth(_) => change.max_depth = Some(x),
@@ -160,12 +160,17 @@ fn render(
     let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
     let mut session = Session::new(compiled, &world.settings, options);
     let threads = change.threads.unwrap_or(1) as usize;
-    let (wall, spent) = on_threads(threads, || {
+    let clean = change.denoise == Some(true);
+    let (wall, spent, denoised) = on_threads(threads, || {
         let (start, before) = (Instant::now(), cpu());
         session.advance(u32::MAX);
-        (start.elapsed().as_secs_f64(), before.zip(cpu()).map(|(before, after)| after - before))
+        let denoised = if clean { session.denoised() } else { None };
+        (start.elapsed().as_secs_f64(), before.zip(cpu()).map(|(before, after)| after - before), denoised)
     })
     .map_err(|error| error.to_string())?;
+    if clean && denoised.is_none() {
+        return Err("denoise takes two samples of each pixel and more".into());
+    }
     let rays = session.statistics().rays.total() as f64;
     row.set(Measure::RenderSeconds, wall);
     row.set(Measure::Mrays, rays / wall.max(1e-9) / 1e6);
@@ -175,7 +180,8 @@ fn render(
     }
     row.film = Some(session.film().hash());
     let [width, height] = world.settings.size;
-    Ok(Image { width, height, pixels: session.film().radiance() })
+    let pixels = denoised.map_or_else(|| session.film().radiance(), |denoised| denoised.radiance);
+    Ok(Image { width, height, pixels })
 }
 
 /// Triangle tests of brute force in one job at most: about a second.

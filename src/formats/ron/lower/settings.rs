@@ -14,8 +14,12 @@ const LARGEST_SIZE: u64 = 65_536;
 pub(super) const MOST_SAMPLES: u64 = crate::sampling::pattern::MAX_STRATA as u64;
 const LARGEST_DEPTH: u64 = 65_535;
 
-pub(super) const PATTERNS: &[(&str, Pattern)] =
-    &[("Uniform", Pattern::Uniform), ("Jittered", Pattern::Jittered), ("Regular", Pattern::Regular)];
+pub(super) const PATTERNS: &[(&str, Pattern)] = &[
+    ("Uniform", Pattern::Uniform),
+    ("Jittered", Pattern::Jittered),
+    ("Regular", Pattern::Regular),
+    ("Center", Pattern::Center),
+];
 
 const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted), ("Path", Transport::Path)];
 

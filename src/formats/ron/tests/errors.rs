@@ -133,7 +133,7 @@ fn wrong_types() {
     );
     entity_fails("light: Area(power_w: 1, size_m: 1, visible: ^1)", "expected true or false, found 1");
     settings_fail("size: (^\"1\", 2)", "expected a whole number from 1 to 65536, found the string \"1\"");
-    settings_fail("pixel_pattern: ^1", "expected a pattern: Uniform, Jittered, Regular, found 1");
+    settings_fail("pixel_pattern: ^1", "expected a pattern: Uniform, Jittered, Regular, Center, found 1");
     settings_fail("tonemap: Aces(^1)", "Aces has no fields");
     fails("(entities: [^5])", "expected an entity, as (key: value, …), found 5");
     fails("(entities: ^{})", "expected the entities in square brackets, found a map {…}");
