@@ -23,7 +23,7 @@ use crate::world::{Aov, Settings};
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
-    let outputs = outputs_of(arguments, scene);
+    let outputs = outputs(arguments, scene);
     outputs.iter().try_for_each(|path| supported(path))?;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     // Everything, loading too, runs on the threads that were asked for.
@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
 }
 
 /// Where the images go: what was asked for, or the scene's name with .png.
-fn outputs_of(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
+fn outputs(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
     if !arguments.output.is_empty() {
         return arguments.output.clone();
     }
@@ -39,7 +39,7 @@ fn outputs_of(arguments: &Render, scene: &Path) -> Vec<PathBuf> {
     vec![PathBuf::from(name.file_name().unwrap_or("image.png".as_ref()))]
 }
 
-fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCode, Failure> {
+fn render(arguments: &Render, path: &Path, images: &[PathBuf]) -> Result<ExitCode, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
     let mut world = crate::formats::load_with(path, &(&arguments.model).into())?;
@@ -54,7 +54,7 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
         scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     let settings = world.settings.clone();
-    let outputs = &aov::with_file(outputs, &settings.aov)[..];
+    let outputs = &aov::with_file(images, &settings.aov)[..];
     outputs.iter().try_for_each(|path| supported(path))?;
     let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     // Compiled: large meshes need not stay twice.
@@ -77,7 +77,7 @@ fn render(arguments: &Render, path: &Path, outputs: &[PathBuf]) -> Result<ExitCo
     let start = Instant::now();
     let exposure_ev = write(&session, &settings, arguments, outputs, &names)?;
     let clean = denoised.as_ref().map(|denoised| {
-        let paths = write_denoised(&session, &settings, arguments, denoised, exposure_ev)?;
+        let paths = write_denoised(&session, &settings, arguments, denoised, images, exposure_ev)?;
         Ok::<_, Failure>((denoised, paths))
     });
     let clean = clean.transpose()?;
@@ -169,23 +169,35 @@ fn write(
     let radiance = session.film().radiance();
     let own_ev = if settings.auto_exposure { automatic_ev(&radiance) } else { 0.0 };
     let exposure_ev = own_ev + settings.exposure_ev;
-    let region = session.film().region();
     let channels = session.channels(&settings.aov);
     let metadata = metadata(session, settings, exposure_ev);
     let manifest = aov::manifest(&channels, names, session.scene()).map(|ids| ("manifest".to_string(), ids));
     let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
-    let output = Output {
-        width: region.width(),
-        height: region.height(),
-        radiance: &radiance,
-        display: DisplayTransform::new(settings.tonemap, exposure_ev, &radiance),
-        bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
-        metadata: &metadata,
-        channels: &[],
-    };
+    let output = picture(session, settings, arguments, &radiance, exposure_ev, &metadata);
     let whole = Output { metadata: &with_manifest, channels: &channels, ..output };
     outputs.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
     Ok(exposure_ev)
+}
+
+/// Pixels of a session as files hold them.
+fn picture<'a>(
+    session: &Session,
+    settings: &Settings,
+    arguments: &Render,
+    radiance: &'a [Rgb],
+    exposure_ev: f32,
+    metadata: &'a [(String, String)],
+) -> Output<'a> {
+    let region = session.film().region();
+    Output {
+        width: region.width(),
+        height: region.height(),
+        radiance,
+        display: DisplayTransform::new(settings.tonemap, exposure_ev, radiance),
+        bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
+        metadata,
+        channels: &[],
+    }
 }
 
 /// Saves what is left without noise beside the images, as bright as these; returns where.
@@ -194,26 +206,17 @@ fn write_denoised(
     settings: &Settings,
     arguments: &Render,
     denoised: &Denoised,
+    images: &[PathBuf],
     exposure_ev: f32,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let region = session.film().region();
     let mut metadata = metadata(session, settings, exposure_ev);
     metadata.push(("denoised_hash".to_string(), format!("{:032x}", denoised.hash())));
-    let output = Output {
-        width: region.width(),
-        height: region.height(),
-        radiance: &denoised.radiance,
-        display: DisplayTransform::new(settings.tonemap, exposure_ev, &denoised.radiance),
-        bits: if arguments.bits == 16 { PngBits::Sixteen } else { PngBits::Eight },
-        metadata: &metadata,
-        channels: &[],
-    };
+    let output = picture(session, settings, arguments, &denoised.radiance, exposure_ev, &metadata);
     let beside = |path: &PathBuf| {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         path.with_extension(format!("denoised.{extension}"))
     };
-    let Some(scene) = &arguments.scene else { return Ok(Vec::new()) };
-    let paths: Vec<PathBuf> = outputs_of(arguments, scene).iter().map(beside).collect();
+    let paths: Vec<PathBuf> = images.iter().map(beside).collect();
     paths.iter().try_for_each(|path| save(path, &output))?;
     Ok(paths)
 }

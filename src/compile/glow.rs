@@ -47,17 +47,20 @@ fn corners(geometry: &Geometry, sampled: &SampledTexture, primitive: u32) -> Opt
     }
     let vertices = geometry.triangles[primitive as usize];
     let part = geometry.triangle_parts[primitive as usize] as usize;
-    let second = sampled.uv_set == 1 && geometry.parts.uvs1[part] != NONE;
+    let second = sampled.uv_set & 1 == 1 && geometry.parts.uvs1[part] != NONE;
     let (offset, table) = match second {
         true => (geometry.parts.uvs1[part], &geometry.uvs1),
         false => (geometry.parts.uvs[part], &geometry.uvs),
     };
+    if offset == NONE {
+        return None;
+    }
     let [x, y] = sampled.matrix;
     let at = |vertex: u32| {
         let [u, v] = *table.get(vertex.wrapping_add(offset) as usize)?;
         Some(Vec2::new(x[0] * u + x[1] * v + x[2], y[0] * u + y[1] * v + y[2]))
     };
-    (offset != NONE).then(|| Some([at(vertices[0])?, at(vertices[1])?, at(vertices[2])?]))?
+    Some([at(vertices[0])?, at(vertices[1])?, at(vertices[2])?])
 }
 
 /// Sums of an image's luminance over all rectangles of cells from its corner (Crow 1984).

@@ -36,7 +36,7 @@ pub mod flag {
     pub const COVERED: u32 = 16;
 }
 
-/// Columns by emitter.
+/// Columns by emitter. What is all around comes last, if it is one.
 #[derive(Debug, Default)]
 pub struct Emitters {
     /// See [`kind`].
