@@ -42,12 +42,13 @@ pub(super) fn compile(world: &World, order: &[Entity], transforms: &WorldTransfo
 /// Columns of the grid that directions are drawn from, at most; it has half as many rows.
 const FINEST: usize = 1024;
 
-/// Luminance times the sine of the polar angle, over cells of whole texels. A cell has the mean of
-/// its texels and their neighbours': between texels the picture is blended, and nothing that
-/// shines may have no chance. Returns also about the irradiance that it stands for.
+/// Luminance times the sine of the polar angle. A node is a texel, or of a larger picture the mean of some
+/// with their neighbours: between texels it is blended, and nothing that shines may have no chance. Returns
+/// also about the irradiance that it stands for.
 fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution2d, f32) {
     let (columns, rows) = (width.min(FINEST), height.min(FINEST / 2));
     let luminance = |x: usize, y: usize| Rgb::from(texels[y * width + x]).luminance() as f64;
+    let (beside, above) = (usize::from(columns < width), usize::from(rows < height));
     let mut weights = Vec::with_capacity(columns * rows);
     for row in 0..rows {
         let (top, bottom) = (row * height / rows, ((row + 1) * height).div_ceil(rows));
@@ -55,8 +56,8 @@ fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution
         for column in 0..columns {
             let (left, right) = (column * width / columns, ((column + 1) * width).div_ceil(columns));
             let (mut sum, mut count) = (0.0, 0.0);
-            for y in top.saturating_sub(1)..(bottom + 1).min(height) {
-                for x in left + width - 1..right + width + 1 {
+            for y in top.saturating_sub(above)..(bottom + above).min(height) {
+                for x in left + width - beside..right + width + beside {
                     sum += luminance(x % width, y);
                     count += 1.0;
                 }

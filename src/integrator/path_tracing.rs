@@ -72,15 +72,29 @@ fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F>
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
-/// An emitter for a point of a surface that faces somewhere, and the chance of that.
+/// An emitter for a point of a surface that faces somewhere, the chance of that, and the point of the unit
+/// square that is left for a place on it.
+///
+/// Chosen by slices of the square: each light's points are as even in its slice as all are in the square.
+/// A slice of one in a million has some 16 values of a number of 24 bits; another number fills in between.
 #[inline(always)]
-fn choose<F: Float>(frame: &Frame, position: Vector<F>, facing: F::Int, u: F, mask: F::Mask) -> (F::Int, F) {
-    let emitters = &frame.scene.emitters;
+fn choose<F: Float>(
+    frame: &Frame,
+    position: Vector<F>,
+    facing: F::Int,
+    draw: (F::Int, Key<F::Int>),
+    mask: F::Mask,
+) -> (F::Int, F, (F, F)) {
+    let (emitters, (depth, key)) = (&frame.scene.emitters, draw);
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(depth));
     if emitters.len() < 2 {
-        return (F::Int::splat(0), F::one());
+        return (F::Int::splat(0), F::one(), u);
     }
-    let (index, chance, _) = light_tree::sample(&emitters.tree, position, facing, u, mask);
-    (index, chance)
+    let (index, chance, rest) = light_tree::sample(&emitters.tree, position, facing, u.1, mask);
+    let between: F = draw_1d(frame.sampler, frame.samples, key, Dimension::LightBits.at(depth));
+    let bits = F::splat(f32::EPSILON * 0.5) / chance.max(F::splat(f32::EPSILON * 0.5));
+    let rest = (rest + between * bits).min(F::splat(1.0 - f32::EPSILON / 2.0));
+    (index, chance, (u.0, rest))
 }
 
 /// The chance with which [`choose`] would have taken an emitter where the path's ray begins.
@@ -287,15 +301,10 @@ pub(super) fn sampled_light<F: Float>(
     mask: F::Mask,
 ) -> LightPoint<F> {
     let scene = &frame.scene;
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(path.depth));
-    let which = if scene.emitters.len() > 1 {
-        draw_1d(frame.sampler, frame.samples, key, Dimension::LightChoice.at(path.depth))
-    } else {
-        F::zero()
-    };
     // Seen from where drawn directions begin, too: on a light itself the difference matters.
     let position = surface.position + surface.geometric_normal * surface.offset;
-    let (emitter, chance) = choose(frame, position, faces(frame, surface, bsdf), which, mask);
+    let facing = faces(frame, surface, bsdf);
+    let (emitter, chance, u) = choose(frame, position, facing, (path.depth, key), mask);
     let sample = emitter::sample(scene, emitter, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
@@ -349,7 +358,11 @@ pub(super) fn drawn<F: Float>(
     key: Key<F::Int>,
     mask: F::Mask,
 ) -> BsdfSample<F> {
-    let choice = draw_1d(frame.sampler, frame.samples, key, Dimension::Lobe.at(path.depth));
+    let which = if bsdf.lets_microfacets_through() {
+        draw_1d(frame.sampler, frame.samples, key, Dimension::Through.at(path.depth))
+    } else {
+        F::zero()
+    };
     let mut u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
     if let Some(grouping) = &frame.sharing
         && frame.sampler == Sampler::Sobol
@@ -361,7 +374,7 @@ pub(super) fn drawn<F: Float>(
             u = (F::select(first, joint.0, u.0), F::select(first, joint.1, u.1));
         }
     }
-    bsdf.sample(choice, u, mask)
+    bsdf.sample(which, u, mask)
 }
 
 /// Where the path goes on, if it does.

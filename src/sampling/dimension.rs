@@ -17,17 +17,20 @@ pub enum Dimension {
     /// The wavelength of light that is split up: which colour, and where in its band. The same at all
     /// bounces. As the place in the pixel.
     Wavelength = 6,
-    /// Of a bounce: the place on a light. Lights and their samples are told apart by [`super::Key::fork`].
+    /// Of a bounce: which light, and the place on it. Lights and their samples are told apart by
+    /// [`super::Key::fork`].
     Light = 16,
-    /// Of a bounce: which light. One number and the order of the strata.
-    LightChoice = 19,
-    /// Of a bounce: the direction in which light is scattered. As the place in the pixel.
+    /// Of a bounce: the bits of the place on a light that the choice of the light has used up. One number
+    /// and the order of the strata.
+    LightBits = 19,
+    /// Of a bounce: which of a surface's lobes scatters light, and in which direction. As the place in the
+    /// pixel.
     Scatter = 21,
-    /// Of a bounce: which of a surface's lobes scatters it. As which light.
-    Lobe = 24,
-    /// Of a bounce: whether the path goes on. As which light.
+    /// Of a bounce: whether a microfacet reflects it or lets it through. As those bits.
+    Through = 24,
+    /// Of a bounce: whether the path goes on. As those bits.
     Roulette = 26,
-    /// Of a bounce: whether a surface is there for the path, by its alpha. As which light.
+    /// Of a bounce: whether a surface is there for the path, by its alpha. As those bits.
     Alpha = 28,
     /// Of a bounce: the same for rays to lights.
     ShadowAlpha = 30,
@@ -38,7 +41,7 @@ impl Dimension {
     pub const fn count(self) -> u32 {
         match self {
             Self::Pixel | Self::Lens | Self::Wavelength | Self::Light | Self::Scatter => 3,
-            Self::LightChoice | Self::Lobe | Self::Roulette | Self::Alpha | Self::ShadowAlpha => 2,
+            Self::LightBits | Self::Through | Self::Roulette | Self::Alpha | Self::ShadowAlpha => 2,
         }
     }
 
@@ -61,9 +64,9 @@ mod tests {
             Dimension::Lens,
             Dimension::Wavelength,
             Dimension::Light,
-            Dimension::LightChoice,
+            Dimension::LightBits,
             Dimension::Scatter,
-            Dimension::Lobe,
+            Dimension::Through,
             Dimension::Roulette,
             Dimension::Alpha,
             Dimension::ShadowAlpha,

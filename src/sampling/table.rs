@@ -1,4 +1,4 @@
-//! Piecewise-constant distributions, sampled by binary search in their cumulative
+//! Distributions by tables, sampled by binary search in their cumulative
 //! sums. An alias table would answer in constant time, but it scatters its numbers: a search
 //! keeps their order, so that points stratified in the square stay stratified over the cells.
 //!
@@ -11,53 +11,124 @@ use crate::simd::{Float, Int};
 const QUANTUM: f64 = 1.0 / 16_777_216.0;
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-/// Twice the error of a quotient and a product: the part of itself by which a place keeps off
-/// its cell's edges, so that the cell is found again.
-const MARGIN: f32 = 1.0 / 4_194_304.0;
 /// More entries than this could have no quantum each.
 const MAX_ENTRIES: usize = 1 << 23;
 
-/// A density over the unit square, constant in each cell of a grid.
+/// A density over the unit square: bilinear between nodes, so that it follows a picture that is blended
+/// between its texels. From its left to its right edge it goes on; at its lower and upper edge, where a
+/// picture of all directions has its poles, it falls to zero.
+///
+/// A cell lies between four nodes; those of the first and the last row are half as high.
 #[derive(Clone, Debug)]
 pub struct Distribution2d {
     width: u32,
+    /// Rows of nodes, without the edges: one fewer than rows of cells.
     height: u32,
-    /// Over the rows.
+    /// Of cells, over the rows.
     marginal: Vec<f32>,
-    /// Within each row, `width + 1` entries a row.
+    /// Of cells, within each row: `width + 1` entries a row.
     conditional: Vec<f32>,
+    /// `width` a row, with a row of zeros for either edge.
+    nodes: Vec<f32>,
+}
+
+/// A cell, by the place of its first node, and how high it is.
+struct Cell<F: Float> {
+    column: F::Int,
+    row: F::Int,
+    /// In rows: 1, or ½ at the edges.
+    high: F,
+}
+
+/// The densities at a cell's corners, in units of their mean: first the upper two.
+struct Corners<F: Float>([F; 4]);
+
+impl<F: Float> Corners<F> {
+    /// The density at a place in the cell.
+    #[inline(always)]
+    fn at(&self, x: F, y: F) -> F {
+        let (left, right) = self.across(y);
+        left + (right - left) * x
+    }
+
+    /// On the left and the right edge.
+    #[inline(always)]
+    fn across(&self, y: F) -> (F, F) {
+        let [a, b, c, d] = self.0;
+        (a + (c - a) * y, b + (d - b) * y)
+    }
+
+    /// A place in the cell from a point of the unit square, by the density (PBRT 4th ed., A.4 and A.5.1).
+    #[inline(always)]
+    fn sample(&self, u: (F, F)) -> (F, F) {
+        let [a, b, c, d] = self.0;
+        let y = linear(u.1, a + b, c + d);
+        let (left, right) = self.across(y);
+        (linear(u.0, left, right), y)
+    }
+}
+
+/// A number in the unit interval with a density that goes from one height to another.
+#[inline(always)]
+fn linear<F: Float>(u: F, from: F, to: F) -> F {
+    let below = from + (from * from + (to * to - from * from) * u).max(F::zero()).sqrt();
+    let some = below.gt(F::splat(1e-20));
+    let number = u * (from + to) / F::select(some, below, F::one());
+    // Where both are zero, and where it begins at zero and so does the number.
+    F::select(some, number, u).min(F::splat(BELOW_ONE))
 }
 
 impl Distribution2d {
-    /// Of `width` weights a row, top row (v = 0) first; a last row that is not full is left out.
-    /// Weights count as zero where they are not finite and positive; if all are zero, the
-    /// density is even.
-    pub fn new(weights: &[f32], width: usize) -> Self {
-        let width = width.clamp(1, MAX_ENTRIES);
-        let rows = weights.chunks_exact(width);
-        let height = rows.len();
-        let mut conditional = vec![0.0; height * (width + 1)];
-        let mut sums = Vec::with_capacity(height);
-        for (row, cumulative) in rows.zip(conditional.chunks_exact_mut(width + 1)) {
-            sums.push(accumulate(row.iter().map(|&weight| weight as f64), cumulative));
+    /// Of `width` nodes a row, top row (the one next to v = 0) first; a last row that is not full is left
+    /// out. Nodes count as zero where they are not finite and positive; if all are zero, all cells are alike.
+    pub fn new(nodes: &[f32], width: usize) -> Self {
+        let width = width.clamp(1, MAX_ENTRIES - 1);
+        let height = nodes.len() / width;
+        let mut padded = vec![0.0; (height + 2) * width];
+        for (node, to) in nodes[..height * width].iter().zip(&mut padded[width..]) {
+            *to = if *node > 0.0 && node.is_finite() { *node } else { 0.0 };
         }
-        let mut marginal = vec![0.0; height + 1];
+        if height == 0 {
+            return Self {
+                width: width as u32,
+                height: 0,
+                marginal: vec![],
+                conditional: vec![],
+                nodes: vec![],
+            };
+        }
+        let mut conditional = vec![0.0; (height + 1) * (width + 1)];
+        let mut sums = Vec::with_capacity(height + 1);
+        for (row, cumulative) in conditional.chunks_exact_mut(width + 1).enumerate() {
+            let (upper, lower) = padded[row * width..][..2 * width].split_at(width);
+            let column = |x: usize| f64::from(upper[x]) + f64::from(lower[x]);
+            let cells = (0..width).map(|x| column(x) + column(if x + 1 < width { x + 1 } else { 0 }));
+            sums.push(accumulate(cells, cumulative) * if row == 0 || row == height { 0.5 } else { 1.0 });
+        }
+        let mut marginal = vec![0.0; height + 2];
         accumulate(sums.iter().copied(), &mut marginal);
-        Self { width: width as u32, height: height as u32, marginal, conditional }
+        Self { width: width as u32, height: height as u32, marginal, conditional, nodes: padded }
     }
 
     /// A point from one in the unit square, and the density there. The density is zero where
-    /// `mask` is not set and where there are no cells.
+    /// `mask` is not set and where there are no nodes.
     #[inline(always)]
     pub fn sample<F: Float>(&self, u: (F, F), mask: F::Mask) -> ((F, F), F) {
         if self.height == 0 {
             return (u, F::zero());
         }
-        let row = search(&self.marginal, F::Int::splat(0), self.height as usize, u.1, mask);
+        let row = search(&self.marginal, F::Int::splat(0), self.height as usize + 1, u.1, mask);
         let first = row.index * F::Int::splat(self.width + 1);
         let column = search(&self.conditional, first, self.width as usize, u.0, mask);
-        let place = (place(column.index, column.rest, self.width), place(row.index, row.rest, self.height));
-        (place, self.density(row.probability, column.probability))
+        let cell = self.cell(column.index, row.index);
+        let corners = self.corners(&cell, mask);
+        let (x, y) = corners.sample((column.rest, row.rest));
+        let (one, half) = (F::one(), F::splat(0.5));
+        let across = (cell.column.to_float() + half + x) / F::splat(self.width as f32);
+        let across = F::select(across.lt(one), across, across - one);
+        let begin = F::select(row.index.eq(F::Int::splat(0)), F::zero(), row.index.to_float() - half);
+        let down = ((begin + y * cell.high) / F::splat(self.height as f32)).min(F::splat(BELOW_ONE));
+        ((across, down), self.density(row.probability * column.probability, &cell, corners.at(x, y)))
     }
 
     /// The density at a point; zero where `mask` is not set.
@@ -66,20 +137,61 @@ impl Distribution2d {
         if self.height == 0 {
             return F::zero();
         }
-        let (column, row) = (cell(place.0, self.width), cell(place.1, self.height));
-        let first = row * F::Int::splat(self.width + 1);
-        self.density(step(&self.marginal, row, mask), step(&self.conditional, first + column, mask))
+        let (one, half) = (F::one(), F::splat(0.5));
+        let (width, height) = (F::splat(self.width as f32), F::splat(self.height as f32));
+        let x = place.0 * width - half;
+        let x = F::select(x.lt(F::zero()), x + width, x).max(F::zero());
+        let y = (place.1 * height + half).max(half).min(height + half);
+        let (left, upper) = (x.floor().min(width - one), y.floor().min(height));
+        let cell = self.cell(left.to_int(), upper.to_int());
+        let begin = F::select(upper.lt(one), half, upper);
+        let corners = self.corners(&cell, mask);
+        let value = corners.at((x - left).min(one), ((y - begin) / cell.high).min(one));
+        let first = cell.row * F::Int::splat(self.width + 1);
+        let row: F = step(&self.marginal, cell.row, mask);
+        let column: F = step(&self.conditional, first + cell.column, mask);
+        self.density(row * column, &cell, value)
     }
 
-    /// From the probabilities of a row and, in it, of a column.
     #[inline(always)]
-    fn density<F: Float>(&self, row: F, column: F) -> F {
-        (row * F::splat(self.height as f32)) * (column * F::splat(self.width as f32))
+    fn cell<F: Float>(&self, column: F::Int, row: F::Int) -> Cell<F> {
+        let outer = row.eq(F::Int::splat(0)) | row.eq(F::Int::splat(self.height));
+        Cell { column, row, high: F::select(outer, F::splat(0.5), F::one()) }
+    }
+
+    #[inline(always)]
+    fn corners<F: Float>(&self, cell: &Cell<F>, mask: F::Mask) -> Corners<F> {
+        let width = F::Int::splat(self.width);
+        let next = cell.column + F::Int::splat(1);
+        let next = F::Int::select(next.eq(width), F::Int::splat(0), next);
+        let (upper, lower) = (cell.row * width, cell.row * width + width);
+        let a = F::gather(&self.nodes, upper + cell.column, mask);
+        let b = F::gather(&self.nodes, upper + next, mask);
+        let c = F::gather(&self.nodes, lower + cell.column, mask);
+        let d = F::gather(&self.nodes, lower + next, mask);
+        let quarter = F::splat(0.25);
+        let mean = a * quarter + b * quarter + c * quarter + d * quarter;
+        let some = mean.gt(F::splat(f32::MIN_POSITIVE));
+        let per_mean = F::one() / F::select(some, mean, F::one());
+        let one = F::one();
+        Corners([
+            F::select(some, a * per_mean, one),
+            F::select(some, b * per_mean, one),
+            F::select(some, c * per_mean, one),
+            F::select(some, d * per_mean, one),
+        ])
+    }
+
+    /// From the probability of a cell and the density in it.
+    #[inline(always)]
+    fn density<F: Float>(&self, probability: F, cell: &Cell<F>, within: F) -> F {
+        let size = cell.high * F::splat(1.0 / (self.width as f32 * self.height as f32));
+        probability * within / size
     }
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        size_of::<f32>() * (self.marginal.len() + self.conditional.len())
+        size_of::<f32>() * (self.marginal.len() + self.conditional.len() + self.nodes.len())
     }
 }
 
@@ -147,21 +259,6 @@ fn step<F: Float>(cumulative: &[f32], index: F::Int, mask: F::Mask) -> F {
     F::gather(cumulative, index + F::Int::splat(1), mask) - F::gather(cumulative, index, mask)
 }
 
-/// The coordinate in [0, 1) of a place in a cell, such that [`cell`] finds the cell again.
-#[inline(always)]
-fn place<F: Float>(index: F::Int, rest: F, cells: u32) -> F {
-    let low = index.to_float();
-    let high = low + F::one();
-    let within = (low + rest).max(low * F::splat(1.0 + MARGIN)).min(high * F::splat(1.0 - MARGIN));
-    within / F::splat(cells as f32)
-}
-
-/// Which of the cells along an axis a coordinate is in; the outermost for what is outside.
-#[inline(always)]
-fn cell<F: Float>(place: F, cells: u32) -> F::Int {
-    (place * F::splat(cells as f32)).clamp(0.0, (cells - 1) as f32).to_int()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,51 +301,89 @@ mod tests {
         let odd = cumulative(&[1.0, f32::NAN, -3.0, f32::INFINITY, 1.0]);
         assert_eq!(odd, [0.0, 0.5, 0.5, 0.5, 0.5, 1.0]);
         assert_eq!(cumulative(&[0.0; 4]), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        // Rows of cells: one of half the height, two whole ones, one half.
         let flat = Distribution2d::new(&[0.0; 12], 4);
-        assert!((flat.pdf((0.9f32, 0.1), true) - 1.0).abs() < 1e-6);
+        for (v, density) in [(0.1f32, 1.5), (0.3, 0.75), (0.6, 0.75), (0.9, 1.5)] {
+            assert!((flat.pdf((0.9, v), true) - density).abs() < 1e-6);
+        }
         assert_eq!(Distribution2d::new(&[], 4).sample((0.1f32, 0.2), true).1, 0.0);
     }
 
     #[test]
     fn the_ends_of_the_unit_interval_find_cells_with_a_weight() {
         let table = Distribution2d::new(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0], 6);
-        for (u, expected) in [(0.0f32, 2), (-1.0, 2), (BELOW_ONE, 4), (1.0, 4), (f32::NAN, 4)] {
-            let ((x, _), pdf) = table.sample((u, 0.5), true);
-            assert_eq!((x * 6.0) as u32, expected, "{u}");
-            assert!(pdf > 0.0);
+        for (u, expected) in [(0.0f32, 1.5), (-1.0, 1.5), (BELOW_ONE, 5.5), (1.0, 5.5), (f32::NAN, 5.5)] {
+            let ((x, _), _) = table.sample((u, 0.5), true);
+            assert!((x * 6.0 - expected).abs() < 2e-3, "{u}: {x}");
+        }
+    }
+
+    /// A table of nodes of which some are zero, and one row is.
+    fn spotty(width: usize, height: usize) -> (Vec<f32>, Distribution2d) {
+        let mut nodes = numbers(width * height, 9);
+        nodes.iter_mut().step_by(4).for_each(|node| *node = 0.0);
+        nodes[width..2 * width].fill(0.0);
+        let table = Distribution2d::new(&nodes, width);
+        (nodes, table)
+    }
+
+    #[test]
+    fn the_density_follows_the_nodes() {
+        let (width, height) = (7, 5);
+        let (nodes, table) = spotty(width, height);
+        let at = |x: f32, y: f32| table.pdf((x / width as f32, y / height as f32), true) as f64;
+        let node = |x: usize, y: usize| nodes[y * width + x % width] as f64;
+        let scale = at(1.5, 0.5) / node(1, 0);
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected * scale).abs() < 1e-4 * scale, "{found} and {}", expected * scale);
+        };
+        for y in 0..height {
+            for x in 0..width {
+                let (left, top) = (x as f32 + 0.5, y as f32 + 0.5);
+                near(at(left, top), node(x, y));
+                near(at((left + 0.5) % 7.0, top), (node(x, y) + node(x + 1, y)) / 2.0);
+                if y + 1 < height {
+                    let all = node(x, y) + node(x + 1, y) + node(x, y + 1) + node(x + 1, y + 1);
+                    near(at((left + 0.5) % 7.0, top + 0.5), all / 4.0);
+                }
+            }
+            near(at(3.5, 0.25), node(3, 0) / 2.0);
+            near(at(3.5, 5.0), 0.0);
         }
     }
 
     #[test]
     fn points_are_drawn_by_the_density() {
         let (width, height) = (7, 5);
-        let mut weights = numbers(width * height, 9);
-        weights.iter_mut().step_by(4).for_each(|weight| *weight = 0.0);
-        weights[7..14].fill(0.0);
-        let table = Distribution2d::new(&weights, width);
-        let sum: f32 = weights.iter().sum();
+        let (_, table) = spotty(width, height);
+        // A cell and the halves of its neighbours in four quarters of 32 x 32 points.
+        let (columns, rows, fine) = (width * 2, height * 2, 32);
+        let mut expected = vec![0.0f64; columns * rows];
+        let size = 1.0 / (columns * rows * fine * fine) as f64;
+        for y in 0..rows * fine {
+            for x in 0..columns * fine {
+                let middle = |i: usize, n: usize| (i as f32 + 0.5) / (n * fine) as f32;
+                let density = table.pdf((middle(x, columns), middle(y, rows)), true);
+                expected[y / fine * columns + x / fine] += density as f64 * size;
+            }
+        }
+        assert!((expected.iter().sum::<f64>() - 1.0).abs() < 1e-4);
         let n = 200_000;
-        // Each cell in four quarters.
-        let mut counts = vec![0.0f64; width * height * 4];
+        let mut counts = vec![0.0f64; columns * rows];
         for u in numbers(2 * n, 4).chunks(2) {
             let ((x, y), pdf) = table.sample((u[0], u[1]), true);
             assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
-            assert_eq!(pdf, table.pdf((x, y), true));
-            counts[(y * 2.0 * height as f32) as usize * 2 * width + (x * 2.0 * width as f32) as usize] += 1.0;
+            assert!((pdf - table.pdf((x, y), true)).abs() < 1e-4 * (1.0 + pdf));
+            counts[(y * rows as f32) as usize * columns + (x * columns as f32) as usize] += 1.0;
         }
         let (mut chi2, mut freedom) = (0.0, -1.0);
-        for (i, count) in counts.iter().enumerate() {
-            let (x, y) = (i % (2 * width) / 2, i / (2 * width) / 2);
-            let weight = weights[y * width + x] / sum;
-            let density =
-                table.pdf(((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32), true);
-            assert!((density - weight * (width * height) as f32).abs() < 1e-4);
-            if weight > 0.0 {
-                let expected = n as f64 * weight as f64 / 4.0;
+        for (count, part) in counts.iter().zip(expected) {
+            if part > 1e-9 {
+                let expected = n as f64 * part;
                 chi2 += (count - expected).powi(2) / expected;
                 freedom += 1.0;
             } else {
-                assert_eq!((*count, density), (0.0, 0.0));
+                assert_eq!(*count, 0.0);
             }
         }
         // 99.9 % of chi² by Wilson and Hilferty's approximation.
@@ -257,19 +392,20 @@ mod tests {
         assert!(chi2 < limit, "{chi2} of {freedom} degrees of freedom, at most {limit}");
     }
 
-    /// Points of a large, spiky image lie in the cell that they were drawn from.
+    /// Of a large, spiky image.
     #[test]
     fn the_density_of_a_sample_is_that_of_its_place() {
         let (width, height) = (3001, 517);
-        let weights: Vec<f32> = numbers(width * height, 5).iter().map(|u| u.powi(40)).collect();
-        let table = Distribution2d::new(&weights, width);
-        for u in
-            numbers(20_000, 6).chunks(2).map(|u| (u[0], u[1])).chain([(0.0, 0.0), (BELOW_ONE, BELOW_ONE)])
-        {
-            let (place, pdf) = table.sample(u, true);
-            assert!(pdf > 0.0);
-            assert_eq!(pdf, table.pdf(place, true), "{u:?}");
+        let nodes: Vec<f32> = numbers(width * height, 5).iter().map(|u| u.powi(40)).collect();
+        let table = Distribution2d::new(&nodes, width);
+        let mut apart = 0;
+        for u in numbers(20_000, 6).chunks(2) {
+            let (place, pdf) = table.sample((u[0], u[1]), true);
+            assert!(pdf > 0.0, "{u:?}");
+            // Places are rounded to a ten-thousandth of a cell; beside a dark node that is something.
+            apart += usize::from((pdf / table.pdf(place, true) - 1.0).abs() > 0.01);
         }
+        assert!(apart < 20, "{apart} of 10,000");
     }
 
     struct Draw<'a>(&'a Distribution2d, &'a [f32]);

@@ -127,7 +127,7 @@ fn a_rectangle_lights_the_floor_as_lambert_says() {
 #[test]
 fn both_ways_to_find_a_light_agree() {
     let lit = |radius: f32, distance: f32| {
-        let mut world = world(8, 1024);
+        let mut world = world(8, 16_384);
         world.settings.max_depth = 1;
         let material = world.assets.add_material(None, surface(0.8, 0.3, 0.4));
         world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, material, at(Vec3::new(0.0, 0.0, -3.0))));

@@ -364,6 +364,12 @@ impl<F: Float> Bsdf<F> {
         (Color::select(there, value, Color::black()), F::select(there, pdf, zero))
     }
 
+    /// Whether microfacets let light through.
+    #[inline(always)]
+    pub fn lets_microfacets_through(&self) -> bool {
+        self.has.transmission
+    }
+
     /// Whether light from behind can come to the viewer.
     #[inline(always)]
     pub fn lets_through(&self) -> bool {

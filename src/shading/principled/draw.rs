@@ -24,17 +24,12 @@ pub struct BsdfSample<F: Float> {
 }
 
 impl<F: Float> Bsdf<F> {
-    /// A direction by importance: `choice` picks the lobe, `u` the direction in it.
+    /// A direction by importance: `u` picks the lobe and the direction in it, `which` whether a
+    /// microfacet reflects or lets through, where it may do both.
     #[inline(always)]
-    pub fn sample(&self, choice: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
+    pub fn sample(&self, which: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
-        let [diffuse, back, microfacets, _] = self.chance;
-        let is_diffuse = choice.lt(diffuse);
-        let below_back = choice.lt(diffuse + back);
-        let below_microfacets = choice.lt(diffuse + back + microfacets);
-        let is_back = below_back & !is_diffuse;
-        let is_microfacet = below_microfacets & !below_back;
-        let is_coat = !below_microfacets;
+        let Lobe { is_diffuse, is_back, is_microfacet, is_coat, u } = self.lobe(u);
 
         let mut direction = self.p.frame.z;
         let mut delta = F::Mask::from_bits(0);
@@ -48,9 +43,7 @@ impl<F: Float> Bsdf<F> {
             direction = self.p.frame.world(Vector::new(x, y, F::select(is_back, -z, z)));
         }
         if self.has.specular && (mask & is_microfacet).any() {
-            // What is left of the number says whether the microfacet reflects.
-            let rest = (choice - diffuse - back) / microfacets.max(F::splat(1e-20));
-            let narrow = self.narrow(u, rest);
+            let narrow = self.narrow(u, which);
             direction = Vector::select(is_microfacet, self.p.frame.world(narrow.direction), direction);
             delta = is_microfacet & self.smooth;
             delta_weight = narrow.weight;
@@ -86,6 +79,30 @@ impl<F: Float> Bsdf<F> {
             valid: mask & right_side & possible,
             through: goes_through,
             wide,
+        }
+    }
+
+    /// One of the lobes, by slices of the unit square: each lobe's points are as even in its slice as all
+    /// are in the square. With a number of its own for the choice they would be what chance leaves of them.
+    #[inline(always)]
+    fn lobe(&self, u: (F, F)) -> Lobe<F> {
+        let [diffuse, back, microfacets, coat] = self.chance;
+        let (to_back, to_microfacets) = (diffuse + back, diffuse + back + microfacets);
+        let is_diffuse = u.1.lt(diffuse);
+        let below_back = u.1.lt(to_back);
+        let below_microfacets = u.1.lt(to_microfacets);
+        let begin = F::select(below_microfacets, to_back, to_microfacets);
+        let begin = F::select(is_diffuse, F::zero(), F::select(below_back, diffuse, begin));
+        let width = F::select(below_microfacets, microfacets, coat);
+        let width = F::select(is_diffuse, diffuse, F::select(below_back, back, width));
+        let within = (u.1 - begin) / width.max(F::splat(1e-20));
+        let within = within.max(F::zero()).min(F::splat(1.0 - f32::EPSILON / 2.0));
+        Lobe {
+            is_diffuse,
+            is_back: below_back & !is_diffuse,
+            is_microfacet: below_microfacets & !below_back,
+            is_coat: !below_microfacets,
+            u: (u.0, within),
         }
     }
 
@@ -129,6 +146,15 @@ impl<F: Float> Bsdf<F> {
             valid: possible | !through,
         }
     }
+}
+
+/// Which lobe a direction comes from, and a point in the unit square that is left for it.
+struct Lobe<F: Float> {
+    is_diffuse: F::Mask,
+    is_back: F::Mask,
+    is_microfacet: F::Mask,
+    is_coat: F::Mask,
+    u: (F, F),
 }
 
 struct FromMicrofacet<F: Float> {
