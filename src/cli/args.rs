@@ -19,7 +19,7 @@ pub type ImageSize = [u32; 2];
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
-                        130 interrupted (what there was has been saved).")]
+                        129, 130, 143 interrupted (what there was has been saved).")]
 pub struct Arguments {
     /// Other things to do than to render.
     #[command(subcommand)]

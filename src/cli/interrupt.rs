@@ -1,20 +1,95 @@
-//! Ctrl-C.
+//! Ctrl-C, and what systems send to a program that shall end.
 
+use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// A flag that the first Ctrl-C sets; the second ends the program at once.
-pub(super) fn flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = {
-        let stop = stop.clone();
-        move || {
-            if stop.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
+/// Whether the program has been asked to end, and by what.
+#[derive(Clone, Default)]
+pub(super) struct Interrupt {
+    stop: Arc<AtomicBool>,
+    /// The number of the signal.
+    signal: Arc<AtomicU8>,
+}
+
+impl Interrupt {
+    /// Watches from now on. A second Ctrl-C ends the program at once.
+    pub(super) fn watch() -> Self {
+        let interrupt = Self::default();
+        watch(interrupt.clone());
+        interrupt
+    }
+
+    /// Set when the program shall end.
+    pub(super) fn flag(&self) -> &AtomicBool {
+        &self.stop
+    }
+
+    /// 128 and the signal's number, as shells tell it; success where there was none.
+    pub(super) fn exit_code(&self) -> ExitCode {
+        if self.stop.load(Ordering::Acquire) {
+            ExitCode::from(128 + self.signal.load(Ordering::Relaxed))
+        } else {
+            ExitCode::SUCCESS
+        }
+    }
+
+    /// Says whether it is the first.
+    fn set(&self, signal: u8) -> bool {
+        let none_before =
+            self.signal.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed).is_ok();
+        self.stop.store(true, Ordering::Release);
+        none_before
+    }
+}
+
+/// The number of Ctrl-C's signal.
+const SIGINT: u8 = 2;
+
+/// SIGINT, SIGTERM (`timeout`, containers, schedulers) and SIGHUP (a terminal that is closed), but for those
+/// that whoever started the program has it ignore (`nohup`, a shell's background jobs).
+#[cfg(unix)]
+fn watch(interrupt: Interrupt) {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    use std::time::{Duration, Instant};
+
+    /// What passes signals on may send one twice, to the program and to its group: that is one wish.
+    const AT_ONCE: Duration = Duration::from_millis(500);
+
+    let ignored = ignored_signals();
+    let watched = [i32::from(SIGINT), SIGTERM, SIGHUP].into_iter().filter(|n| ignored >> (n - 1) & 1 == 0);
+    // Without a handler signals end the program as they always do.
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
+    std::thread::spawn(move || {
+        let mut first: Option<Instant> = None;
+        for signal in signals.forever() {
+            let signal = signal as u8;
+            let again = first.is_some_and(|first| first.elapsed() > AT_ONCE);
+            if !interrupt.set(signal) && again && signal == SIGINT {
+                std::process::exit(128 + i32::from(SIGINT));
             }
+            first.get_or_insert_with(Instant::now);
+        }
+    });
+}
+
+/// Those that the program has been started to ignore, by bits. Where there is no telling: SIGHUP, which
+/// whoever is logged out must not mean.
+#[cfg(unix)]
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(1)
+}
+
+/// Ctrl-C and a window that is closed.
+#[cfg(not(unix))]
+fn watch(interrupt: Interrupt) {
+    let handler = move || {
+        if !interrupt.set(SIGINT) {
+            std::process::exit(128 + i32::from(SIGINT));
         }
     };
     // Without a handler Ctrl-C ends the program as it always does.
     let _ = ctrlc::set_handler(handler);
-    stop
 }

@@ -1,7 +1,7 @@
 //! The command line: arguments to a rendered file.
 //!
 //! Exit codes: 0 done, 1 a file or scene is at fault (one line on stderr), 2 the command
-//! line is, 130 interrupted (what there was has been saved).
+//! line is, 129, 130 or 143 interrupted (what there was has been saved).
 
 mod aov;
 mod args;

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::aov;
 use super::args::Render;
+use super::interrupt::Interrupt;
 use super::report::{Phases, RenderReport};
 use super::{Failure, usage};
 use crate::denoise::{self, Denoised};
@@ -64,7 +65,7 @@ fn render(arguments: &Render, path: &Path, images: &[PathBuf]) -> Result<ExitCod
     let mut session = Session::new(scene, &settings, options);
     let start = Instant::now();
     let cpu = usage::cpu_seconds();
-    let interrupted = passes(&mut session, arguments.quiet);
+    let code = passes(&mut session, arguments.quiet);
     phases.render = start.elapsed();
     phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
 
@@ -91,7 +92,7 @@ fn render(arguments: &Render, path: &Path, images: &[PathBuf]) -> Result<ExitCod
     } else if !arguments.quiet {
         print!("{}", report.text());
     }
-    Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(code)
 }
 
 fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> {
@@ -130,20 +131,21 @@ fn options(arguments: &Render, settings: &Settings) -> Result<Options, Failure> 
     })
 }
 
-/// Renders pass after pass until done or interrupted; says whether it was interrupted.
+/// Renders pass after pass until done or interrupted; says with which code the program ends.
 ///
 /// The first passes are short, so that soon every pixel holds something worth saving.
-fn passes(session: &mut Session, quiet: bool) -> bool {
-    let stop = super::interrupt::flag();
+fn passes(session: &mut Session, quiet: bool) -> ExitCode {
+    let interrupt = Interrupt::watch();
+    let stop = interrupt.flag();
     let bar = if quiet { ProgressBar::hidden() } else { progress_bar(session) };
     for pass in [1, 3, 12].into_iter().chain(std::iter::repeat(16)) {
         if session.is_done() || stop.load(Ordering::Relaxed) {
             break;
         }
-        session.advance_until(pass, &stop, &|samples| bar.inc(samples));
+        session.advance_until(pass, stop, &|samples| bar.inc(samples));
     }
     bar.finish_and_clear();
-    stop.load(Ordering::Relaxed)
+    interrupt.exit_code()
 }
 
 fn progress_bar(session: &Session) -> ProgressBar {

@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::interrupt::Interrupt;
 use super::{Failure, usage};
 use crate::study::experiment::Run;
 
@@ -34,7 +35,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };
     let jobs = run.jobs().map_err(Failure)?;
 
-    let stop = super::interrupt::flag();
+    let interrupt = Interrupt::watch();
     let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {eta} left  {msg}") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
@@ -42,7 +43,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let mut progress = |number: usize, name: &str| {
         bar.set_position(number as u64);
         bar.set_message(name.to_owned());
-        !stop.load(Ordering::Relaxed)
+        !interrupt.flag().load(Ordering::Relaxed)
     };
     if arguments.report {
         std::fs::create_dir_all(out.join("plots"))
@@ -57,5 +58,5 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
         println!("results    {}", out.join("results.csv").display());
         println!("page       {}", page.display());
     }
-    Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(interrupt.exit_code())
 }

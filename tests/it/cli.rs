@@ -342,18 +342,27 @@ fn a_mesh_by_itself_is_framed_and_lit() {
     assert!(folder.path().join("quad.png").is_file());
 }
 
+/// Starts a rendering that takes hours, and says how it ends by signals, sent one soon after the other.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_rendering_is_saved_whole() {
-    let folder = folder();
-    let mut child = command(folder.path(), &["scene.ron", "--size", "320x240", "--spp", "4000000", "--json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program runs");
+fn interrupted(folder: &Path, prefix: &[&str], signals: &[&str]) -> (Option<i32>, String) {
+    let arguments = ["scene.ron", "--size", "320x240", "--spp", "4000000", "--json"];
+    let mut child = if prefix.is_empty() {
+        command(folder, &arguments)
+    } else {
+        let plain = command(folder, &arguments);
+        let mut with = Command::new(prefix[0]);
+        with.args(&prefix[1..]).arg(plain.get_program()).args(plain.get_args()).current_dir(folder);
+        with
+    }
+    .stdout(Stdio::piped())
+    .stderr(Stdio::null())
+    .spawn()
+    .expect("the program runs");
     std::thread::sleep(Duration::from_millis(1500));
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    assert!(killed.success(), "the program had ended by itself");
+    for signal in signals {
+        let killed = Command::new("kill").args([*signal, &child.id().to_string()]).status().expect("kill");
+        assert!(killed.success(), "the program had ended by itself");
+    }
     let start = Instant::now();
     let status = loop {
         if let Some(status) = child.try_wait().expect("a child") {
@@ -365,12 +374,40 @@ fn an_interrupted_rendering_is_saved_whole() {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    assert_eq!(status.code(), Some(130));
+    let out = std::io::read_to_string(child.stdout.take().expect("its output")).expect("UTF-8");
+    (status.code(), out)
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_end_a_rendering_with_an_image() {
+    // Twice at once: so do those that tell a program and its group.
+    for (signals, code) in [(&["-TERM", "-TERM"][..], 143), (&["-HUP"], 129), (&["-INT", "-INT"], 130)] {
+        let folder = folder();
+        let (status, _) = interrupted(folder.path(), &[], signals);
+        assert_eq!(status, Some(code), "{signals:?}");
+        assert!(folder.path().join("scene.png").is_file(), "{signals:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_ignored_stays_ignored() {
+    let folder = folder();
+    let (status, _) = interrupted(folder.path(), &["nohup"], &["-HUP", "-TERM"]);
+    assert_eq!(status, Some(143));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_rendering_is_saved_whole() {
+    let folder = folder();
+    let (code, out) = interrupted(folder.path(), &[], &["-INT"]);
+    assert_eq!(code, Some(130));
     let (width, height, pixels) =
         picture::load_linear(&folder.path().join("scene.png")).expect("a whole image");
     assert_eq!((width, height), (320, 240));
     assert!(pixels.iter().any(|p| p.g > 0.05));
-    let out = std::io::read_to_string(child.stdout.take().expect("its output")).expect("UTF-8");
     let report: serde_json::Value = serde_json::from_str(&out).expect("a report");
     assert!(report["samples"].as_u64() < report["samples_asked"].as_u64(), "{out}");
     let left = std::fs::read_dir(folder.path()).expect("a folder").count();

@@ -27,7 +27,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 26] = [
+const CRATES: [(&str, &[&str]); 27] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["formats"]),
@@ -45,6 +45,7 @@ const CRATES: [(&str, &[&str]); 26] = [
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
+    ("signal_hook", &["cli"]),
     ("rustix", &["cli"]),
     ("perf_event", &["study"]),
     ("plotters", &["study"]),
