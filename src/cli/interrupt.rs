@@ -46,8 +46,7 @@ impl Interrupt {
 /// The number of Ctrl-C's signal.
 const SIGINT: u8 = 2;
 
-/// SIGINT, SIGTERM (`timeout`, containers, schedulers) and SIGHUP (a terminal that is closed), but for those
-/// that whoever started the program has it ignore (`nohup`, a shell's background jobs).
+/// SIGINT, SIGTERM (`timeout`, containers, schedulers) and, but under `nohup`, SIGHUP (a terminal that is closed).
 #[cfg(unix)]
 fn watch(interrupt: Interrupt) {
     use signal_hook::consts::{SIGHUP, SIGTERM};
@@ -56,8 +55,8 @@ fn watch(interrupt: Interrupt) {
     /// What passes signals on may send one twice, to the program and to its group: that is one wish.
     const AT_ONCE: Duration = Duration::from_millis(500);
 
-    let ignored = ignored_signals();
-    let watched = [i32::from(SIGINT), SIGTERM, SIGHUP].into_iter().filter(|n| ignored >> (n - 1) & 1 == 0);
+    let last = if ignores_hangup() { None } else { Some(SIGHUP) };
+    let watched = [i32::from(SIGINT), SIGTERM].into_iter().chain(last);
     // Without a handler signals end the program as they always do.
     let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
     std::thread::spawn(move || {
@@ -73,13 +72,12 @@ fn watch(interrupt: Interrupt) {
     });
 }
 
-/// Those that the program has been started to ignore, by bits. Where there is no telling: SIGHUP, which
-/// whoever is logged out must not mean.
+/// Whether the program has been started to ignore SIGHUP, or there is no telling.
 #[cfg(unix)]
-fn ignored_signals() -> u64 {
+fn ignores_hangup() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(1)
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_none_or(|mask| mask & 1 == 1)
 }
 
 /// Ctrl-C and a window that is closed.
