@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::aov::AovName;
+use super::job_args::{OutputOptions, StopOptions, WorkOptions};
+use super::shard::ShardOption;
 use crate::bvh::Coherence;
 use crate::film::Region;
 use crate::formats::LoadOptions;
@@ -44,6 +46,10 @@ pub enum Command {
     Explain(super::explain::Explain),
     /// Say where the time goes, in both schedules
     Profile(super::profile::Profile),
+    /// Go on with a film: finish what was interrupted, or add samples
+    Resume(super::resume::Resume),
+    /// Put films together that hold different samples of one image
+    Merge(super::merge::Merge),
     /// Do the experiments of a file and report on them
     Study(super::study::Study),
 }
@@ -110,9 +116,9 @@ pub struct Render {
     /// What of a model is shown.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Where the image goes: .png, .exr or .hdr; may be given several times [default: the scene's name with .png, here]
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Vec<PathBuf>,
+    /// What comes out of it.
+    #[command(flatten)]
+    pub output: OutputOptions,
     /// Samples a pixel
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
@@ -122,19 +128,6 @@ pub struct Render {
     /// How light travels.
     #[command(flatten)]
     pub light: LightOptions,
-    /// Order in which rays are traced; the image is the same
-    #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
-    pub schedule: ScheduleName,
-    /// Paths of a wave of the wavefront schedule; the image is the same
-    #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
-          value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
-    pub wave: u32,
-    /// Threads; 0 means one for each core
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub threads: usize,
-    /// Instruction set [default: the widest there is]; the image is the same
-    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
-    pub simd: Option<Level>,
     /// Work put into the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,
@@ -156,18 +149,19 @@ pub struct Render {
     /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
     #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub aov: Vec<AovName>,
-    /// Write beside each image NAME.denoised with its extension: the same without its noise
-    #[arg(long)]
-    pub denoise: bool,
-    /// Bits a channel of PNG files
-    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
-    pub bits: u8,
-    /// No progress bar, no summary
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Print statistics as one JSON object
-    #[arg(long)]
-    pub json: bool,
+    /// Render one part of the samples: number, from 0, and how many parts, such as 3/64; auto/64 and auto take
+    /// the number from the scheduler that runs this
+    #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
+    pub shard: Option<ShardOption>,
+    /// Render only these samples of all, such as 0..16
+    #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
+    pub samples: Option<[u32; 2]>,
+    /// When to stop.
+    #[command(flatten)]
+    pub stop: StopOptions,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
 }
 
 /// How light travels, and how far.
@@ -406,6 +400,11 @@ fn parse_crop(text: &str) -> Result<Region, String> {
     }
 }
 
+fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let range = text.split_once("..").and_then(|(start, end)| Some([start.parse().ok()?, end.parse().ok()?]));
+    range.filter(|[start, end]| start < end).ok_or_else(|| "expected FIRST..END, such as 0..16".into())
+}
+
 pub(super) fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
@@ -434,7 +433,7 @@ fn parse_time(text: &str) -> Result<f32, String> {
     seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
 }
 
-fn parse_bits(text: &str) -> Result<u8, String> {
+pub(super) fn parse_bits(text: &str) -> Result<u8, String> {
     text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
 }
 

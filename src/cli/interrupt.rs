@@ -1,6 +1,5 @@
 //! Ctrl-C, and what systems send to a program that shall end.
 
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -25,13 +24,14 @@ impl Interrupt {
         &self.stop
     }
 
-    /// 128 and the signal's number, as shells tell it; success where there was none.
-    pub(super) fn exit_code(&self) -> ExitCode {
-        if self.stop.load(Ordering::Acquire) {
-            ExitCode::from(128 + self.signal.load(Ordering::Relaxed))
-        } else {
-            ExitCode::SUCCESS
-        }
+    /// Whether it shall.
+    pub(super) fn is_set(&self) -> bool {
+        self.stop.load(Ordering::Acquire)
+    }
+
+    /// 128 and the signal's number, as shells tell it; 0 where there was none.
+    pub(super) fn exit_code(&self) -> u8 {
+        if self.is_set() { 128 + self.signal.load(Ordering::Relaxed) } else { 0 }
     }
 
     /// Says whether it is the first.

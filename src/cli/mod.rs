@@ -5,14 +5,24 @@
 
 mod aov;
 mod args;
+mod audit;
+mod checkpoint;
+mod command_line;
 mod compare;
 mod explain;
 mod info;
 mod interrupt;
+mod job;
+mod job_args;
+mod merge;
+mod output;
 mod profile;
 mod profile_report;
 mod render;
 mod report;
+mod resume;
+mod shard;
+mod stop;
 mod study;
 mod trace;
 mod usage;
@@ -34,6 +44,8 @@ pub fn main() -> ExitCode {
         Some(args::Command::Verify(scene)) => verify::run(&scene),
         Some(args::Command::Explain(pixel)) => explain::run(&pixel),
         Some(args::Command::Profile(scene)) => profile::run(&scene),
+        Some(args::Command::Resume(film)) => resume::run(&film),
+        Some(args::Command::Merge(films)) => merge::run(&films),
         Some(args::Command::Study(file)) => study::run(&file),
         None => render::run(&arguments.render),
     };

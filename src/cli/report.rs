@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use super::{aov, usage};
+use super::{aov, output, usage};
 use crate::denoise::Denoised;
+use crate::formats::film_file::Header;
 use crate::integrator::{Schedule, Stage};
-use crate::render::{Options, Session};
-use crate::world::Settings;
+use crate::render::Session;
 
 /// How long each phase took by the clock.
 #[derive(Default)]
@@ -34,18 +34,27 @@ fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }
 
+/// Noise for people: beside the brightness, and what it takes to halve it.
+pub fn noise_line(noise: f64, samples: u32) -> String {
+    // The error falls with the root of their number.
+    let more = 3 * u64::from(samples);
+    format!(
+        "{:.2} % of the brightness, estimated; about {} samples more halve it",
+        100.0 * noise,
+        count(more)
+    )
+}
+
 /// All that is known after a rendering.
 pub struct RenderReport<'a> {
-    /// Its file.
-    pub scene: &'a Path,
-    /// What was written.
+    /// What its film says of itself.
+    pub header: &'a Header,
+    /// Images that were written.
     pub outputs: &'a [PathBuf],
+    /// A film that was written.
+    pub film: Option<&'a Path>,
     /// The rendering.
     pub session: &'a Session,
-    /// With what the command line changed.
-    pub settings: &'a Settings,
-    /// How it was rendered.
-    pub options: &'a Options,
     /// Stops by which PNG files are exposed, whoever chose them.
     pub exposure_ev: f32,
     /// What is left without noise, and where it was written.
@@ -56,7 +65,7 @@ pub struct RenderReport<'a> {
 
 impl RenderReport<'_> {
     fn schedule(&self) -> &'static str {
-        match self.options.schedule {
+        match self.session.options().schedule {
             Schedule::Wavefront => "wavefront",
             Schedule::Recursive => "recursive",
         }
@@ -74,7 +83,7 @@ impl RenderReport<'_> {
     }
 
     fn aov_names(&self) -> Vec<String> {
-        self.settings.aov.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect()
+        self.header.settings.aov.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect()
     }
 
     /// A few lines for people.
@@ -89,12 +98,15 @@ impl RenderReport<'_> {
         for output in self.outputs {
             line(&mut out, "image", output.display().to_string());
         }
-        if self.settings.auto_exposure {
+        if let Some(film) = self.film {
+            line(&mut out, "saved", film.display().to_string());
+        }
+        if self.header.settings.auto_exposure {
             // Of a hundredth of a stop, unless the scene adds something of its own.
             let ev = self.exposure_ev;
             line(&mut out, "exposure", format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}"));
         }
-        if !self.settings.aov.is_empty() {
+        if !self.header.settings.aov.is_empty() {
             let files = self.outputs.iter().filter(|path| aov::holds(path));
             let files: Vec<_> = files.map(|path| path.display().to_string()).collect();
             let names = self.aov_names().join(", ");
@@ -127,24 +139,28 @@ impl RenderReport<'_> {
                 self.mrays_per_second()
             ),
         );
-        let [w, h] = self.settings.size;
-        let (done, asked) = self.session.samples_done();
-        let samples = if done == asked { format!("{done}") } else { format!("{done} of {asked}") };
-        let limits = self.settings.depth_limits.given().map(|(name, limit)| format!(", {name} {limit}"));
+        let [w, h] = self.header.settings.size;
+        let samples = output::samples(self.header);
+        let limits =
+            self.header.settings.depth_limits.given().map(|(name, limit)| format!(", {name} {limit}"));
         let limits: String = limits.collect();
         line(
             &mut out,
             "settings",
             format!(
                 "{w}x{h}, {samples} spp, depth {}{limits}, seed {}, {}, {}",
-                self.settings.max_depth,
-                self.settings.seed,
+                self.header.settings.max_depth,
+                self.header.settings.seed,
                 self.schedule(),
-                self.options.level.name()
+                self.session.options().level.name()
             ),
         );
-        if let Some(noise) = self.session.film().noise() {
-            line(&mut out, "noise", format!("{noise:.4} (RMS of a pixel's component, estimated)"));
+        if let Some(rule) = &self.header.note.stopped_by {
+            let again = output::again(self.header);
+            line(&mut out, "stopped", format!("by {rule}; the same image: {again}"));
+        }
+        if let Some(noise) = self.session.film().relative_noise() {
+            line(&mut out, "noise", noise_line(noise, self.session.gathered().samples.count()));
         }
         if let Some((denoised, paths)) = self.denoised {
             let paths: Vec<_> = paths.iter().map(|path| path.display().to_string()).collect();
@@ -171,53 +187,62 @@ impl RenderReport<'_> {
             .collect();
         let (done, asked) = self.session.samples_done();
         let region = self.session.film().region();
+        let denoised = self.denoised.map(|(denoised, paths)| {
+            let (seconds, hash) = (p.denoise.as_secs_f64(), format!("{:032x}", denoised.hash()));
+            json!({ "outputs": paths, "noise_rms": denoised.noise, "seconds": seconds, "hash": hash })
+        });
+        let rays_json = json!({
+            "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
+            "shadow": rays.shadow, "connect": rays.connect, "total": rays.total(),
+        });
+        let seconds = json!({
+            "load": p.load.as_secs_f64(), "compile": p.compile.as_secs_f64(),
+            "render": p.render.as_secs_f64(), "save": p.save.as_secs_f64(),
+        });
+        let memory = json!({
+            "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
+            "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
+        });
         json!({
             "program": "rayfront",
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": self.scene,
+            "scene": self.header.scene.path,
+            "scene_hash": self.header.scene.hash,
             "outputs": self.outputs,
+            "film": self.film,
             "aov": self.aov_names(),
             "exposure_ev": self.exposure_ev,
-            "size": self.settings.size,
+            "size": self.header.settings.size,
             "region": [region.x0, region.y0, region.x1, region.y1],
             "samples": done,
             "samples_asked": asked,
-            "max_depth": self.settings.max_depth,
-            "diffuse_depth": self.settings.depth_limits.diffuse,
-            "glossy_depth": self.settings.depth_limits.glossy,
-            "transmission_depth": self.settings.depth_limits.transmission,
-            "seed": self.settings.seed,
+            "sample_ranges": self.header.samples,
+            "stopped_by": self.header.note.stopped_by,
+            "max_depth": self.header.settings.max_depth,
+            "diffuse_depth": self.header.settings.depth_limits.diffuse,
+            "glossy_depth": self.header.settings.depth_limits.glossy,
+            "transmission_depth": self.header.settings.depth_limits.transmission,
+            "seed": self.header.settings.seed,
             "schedule": self.schedule(),
-            "wave": self.options.wave,
-            "simd": self.options.level.name(),
+            "wave": self.session.options().wave,
+            "simd": self.session.options().level.name(),
             "threads": rayon::current_num_threads(),
             "triangles": scene.geometry.triangles.len(),
             "spheres": scene.geometry.spheres.len(),
             "instances": scene.geometry.instances.len(),
-            "rays": {
-                "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
-                "shadow": rays.shadow, "connect": rays.connect, "total": rays.total(),
-            },
+            "rays": rays_json,
             "spilled_forks": statistics.spilled,
             "mrays_per_s": self.mrays_per_second(),
-            "seconds": {
-                "load": p.load.as_secs_f64(), "compile": p.compile.as_secs_f64(),
-                "render": p.render.as_secs_f64(), "save": p.save.as_secs_f64(),
-            },
+            "seconds": seconds,
             "render_cpu_seconds": p.render_cpu,
             "process_cpu_seconds": usage::cpu_seconds(),
             "stage_seconds_of_all_threads": stages,
-            "memory_bytes": {
-                "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
-                "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
-            },
+            "memory_bytes": memory,
             "mean": self.mean(),
             "noise_rms": self.session.film().noise(),
+            "noise_relative": self.session.film().relative_noise(),
             "film_hash": format!("{:032x}", self.session.film().hash()),
-            "denoised": self.denoised.map(|(denoised, paths)| json!({
-                "outputs": paths, "noise_rms": denoised.noise, "seconds": p.denoise.as_secs_f64(),
-                "hash": format!("{:032x}", denoised.hash()),
-            })),
+            "denoised": denoised,
             "warnings": scene.warnings,
         })
     }

@@ -58,5 +58,5 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
         println!("results    {}", out.join("results.csv").display());
         println!("page       {}", page.display());
     }
-    Ok(interrupt.exit_code())
+    Ok(interrupt.exit_code().into())
 }

@@ -5,12 +5,14 @@ pub mod exposure;
 pub mod features;
 pub mod metrics;
 pub mod moments;
+pub mod ranges;
 pub mod tonemap;
 
 use crate::math::Rgb;
 pub use channel::{Channel, Values};
 pub use features::{Features, FirstHit, Gathering};
 pub use moments::Moments;
+pub use ranges::SampleRanges;
 
 /// Sums are whole multiples of this radiance, times the film's unit: integers add up to the same in any
 /// order.
@@ -20,7 +22,7 @@ pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
 pub const MAX_RADIANCE: f32 = 262_143.0;
 
 /// The unit in which a film counts radiance: a power of two, so that counting rounds nothing more.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Unit(i32);
 
 impl Unit {
@@ -59,7 +61,7 @@ impl Unit {
 }
 
 /// A rectangle of pixels: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Region {
     /// First column.
     pub x0: u32,
@@ -124,6 +126,14 @@ impl Film {
         Film { region, unit, inverse: unit.inverse(), pixels: vec![PixelSum::default(); region.area()] }
     }
 
+    /// With sums from elsewhere, row by row from the top; none if they are not as many as there are pixels,
+    /// or below zero.
+    pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
+        let sound = |pixel: &PixelSum| pixel.sum.as_flattened().iter().all(|sum| *sum >= 0);
+        let fits = pixels.len() == region.area() && pixels.iter().all(sound);
+        fits.then(|| Film { region, unit, inverse: unit.inverse(), pixels })
+    }
+
     /// The unit that it counts in.
     pub fn unit(&self) -> Unit {
         self.unit
@@ -165,9 +175,11 @@ impl Film {
             for (pixel, more) in self.pixels[to..to + width].iter_mut().zip(source) {
                 for parity in 0..2 {
                     for channel in 0..3 {
-                        pixel.sum[parity][channel] += more.sum[parity][channel];
+                        let sum = &mut pixel.sum[parity][channel];
+                        // No film overflows; a forged one shall not end the program.
+                        *sum = sum.wrapping_add(more.sum[parity][channel]);
                     }
-                    pixel.count[parity] += more.count[parity];
+                    pixel.count[parity] = pixel.count[parity].wrapping_add(more.count[parity]);
                 }
             }
         }
@@ -214,6 +226,29 @@ impl Film {
             }
         }
         Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
+    }
+
+    /// How large the noise is beside the image, for people: the root mean square over pixels of their noise,
+    /// estimated from the difference of even and odd samples, as a part of their brightness, or of a tenth of
+    /// the image's where they are darker than that; no pixel counts for more than 1. None before every pixel
+    /// has some of both.
+    pub fn relative_noise(&self) -> Option<f64> {
+        if self.pixels.iter().any(|p| p.count.contains(&0)) || self.pixels.is_empty() {
+            return None;
+        }
+        let mean =
+            |p: &PixelSum, parity: usize, c: usize| p.sum[parity][c] as f64 / f64::from(p.count[parity]);
+        let half = |p: &PixelSum, parity: usize| (0..3).map(|c| mean(p, parity, c)).sum::<f64>();
+        let brightness = |p: &PixelSum| (half(p, 0) + half(p, 1)) / 2.0;
+        let floor = 0.1 * self.pixels.iter().map(brightness).sum::<f64>() / self.pixels.len() as f64;
+        let relative = |p: &PixelSum| {
+            // The mean of two halves has a quarter of the variance of their difference.
+            let squares: f64 = (0..3).map(|c| (mean(p, 0, c) - mean(p, 1, c)).powi(2) / 4.0).sum();
+            let brightness = brightness(p).max(floor);
+            // Of three components, each beside a third of the brightness.
+            if squares == 0.0 { 0.0 } else { (3.0 * squares / (brightness * brightness)).min(1.0) }
+        };
+        Some((self.pixels.iter().map(relative).sum::<f64>() / self.pixels.len() as f64).sqrt())
     }
 
     /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films, equal hashes.

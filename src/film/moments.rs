@@ -21,6 +21,25 @@ impl Moments {
         Moments { region, squares: vec![[0; 3]; region.area()] }
     }
 
+    /// With sums from elsewhere; none if they are not as many as there are pixels.
+    pub fn with_squares(region: Region, squares: Vec<[u128; 3]>) -> Option<Moments> {
+        (squares.len() == region.area()).then_some(Moments { region, squares })
+    }
+
+    /// The sums, row by row from the top.
+    pub fn squares(&self) -> &[[u128; 3]] {
+        &self.squares
+    }
+
+    /// A 128-bit hash (XXH3) of the region and all sums.
+    pub fn hash(&self) -> u128 {
+        let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+        let r = self.region;
+        [r.x0, r.y0, r.x1, r.y1].iter().for_each(|value| hasher.update(&value.to_le_bytes()));
+        self.squares.as_flattened().iter().for_each(|sum| hasher.update(&sum.to_le_bytes()));
+        hasher.digest128()
+    }
+
     /// Adds the squares of a film that holds one sample of each pixel, all parts of it.
     pub fn add_sample(&mut self, film: &Film) {
         for (squares, pixel) in self.squares.iter_mut().zip(film.pixels()) {
@@ -37,7 +56,7 @@ impl Moments {
         for (y, row) in (from.y0..from.y1).zip(other.squares.chunks(width.max(1))) {
             let start = self.region.index(from.x0, y);
             for (to, more) in self.squares[start..start + width].iter_mut().zip(row) {
-                (0..3).for_each(|channel| to[channel] += more[channel]);
+                (0..3).for_each(|channel| to[channel] = to[channel].wrapping_add(more[channel]));
             }
         }
     }
@@ -61,7 +80,7 @@ fn variance(squares: &[u128; 3], pixel: &PixelSum, quantum: f64) -> Rgb {
     let sums = total(pixel).map(|sum| sum.min(count * (LARGEST - 1)));
     let channel = |c: usize| {
         // Exact up to here, so nothing cancels that is not equal.
-        let spread = (count * squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
+        let spread = count.saturating_mul(squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
         (spread as f64 * quantum * quantum / (n * n * (n - 1.0))) as f32
     };
     Rgb::new(channel(0), channel(1), channel(2))

@@ -14,7 +14,8 @@ use crate::world::{
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
     let mut world = World::default();
-    let mut mesh = Files.mesh(path, &mut world.assets, &mut world.warnings)?;
+    let mut files = Files(world.assets.files.clone());
+    let mut mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
     mesh.source = Some(path.to_owned());
     let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
     let id = world.assets.add_mesh(mesh);

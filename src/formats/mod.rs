@@ -1,6 +1,7 @@
 //! Files: what a person or another program wrote, read into a [`World`], and what we
 //! write ourselves. The only place that knows file formats.
 
+pub mod film_file;
 mod framing;
 pub mod gltf;
 mod names;
@@ -12,13 +13,15 @@ pub mod ron;
 mod studio;
 pub mod study;
 pub mod triangulate;
+mod whole_file;
 
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
 use crate::error::{LoadError, did_you_mean};
-use crate::world::{Assets, Image, Mesh, World};
+use crate::world::{Assets, Image, Mesh, SourceFiles, World};
 
 /// What of a model is read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,7 +48,12 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
         return Err(LoadError::invalid(path, reason));
     }
     match &extension[..] {
-        "ron" => ron::load(path, &mut Files),
+        "ron" => {
+            let mut files = Files::default();
+            let world = ron::load(path, &mut files)?;
+            world.assets.files.extend(&files.0);
+            Ok(world)
+        }
         "gltf" | "glb" => framing::load_model(path, options),
         "ply" | "obj" => framing::load_mesh(path),
         other => {
@@ -58,6 +66,20 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Reads until the buffer is full or there is no more; says how many bytes there were.
+fn fill(from: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match from.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(count) => filled += count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
 }
 
 /// Reads the files that a scene refers to, whatever their formats are.
@@ -82,14 +104,20 @@ pub trait AssetFiles {
     /// Reads and decodes a picture.
     fn image(&mut self, path: &Path) -> Result<Image, LoadError>;
 
+    /// Reads a scene's own text.
+    fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        std::fs::read(path).map_err(LoadError::io(path))
+    }
+
     /// Reads and decodes several.
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
     }
 }
 
-/// Files on disk.
-pub struct Files;
+/// Files on disk, and which have been read.
+#[derive(Default)]
+pub struct Files(pub SourceFiles);
 
 impl AssetFiles for Files {
     fn mesh(
@@ -99,13 +127,13 @@ impl AssetFiles for Files {
         warnings: &mut Vec<String>,
     ) -> Result<Mesh, LoadError> {
         match extension(path).as_str() {
-            "ply" => ply::load(path),
+            "ply" => ply::parse(&self.read(path)?, path),
             "obj" => {
                 // The loader borrows the assets while it asks for images: they are added afterwards.
                 let mut images = Vec::new();
                 let first = assets.images.len() as u32;
                 let mut decode = |path: &Path| {
-                    images.push(picture::load(path)?);
+                    images.push(self.image(path)?);
                     Ok(crate::world::ImageId(first + images.len() as u32 - 1))
                 };
                 let mesh = obj::load(path, assets, warnings, &mut decode);
@@ -139,10 +167,14 @@ impl AssetFiles for Files {
     }
 
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
-        picture::load(path)
+        picture::load(path, &self.0)
     }
 
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
-        paths.par_iter().map(|path| picture::load(path)).collect()
+        paths.par_iter().map(|path| picture::load(path, &self.0)).collect()
+    }
+
+    fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        self.0.read(path).map_err(LoadError::io(path))
     }
 }

@@ -5,10 +5,11 @@
 //! integer; a miss is infinity, 0, 0 and 2³² − 1.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{LoadError, SaveError};
+use crate::formats::fill;
 use crate::math::{NONE, Vec3};
 use crate::query::RayBatch;
 
@@ -115,20 +116,6 @@ fn read_records<T, const SIZE: usize>(
             return Ok(());
         }
     }
-}
-
-/// Reads until the buffer is full or the file ends.
-fn fill(file: &mut File, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut filled = 0;
-    while filled < buffer.len() {
-        match file.read(&mut buffer[filled..]) {
-            Ok(0) => break,
-            Ok(count) => filled += count,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(filled)
 }
 
 /// A file of hits that is being written.

@@ -39,6 +39,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
     };
     let ray = camera::ray(&frame.scene.camera, x, y, lens);
     let (at_lens, per_metre) = camera::pixel_width(&frame.scene.camera, height);
+    let footprint = footprint::<F>(sample);
     Path {
         origin: ray.origin,
         direction: ray.direction,
@@ -49,9 +50,18 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         branch: F::Int::splat(0),
         depth: F::Int::splat(0),
         pdf: F::zero(),
-        width: F::splat(at_lens * frame.footprint),
-        spread: F::splat(per_metre * frame.footprint),
+        width: F::splat(at_lens) * footprint,
+        spread: F::splat(per_metre) * footprint,
         medium: F::Int::splat(NONE),
         facing: F::Int::splat(NONE),
     }
+}
+
+/// The part of a pixel's width that a sample stands for where textures are looked up: the more samples there
+/// are, the less (PBRT 4th ed., 10.1). By its own number, not by how many there will be, so that a film can
+/// be gone on with.
+#[inline(always)]
+fn footprint<F: Float>(sample: F::Int) -> F {
+    let so_far = sample.to_float() + F::one();
+    (F::one() / so_far.sqrt()).max(F::splat(0.125))
 }

@@ -22,7 +22,7 @@ use std::sync::Arc;
 use crate::film::{Film, Region, Unit};
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
-use crate::scene::CompiledScene;
+use crate::scene::{CompiledScene, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::simd::Level;
 use crate::world::{Pattern, Sampler, Settings, Sharing, Transport};
@@ -67,8 +67,6 @@ pub struct Frame {
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
     pub unit: Unit,
-    /// The part of a pixel's width that a sample stands for where textures are looked up.
-    pub footprint: f32,
 }
 
 impl Frame {
@@ -99,13 +97,36 @@ impl Frame {
             pilot: None,
             unit,
             lobes,
-            // (PBRT 4th ed., 10.1.)
-            footprint: (1.0 / (settings.samples.max(1) as f32).sqrt()).max(0.125),
         };
         if settings.sharing == Sharing::Auto && frame.sharing.is_some() {
             frame.pilot = Some(Arc::new(Pilot::new(&frame)));
         }
         frame
+    }
+
+    /// Whether samples that are rendered stay what they are if there are to be more of them; else why not.
+    pub fn extensible(&self) -> Result<(), String> {
+        let grid = |what: &str| {
+            Err(format!(
+                "{what} spread all samples over a grid, so that those of a longer rendering are other ones"
+            ))
+        };
+        if self.transport == Transport::Path {
+            return match self.sampler {
+                Sampler::Jittered => grid("jittered samplers"),
+                Sampler::Sobol | Sampler::Independent => Ok(()),
+            };
+        }
+        let lens = match self.scene.camera.projection {
+            Projection::ThinLens { pattern, .. } => Some(pattern),
+            Projection::Pinhole { .. } | Projection::Orthographic { .. } => None,
+        };
+        let is_grid = |pattern: Pattern| matches!(pattern, Pattern::Jittered | Pattern::Regular);
+        let lights = self.scene.lights.iter().any(|light| light.pattern == Pattern::Jittered);
+        match is_grid(self.pattern) || lens.is_some_and(is_grid) || lights {
+            true => grid("the patterns of pixels, lenses and lights under the Whitted transport"),
+            false => Ok(()),
+        }
     }
 }
 

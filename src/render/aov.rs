@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::Session;
+use super::{Gathered, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
 use crate::film::{Channel, Features, Values};
 use crate::integrator::wavefront::first_hits::FirstHits;
+use crate::math::Rgb;
 use crate::world::Aov;
 
 impl Session {
@@ -19,19 +20,22 @@ impl Session {
     /// The film without its noise; none before every pixel has two samples.
     pub fn denoised(&self) -> Option<Denoised> {
         let [even, odd] = self.features_apart();
-        denoise(self.options.level, &Noisy { film: &self.film, features: [&even, &odd] })
+        denoise(self.options.level, &Noisy { film: self.film(), features: [&even, &odd] })
     }
 
     /// [`Session::features`] of every Nth sample.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
         let (frame, options) = (&self.frame, &self.options);
-        let samples = self.samples.start..self.next.max(self.samples.start + 1);
+        let mut samples = self.gathered.samples.clone();
+        if samples.count() == 0 {
+            samples.insert(self.wanted.start..self.wanted.start + 1);
+        }
         let look = |worker: &mut FirstHits, tile| {
-            (tile, worker.look_apart::<N>(frame, options.level, tile, samples.clone()))
+            (tile, worker.look_apart::<N>(frame, options.level, tile, &samples))
         };
         let tiles = self.tiles().into_par_iter();
         let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(frame, options.wave), look).collect();
-        let region = self.film.region();
+        let region = self.film().region();
         let mut features = [(); N].map(|()| vec![Features::NOTHING; region.area()]);
         for (tile, found) in tiles {
             let width = tile.width() as usize;
@@ -48,8 +52,7 @@ impl Session {
     /// The columns of some variables. [`Aov::Variance`] needs [`super::Options::variance`], and is
     /// infinite without.
     pub fn channels(&self, aovs: &[Aov]) -> Vec<Channel> {
-        let of_film = [Aov::Samples, Aov::Variance];
-        let geometric = aovs.iter().any(|aov| !of_film.contains(aov));
+        let geometric = aovs.iter().any(|aov| !aov.is_of_film());
         let features = if geometric { self.features() } else { Vec::new() };
         aovs.iter().flat_map(|aov| self.channels_of(*aov, &features)).collect()
     }
@@ -83,23 +86,32 @@ impl Session {
             Aov::Entity => vec![ids("entity.id", &|f| f.entity)],
             Aov::Material => vec![ids("material.id", &|f| f.material)],
             Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
-            Aov::Samples => {
-                let counts = self.film.pixels().iter().map(|p| p.count[0] + p.count[1]);
-                vec![Channel { name: "samples", values: Values::Whole(counts.collect()) }]
-            }
-            Aov::Variance => self.variance(),
+            Aov::Samples | Aov::Variance => film_channels(self.gathered(), &[aov]),
         }
     }
+}
 
-    fn variance(&self) -> Vec<Channel> {
-        let variance = match &self.moments {
-            Some(moments) => moments.variance_of_mean(&self.film),
-            None => vec![crate::math::Rgb::splat(f32::INFINITY); self.film.pixels().len()],
-        };
-        let channel = |(name, c): (&'static str, usize)| {
-            let values = variance.iter().map(|v| v.to_array()[c]);
-            Channel { name, values: Values::Float(values.collect()) }
-        };
-        [("variance.R", 0), ("variance.G", 1), ("variance.B", 2)].map(channel).into()
-    }
+/// The columns of those variables that are the film's own: how many samples there are, and their variance,
+/// which needs squares and is infinite without.
+pub fn film_channels(gathered: &Gathered, aovs: &[Aov]) -> Vec<Channel> {
+    let pixels = gathered.film.pixels();
+    let of = |aov: &Aov| match aov {
+        Aov::Samples => {
+            let counts = pixels.iter().map(|p| p.count[0] + p.count[1]);
+            vec![Channel { name: "samples", values: Values::Whole(counts.collect()) }]
+        }
+        Aov::Variance => {
+            let variance = match &gathered.moments {
+                Some(moments) => moments.variance_of_mean(&gathered.film),
+                None => vec![Rgb::splat(f32::INFINITY); pixels.len()],
+            };
+            let channel = |(name, c): (&'static str, usize)| {
+                let values = variance.iter().map(|v| v.to_array()[c]);
+                Channel { name, values: Values::Float(values.collect()) }
+            };
+            [("variance.R", 0), ("variance.G", 1), ("variance.B", 2)].map(channel).into()
+        }
+        _ => Vec::new(),
+    };
+    aovs.iter().flat_map(of).collect()
 }

@@ -28,6 +28,7 @@
 //! ```
 
 mod aov;
+mod gathered;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,7 +37,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::film::{Film, Moments, Region};
+use crate::film::{Film, Moments, Region, SampleRanges};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
 use crate::integrator::sharing::BLOCK;
 use crate::integrator::wavefront::Wave;
@@ -44,6 +45,8 @@ use crate::integrator::{Frame, Schedule, Sorting, Stage, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Settings;
+pub use aov::film_channels;
+pub use gathered::{Gathered, Pass};
 
 /// Paths of a wave unless told otherwise. Measured: 256 to 16,384 are equal, 65,536 is up to 1.28 times slower.
 pub const DEFAULT_WAVE: usize = 4096;
@@ -85,14 +88,11 @@ impl Default for Options {
 pub struct Session {
     frame: Arc<Frame>,
     options: Options,
-    film: Film,
-    /// Where variance is wanted.
-    moments: Option<Moments>,
+    gathered: Gathered,
     statistics: Statistics,
     workers: Mutex<Vec<Worker>>,
-    /// Samples to render, and how many of them are done.
-    samples: Range<u32>,
-    next: u32,
+    /// Samples to render.
+    wanted: Range<u32>,
 }
 
 /// What a thread did and when, counted from the beginning.
@@ -110,8 +110,16 @@ pub struct Span {
     pub end: Duration,
 }
 
-/// Called after every tile with the number of samples (of single pixels) just finished.
-pub type OnProgress<'a> = &'a (dyn Fn(u64) + Sync);
+/// What has happened since the last time.
+pub struct Progress<'a> {
+    /// Samples (of single pixels) that were rendered.
+    pub samples: u64,
+    /// All that has been gathered up to now, to be saved.
+    pub gathered: &'a dyn Fn() -> Gathered,
+}
+
+/// Called after every tile.
+pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
 
 impl Session {
     /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
@@ -123,42 +131,72 @@ impl Session {
     pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
         let region = options.region.unwrap_or(Region::whole(frame.size));
         Self {
-            film: Film::new(region, frame.unit),
+            gathered: Gathered::nothing(region, frame.unit, options.variance),
             frame,
             options,
-            moments: options.variance.then(|| Moments::new(region)),
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
-            samples: 0..samples,
-            next: 0,
+            wanted: 0..samples,
         }
     }
 
     /// Renders only some of the samples: films of disjoint ranges can be merged.
     pub fn with_samples(self, samples: Range<u32>) -> Self {
-        Self { next: samples.start, samples, ..self }
+        Self { wanted: samples, ..self }
+    }
+
+    /// Goes on with what has been gathered of the same region before; false, and nothing is changed, if it
+    /// is none that this frame could have.
+    pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
+        let (old, new) = (&self.gathered, &gathered);
+        let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
+        let alike = (old.film.region(), old.film.unit(), old.moments.is_some())
+            == (new.film.region(), new.film.unit(), new.moments.is_some());
+        let fits = alike && new.pass.as_ref().is_none_or(tiles);
+        if fits {
+            self.gathered = gathered;
+        }
+        fits
+    }
+
+    /// The first sample that not every pixel has.
+    pub fn next_sample(&self) -> Option<u32> {
+        let missing = self.gathered.samples.missing(self.wanted.clone());
+        missing.iter().next().map(|range| range.start)
     }
 
     /// Whether every sample has been rendered.
     pub fn is_done(&self) -> bool {
-        self.next >= self.samples.end
+        self.gathered.pass.is_none() && self.gathered.samples.missing(self.wanted.clone()).count() == 0
     }
 
-    /// Renders the next `count` samples of every pixel, at most those that are left.
+    /// Renders the next `count` samples of every pixel, at most those that are left; or finishes the pass
+    /// that was under way.
     pub fn advance(&mut self, count: u32) {
         self.advance_until(count, &AtomicBool::new(false), &|_| ());
     }
 
-    /// The same, but starts no further tile once `stop` is set. The film then holds more
-    /// samples in some pixels than [`Session::samples_done`] says: the rendering is over.
+    /// The same, but starts no further tile once `stop` is set. The film then holds more samples in some
+    /// pixels than in others, and [`Gathered::pass`] says where.
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
-        let end = self.next.saturating_add(count).min(self.samples.end);
-        let samples = self.next..end;
+        let size = self.tile_size();
+        let missing = self.gathered.samples.missing(self.wanted.clone());
+        let region = self.gathered.film.region();
+        let pass = match self.gathered.pass.take() {
+            Some(pass) => pass,
+            None => {
+                let Some(next) = missing.iter().next() else { return };
+                let end = next.start.saturating_add(count).min(next.end);
+                Pass::new(next.start..end, size, region)
+            }
+        };
+        let (samples, todo) = (pass.samples.clone(), tiles(region, pass.tile.max(1)));
+        let todo: Vec<_> = todo.into_iter().enumerate().filter(|(number, _)| !pass.done[*number]).collect();
+        self.gathered.pass = Some(pass);
+
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
-        let tiles = self.tiles();
-        let (film, statistics) = (Mutex::new(&mut self.film), Mutex::new(&mut self.statistics));
-        let moments = self.moments.as_mut().map(Mutex::new);
-        tiles.into_par_iter().for_each(|tile| {
+        let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
+        todo.into_par_iter().for_each(|(number, tile)| {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
@@ -166,29 +204,39 @@ impl Session {
             let mut worker = lock(workers)
                 .pop()
                 .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
-            let rendered = match &moments {
+            let mut squares = options.variance.then(|| Moments::new(tile));
+            let film = match &mut squares {
                 None => worker.render(frame, options.level, tile, samples.clone(), &mut own),
-                Some(moments) => {
-                    let mut squares = Moments::new(tile);
-                    let range = samples.clone();
-                    let film = one_by_one(&mut worker, frame, options, tile, range, &mut own, &mut squares);
-                    lock(moments).merge(&squares);
-                    film
+                Some(squares) => {
+                    one_by_one(&mut worker, frame, options, tile, samples.clone(), &mut own, squares)
                 }
             };
             lock(workers).push(worker);
-            lock(&film).merge(&rendered);
             lock(&statistics).add(&own);
-            progress(tile.area() as u64 * samples.len() as u64);
+            let rendered = Gathered { film, moments: squares, samples: SampleRanges::default(), pass: None };
+            let mut guard = lock(&gathered);
+            guard.merge(&rendered);
+            if let Some(pass) = &mut guard.pass {
+                pass.done[number] = true;
+            }
+            drop(guard);
+            let samples = tile.area() as u64 * samples.len() as u64;
+            progress(&Progress { samples, gathered: &|| lock(&gathered).clone() });
         });
-        if !stop.load(Ordering::Relaxed) {
-            self.next = end;
+        if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
+            self.gathered.pass = None;
+            self.gathered.samples.insert(samples);
         }
     }
 
     /// Squares of samples, where [`Options::variance`] asks for them.
     pub fn moments(&self) -> Option<&Moments> {
-        self.moments.as_ref()
+        self.gathered.moments.as_ref()
+    }
+
+    /// All that has been gathered so far.
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
     }
 
     /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
@@ -200,7 +248,7 @@ impl Session {
         for tile in self.tiles() {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
             if pixel.is_none_or(holds) {
-                let (samples, mut ignored) = (self.samples.clone(), Statistics::default());
+                let (samples, mut ignored) = (self.wanted.clone(), Statistics::default());
                 let mut observer = Somebody(&mut *look);
                 film = worker.observe(frame, options.level, tile, samples, &mut ignored, &mut observer);
             }
@@ -215,7 +263,7 @@ impl Session {
         let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
         for tile in self.tiles() {
-            let (mut film, samples) = (Film::new(tile, frame.unit), self.samples.clone());
+            let (mut film, samples) = (Film::new(tile, frame.unit), self.wanted.clone());
             let mut observer = Timekeeper(&mut *mark);
             wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
         }
@@ -229,7 +277,7 @@ impl Session {
             let thread = rayon::current_thread_index().unwrap_or(0);
             let mut own = Vec::new();
             let (mut last, samples, mut ignored) =
-                (start.elapsed(), self.samples.clone(), Statistics::default());
+                (start.elapsed(), self.wanted.clone(), Statistics::default());
             match options.schedule {
                 Schedule::Wavefront => {
                     let mut observer = Timekeeper(|stage| {
@@ -253,20 +301,28 @@ impl Session {
     }
 
     fn tiles(&self) -> Vec<Region> {
+        tiles(self.gathered.film.region(), self.tile_size())
+    }
+
+    fn tile_size(&self) -> u32 {
         let tile = self.options.tile.max(1);
         // What shares paths is not cut.
-        let tile = if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile };
-        tiles(self.options.region.unwrap_or(Region::whole(self.frame.size)), tile)
+        if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
     }
 
     /// What has been gathered so far.
     pub fn film(&self) -> &Film {
-        &self.film
+        &self.gathered.film
     }
 
     /// What has been done so far.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
+    }
+
+    /// How it renders.
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     /// The compiled scene.
@@ -276,7 +332,8 @@ impl Session {
 
     /// Samples that every pixel has, and how many there were to be.
     pub fn samples_done(&self) -> (u32, u32) {
-        (self.next - self.samples.start, self.samples.len() as u32)
+        let wanted = self.wanted.len() as u32;
+        (wanted - self.gathered.samples.missing(self.wanted.clone()).count(), wanted)
     }
 }
 
@@ -327,7 +384,7 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// A region cut into squares of the whole image, row by row.
-fn tiles(region: Region, size: u32) -> Vec<Region> {
+pub fn tiles(region: Region, size: u32) -> Vec<Region> {
     let cuts = |from: u32, to: u32| {
         let first = from / size * size;
         let starts = (first..to).step_by(size as usize);

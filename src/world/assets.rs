@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 
 use super::material::Material;
+use super::source_files::SourceFiles;
 
 /// Index into [`Assets::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -30,6 +31,8 @@ pub struct Assets {
     pub textures: Vec<Texture>,
     /// Materials. The first is always the default one.
     pub materials: Vec<NamedMaterial>,
+    /// The files that all this was read from.
+    pub files: SourceFiles,
 }
 
 impl Default for Assets {
@@ -39,6 +42,7 @@ impl Default for Assets {
             images: Vec::new(),
             textures: Vec::new(),
             materials: vec![NamedMaterial::default()],
+            files: SourceFiles::default(),
         }
     }
 }

@@ -87,7 +87,7 @@ pub enum Shape {
 }
 
 /// How N sample points are spread over a square.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Pattern {
     /// Each on its own, uniformly at random.
     Uniform,

@@ -9,11 +9,13 @@ pub mod assets;
 pub mod components;
 pub mod material;
 pub mod settings;
+pub mod source_files;
 
 pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
 pub use components::*;
 pub use material::*;
 pub use settings::*;
+pub use source_files::{Content, SourceFiles};
 
 /// Everything that a scene file says.
 #[derive(Default)]

@@ -1,11 +1,13 @@
 //! How to render: what a scene file's `settings` say and command line flags override.
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::Rgb;
 
 use super::components::Pattern;
 
 /// What a scene file says about rendering. The defaults are those of a file without settings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Width and height in pixels, each 1 to 65,536.
     pub size: [u32; 2],
@@ -93,7 +95,7 @@ impl Default for Settings {
 
 /// What a pixel can tell besides its light: an arbitrary output variable. Means are over what the
 /// pixel's samples hit first, behind what is not there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Aov {
     /// Distance from the camera along its axis, in metres.
     Depth,
@@ -128,12 +130,17 @@ impl Aov {
         Aov::Samples,
         Aov::Variance,
     ];
+
+    /// Whether it says something about the samples themselves, not about what they hit.
+    pub fn is_of_film(self) -> bool {
+        matches!(self, Aov::Samples | Aov::Variance)
+    }
 }
 
 /// How many bounces of each kind a path may have, 0 to [`DepthLimits::MOST`]; none: as many as
 /// [`Settings::max_depth`] lets it. The kind is that of the lobe that a bounce was drawn from. As
 /// after the last bounce of all, one more ray still finds what shines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DepthLimits {
     /// Of lobes that scatter light widely, to either side of the surface.
     pub diffuse: Option<u32>,
@@ -157,7 +164,7 @@ impl DepthLimits {
 }
 
 /// How light travels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Transport {
     /// Direct light, mirror reflection and refraction (Whitted 1980), with
     /// distributed shadow and lens rays (Cook, Porter and Carpenter 1984).
@@ -169,7 +176,7 @@ pub enum Transport {
 }
 
 /// How the samples of a pixel are spread over each use of random numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sampler {
     /// Points of Sobol's sequence, scrambled after Owen: stratified at every scale.
     #[default]
@@ -184,7 +191,7 @@ pub enum Sampler {
 /// [`crate::integrator::sharing`]): no bias, far less noise where light is scattered by matte surfaces.
 /// There is none with [`Settings::clamp`] or [`Settings::depth_limits`], which say something about each path
 /// for itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sharing {
     /// In groups of 32 where there are matte surfaces.
     #[default]
@@ -202,7 +209,7 @@ impl Sharing {
 
 /// How much work goes into the acceleration structure: what it costs to build against what
 /// it saves while tracing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BuildQuality {
     /// As soon as possible; traces slower.
     Fast,
@@ -215,7 +222,7 @@ pub enum BuildQuality {
 
 /// The weight of a sample by its distance from the pixel's centre, sampled by
 /// importance: every sample counts the same and lands where the filter says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum PixelFilter {
     /// Constant over one pixel.
     Box,
@@ -244,7 +251,7 @@ impl Default for PixelFilter {
 
 /// The radiance that comes from where nothing is. Under the Whitted transport it
 /// lights no surface by itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Background {
     /// The same in all directions.
     Constant(Rgb),
@@ -264,7 +271,7 @@ impl Default for Background {
 }
 
 /// From scene radiance to what a screen shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tonemap {
     /// Cut off at 1.
     #[default]

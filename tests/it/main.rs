@@ -5,6 +5,7 @@ mod aov;
 mod cli;
 mod compare;
 mod corpus;
+mod films;
 mod gltf;
 mod images;
 mod lamps;

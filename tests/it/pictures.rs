@@ -73,7 +73,7 @@ fn a_furnace_of_the_corpus_is_even() {
 }
 
 fn check(path: &Path) -> Result<String, String> {
-    let image = picture::load(path).map_err(|error| error.to_string())?;
+    let image = picture::load(path, &Default::default()).map_err(|error| error.to_string())?;
     let pixels = image.width as usize * image.height as usize;
     let kind = match &image.texels {
         Texels::Rgba8(texels) => {

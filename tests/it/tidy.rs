@@ -30,7 +30,7 @@ const FREE: [&str; 1] = ["error"];
 const CRATES: [(&str, &[&str]); 27] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
-    ("serde", &["formats"]),
+    ("serde", &["math", "world", "film", "formats"]),
     ("basisu", &["formats"]),
     ("bevy_mikktspace", &["formats"]),
     ("draco_core", &["formats"]),
@@ -51,7 +51,7 @@ const CRATES: [(&str, &[&str]); 27] = [
     ("plotters", &["study"]),
     ("dejavu", &["study"]),
     ("rand", &["sampling", "study"]),
-    ("xxhash_rust", &["film", "denoise", "study"]),
+    ("xxhash_rust", &["world", "film", "denoise", "formats", "study"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "formats", "query"]),
     ("libm", &["math", "sampling", "film", "compile", "formats", "study", "cli"]),

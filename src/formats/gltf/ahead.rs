@@ -39,8 +39,9 @@ impl Import<'_> {
             }
         }
         self.warnings.truncate(said);
+        let sources = &self.assets.files;
         let decoded: Vec<(ImageLocation, Result<Image, LoadError>)> =
-            encoded.into_par_iter().map(|(place, picture)| (place, picture.decode())).collect();
+            encoded.into_par_iter().map(|(place, picture)| (place, picture.decode(sources))).collect();
         self.images.ahead.extend(decoded);
     }
 

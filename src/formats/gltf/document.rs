@@ -15,6 +15,7 @@ use super::container::Container;
 use super::meshopt::Compressed;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
+use crate::world::SourceFiles;
 
 /// Bytes that may be made of each byte of the files. Exporters share vertices between a
 /// handful of meshes; files made to exhaust memory share them between thousands.
@@ -38,7 +39,7 @@ pub(super) struct Document<'p> {
 
 impl<'p> Document<'p> {
     /// Reads the JSON of `bytes` and the buffers that it names.
-    pub(super) fn open(bytes: &[u8], path: &'p Path) -> Result<Self, LoadError> {
+    pub(super) fn open(bytes: &[u8], path: &'p Path, sources: &SourceFiles) -> Result<Self, LoadError> {
         let container = Container::open(bytes, path)?;
         let root = container.parse(path)?;
         let mut files = HashMap::new();
@@ -46,7 +47,7 @@ impl<'p> Document<'p> {
         for (index, buffer) in root.buffers.iter().enumerate() {
             let length = buffer.byte_length.0;
             let found = match &buffer.uri {
-                Some(uri) => from_uri(uri, path, &mut files),
+                Some(uri) => from_uri(uri, path, &mut files, sources),
                 None if index == 0 => container
                     .binary
                     .map(Rc::from)
@@ -190,11 +191,12 @@ fn from_uri(
     uri: &str,
     path: &Path,
     files: &mut HashMap<PathBuf, Result<Rc<[u8]>, String>>,
+    sources: &SourceFiles,
 ) -> Result<Rc<[u8]>, String> {
     match uri::resolve(uri, path.parent().unwrap_or(Path::new("")))? {
         Resource::Data(bytes) => Ok(bytes.into()),
         Resource::File(file) => {
-            let read = |file: &PathBuf| match std::fs::read(file) {
+            let read = |file: &PathBuf| match sources.read(file) {
                 Ok(bytes) => Ok(bytes.into()),
                 Err(error) => Err(format!("cannot read {}: {error}", file.display())),
             };

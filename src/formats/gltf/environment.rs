@@ -64,7 +64,8 @@ impl Import<'_> {
         };
         let mut faces = Vec::with_capacity(6);
         for image in [a, b, c, d, e, f] {
-            let image = self.images.picture(document, Index::new(image), &at, self.warnings)?;
+            let image =
+                self.images.picture(document, Index::new(image), &at, &self.assets.files, self.warnings)?;
             let Some(image) = image else { return Ok(None) };
             faces.push(Face::new(&image));
         }

@@ -12,7 +12,7 @@ use super::uri::{self, Resource};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_encode;
 use crate::world::assets::ColorSpace;
-use crate::world::{Assets, Image, ImageId, Texels};
+use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
 
 /// Where an image's bytes are, the same for the same image.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -58,7 +58,7 @@ impl Images {
         if let Some(id) = self.ids.get(&(place.clone(), linear)) {
             return Ok(*id);
         }
-        let image = self.decode(document, index, &place, warnings)?;
+        let image = self.decode(document, index, &place, &assets.files, warnings)?;
         let wide = matches!(image, Some(Image { texels: Texels::Rgb32(_), .. }));
         let id = image.map(|mut image| {
             if linear {
@@ -105,10 +105,11 @@ impl Images {
         document: &Document,
         index: Index<json::Image>,
         at: &str,
+        sources: &SourceFiles,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Image>, LoadError> {
         let place = place(document, index, at)?;
-        self.decode(document, index, &place, warnings)
+        self.decode(document, index, &place, sources, warnings)
     }
 
     fn decode(
@@ -116,6 +117,7 @@ impl Images {
         document: &Document,
         index: Index<json::Image>,
         place: &ImageLocation,
+        sources: &SourceFiles,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Image>, LoadError> {
         let at = format!("/images/{}", index.value());
@@ -129,7 +131,9 @@ impl Images {
                 return Err(document.error(at, "the images of this buffer overlap"));
             }
         }
-        let Some(decoded) = ahead.or_else(|| encoded.map(Encoded::decode)) else { return Ok(None) };
+        let Some(decoded) = ahead.or_else(|| encoded.map(|encoded| encoded.decode(sources))) else {
+            return Ok(None);
+        };
         decoded.map(Some).or_else(|error| {
             if self.complained.insert(place.clone()) {
                 warnings.push(format!("{error} (it is left out)"));
@@ -174,10 +178,10 @@ impl<'d> Encoded<'d> {
     }
 
     /// Its pixels.
-    pub(super) fn decode(self) -> Result<Image, LoadError> {
+    pub(super) fn decode(self, sources: &SourceFiles) -> Result<Image, LoadError> {
         match self {
             Self::File(file) => {
-                let bytes = std::fs::read(&file).map_err(LoadError::io(&file))?;
+                let bytes = sources.read(&file).map_err(LoadError::io(&file))?;
                 let image = basis::decode(&bytes, &file)?;
                 Ok(Image { source: Some(file), ..image })
             }

@@ -113,7 +113,7 @@ pub fn load(
     assets: &mut Assets,
     warnings: &mut Vec<String>,
 ) -> Result<Model, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
     parse(&bytes, path, options, assets, warnings)
 }
 
@@ -126,7 +126,7 @@ pub fn parse(
     assets: &mut Assets,
     warnings: &mut Vec<String>,
 ) -> Result<Model, LoadError> {
-    let document = Document::open(bytes, path)?;
+    let document = Document::open(bytes, path, &assets.files)?;
     extensions::check(&document, warnings)?;
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
     let lights: Option<Lights> = document.extension(others, "KHR_lights_punctual", "")?;

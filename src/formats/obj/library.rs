@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::tidy::short;
 use super::{first_of, refer, text_of};
+use crate::world::SourceFiles;
 
 /// How many libraries a file may name: what they hold is kept, so this limits memory.
 const LIBRARIES: usize = 256;
@@ -33,7 +34,7 @@ impl Library {
 }
 
 /// Reads all libraries that `names` stand for. What is missing or wrong in them is a warning.
-pub fn load_all(obj: &Path, names: &[String], warnings: &mut Vec<String>) -> Library {
+pub fn load_all(obj: &Path, names: &[String], sources: &SourceFiles, warnings: &mut Vec<String>) -> Library {
     let mut library = Library::default();
     let mut files: Vec<PathBuf> = Vec::new();
     for name in names.iter().take(LIBRARIES) {
@@ -52,13 +53,19 @@ pub fn load_all(obj: &Path, names: &[String], warnings: &mut Vec<String>) -> Lib
         files.truncate(LIBRARIES);
     }
     for file in &files {
-        load_one(file, obj, &mut library, warnings);
+        load_one(file, obj, sources, &mut library, warnings);
     }
     library
 }
 
-fn load_one(file: &Path, obj: &Path, library: &mut Library, warnings: &mut Vec<String>) {
-    let bytes = match std::fs::read(file) {
+fn load_one(
+    file: &Path,
+    obj: &Path,
+    sources: &SourceFiles,
+    library: &mut Library,
+    warnings: &mut Vec<String>,
+) {
+    let bytes = match sources.read(file) {
         Ok(bytes) => bytes,
         Err(error) => {
             warnings.push(format!(

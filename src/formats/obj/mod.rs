@@ -33,7 +33,7 @@ pub fn load(
     warnings: &mut Vec<String>,
     images: &mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
 ) -> Result<Mesh, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
     let tidied = Tidied::new(&text_of(&bytes)).map_err(|fault| LoadError::At {
         file: path.to_owned(),
         line: fault.line,
@@ -41,7 +41,7 @@ pub fn load(
         reason: fault.reason,
     })?;
     warnings.extend(tidied.warnings.iter().map(|w| format!("{}: {w}", path.display())));
-    let library = library::load_all(path, &tidied.libraries, warnings);
+    let library = library::load_all(path, &tidied.libraries, &assets.files, warnings);
     let unknown = tidied.material_names.iter().filter(|name| library.find(name).is_none());
     let unknown: Vec<String> = unknown.map(|name| format!("{name:?}")).collect();
     if !unknown.is_empty() {

@@ -1,15 +1,12 @@
 //! Rendered images out: which kind, and a file that is either whole or not there.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
-
-use tempfile::NamedTempFile;
 
 use super::{encode_openexr, encode_png, encode_radiance};
 use crate::error::SaveError;
 use crate::film::Channel;
 use crate::film::tonemap::DisplayTransform;
+use crate::formats::whole_file::{writable, write_whole};
 use crate::math::Rgb;
 
 /// Bits a channel of a PNG.
@@ -62,28 +59,18 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
         let (name, given) = (channel.name, channel.values.len());
         return Err(SaveError::new(path, format!("{given} values of {name} for {pixels} pixels")));
     }
-    let temporary = temporary_beside(path)?;
-    let writer = BufWriter::new(temporary.as_file());
-    let written = match kind {
+    write_whole(path, |writer| match kind {
         Encoding::Png => encode_png::write(writer, output),
         Encoding::OpenExr => encode_openexr::write(writer, output),
         Encoding::Radiance => encode_radiance::write(writer, output),
-    };
-    written.map_err(|reason| SaveError::new(path, reason))?;
-    // Else a rename could reach the disk before the content does.
-    temporary.as_file().sync_all().map_err(|error| SaveError::new(path, error))?;
-    temporary.persist(path).map_err(|error| SaveError::new(path, error.error))?;
-    Ok(())
+    })
 }
 
 /// Whether [`save`] could write to `path` now: a known extension, in a folder that exists
 /// and lets files be made. To be asked before an hour of rendering.
 pub fn supported(path: &Path) -> Result<(), SaveError> {
     kind(path)?;
-    if path.is_dir() {
-        return Err(SaveError::new(path, "this is a folder: give the name of a file"));
-    }
-    temporary_beside(path).map(|_| ())
+    writable(path)
 }
 
 fn kind(path: &Path) -> Result<Encoding, SaveError> {
@@ -98,27 +85,6 @@ fn kind(path: &Path) -> Result<Encoding, SaveError> {
         )),
     }
 }
-
-/// A file in the same folder, for a rename works only within one file system.
-fn temporary_beside(path: &Path) -> Result<NamedTempFile, SaveError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        let folder = folder.display();
-        return Err(SaveError::new(path, format!("there is no folder {folder}: make it first")));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".rayfront-").suffix(".part");
-    // Temporary files are private; this one will be an ordinary file, and the umask applies.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))
-}
-
-/// What the encoders write to.
-pub(super) type Writer<'a> = BufWriter<&'a File>;
 
 #[cfg(test)]
 mod tests {
@@ -222,7 +188,7 @@ mod tests {
     #[test]
     fn png_says_that_it_is_srgb_and_carries_metadata() {
         let (_folder, path) = saved("a.png", PngBits::Sixteen);
-        let file = std::io::BufReader::new(File::open(path).unwrap());
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
         let reader = png::Decoder::new(file).read_info().unwrap();
         let info = reader.info();
         assert!(info.srgb.is_some());

@@ -3,7 +3,8 @@
 
 use std::io::{self, Write};
 
-use super::encode::{Output, Writer};
+use super::encode::Output;
+use crate::formats::whole_file::Writer;
 use crate::math::Rgb;
 
 /// Rows of other widths cannot be packed.

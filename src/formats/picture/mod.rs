@@ -25,7 +25,7 @@ pub use encode::{Output, PngBits, save, supported};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
-use crate::world::{Image, Texels};
+use crate::world::{Image, SourceFiles, Texels};
 
 /// Texels brighter than this count as this bright, so that no sum of products of a few
 /// of them overflows.
@@ -33,8 +33,8 @@ const BRIGHTEST_TEXEL: f32 = 1e9;
 
 /// Reads a picture to be used as a texture. NaN and negative floats become 0, infinity
 /// and what is above 10⁹ becomes 10⁹.
-pub fn load(path: &Path) -> Result<Image, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+pub fn load(path: &Path, sources: &SourceFiles) -> Result<Image, LoadError> {
+    let bytes = sources.read(path).map_err(LoadError::io(path))?;
     let image = decode(&bytes, path)?;
     Ok(Image { source: Some(path.to_owned()), ..image })
 }

@@ -222,7 +222,7 @@ fn textures_are_finite_but_comparisons_see_everything() {
         channels: &[],
     };
     save(&path, &output).unwrap();
-    let image = load(&path).unwrap();
+    let image = load(&path, &SourceFiles::default()).unwrap();
     assert_eq!(image.texels, Texels::Rgb32(vec![[0.0, 0.0, 1e9], [1e9, 1e-30, 0.5]]));
     assert_eq!(image.source.as_deref(), Some(path.as_path()));
     let (width, height, pixels) = load_linear(&path).unwrap();
@@ -263,7 +263,7 @@ fn no_beginning_of_a_file_is_a_panic() {
 
 #[test]
 fn missing_files_are_errors_with_their_name() {
-    let error = load(Path::new("no/such.png")).unwrap_err().to_string();
+    let error = load(Path::new("no/such.png"), &SourceFiles::default()).unwrap_err().to_string();
     assert!(error.starts_with("no/such.png: cannot read: "), "{error}");
 }
 

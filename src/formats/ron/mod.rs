@@ -26,7 +26,7 @@ use crate::world::World;
 
 /// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
 pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = files.read(path)?;
     match std::str::from_utf8(&bytes) {
         Ok(text) => parse(text, path, files),
         Err(error) => {

@@ -1,10 +1,12 @@
 //! Rays from the first vertices of a group to the second ones, what each pair counts for, and the sums.
 
+use std::num::Wrapping;
+
 use smallvec::SmallVec;
 
 use super::lend::{Sight, spread};
 use super::partition::{PIXELS, Partition};
-use super::{Grouping, Offer, Slots, path_of, unit_at};
+use super::{Offer, Slots, path_of, run_of, unit_at};
 use crate::bvh::{Asker, Crossing, Rays, Surfaces};
 use crate::film::Film;
 use crate::integrator::begin::begin;
@@ -154,7 +156,9 @@ impl Connections {
         observer: &mut dyn Observer,
         any: &mut Any,
     ) {
-        let Some(Grouping { stays, .. }) = frame.sharing else { return };
+        if frame.sharing.is_none() {
+            return;
+        }
         self.received.clear();
         let nothing = Received { radiance: Color::black(), vertices: 0 };
         self.received.resize(slots.units.len() * PIXELS, nothing);
@@ -165,7 +169,7 @@ impl Connections {
             if log2 == 0 {
                 continue;
             }
-            for group in Partition::new(log2, frame.seed, block, sample >> stays).groups() {
+            for group in Partition::new(log2, frame.seed, block, run_of(Wrapping(sample)).0).groups() {
                 let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
                 let Self { members, lenders, pairs, rays, fans, .. } = self;
                 dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });

@@ -46,10 +46,6 @@ pub use partition::{BLOCK, PIXELS, Partition};
 pub struct Grouping {
     /// Binary logarithm of a group's pixels.
     pub log2: u32,
-    /// Binary logarithm of how many samples in a row have the same groups. Directions are the more evenly
-    /// spread the more of them are used together: of 16 samples, all in the same groups have 0.87 and 8 have
-    /// 0.92 of the error of 4. But groups that never change can be seen.
-    pub stays: u32,
 }
 
 impl Grouping {
@@ -68,8 +64,7 @@ impl Grouping {
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
         let shares = settings.transport == Transport::Path && !of_each && lend::any(materials);
-        let stays = settings.samples.max(1).ilog2().saturating_sub(1).min(6);
-        (shares && log2 > 0).then_some(Self { log2, stays })
+        (shares && log2 > 0).then_some(Self { log2 })
     }
 
     /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one
@@ -79,15 +74,37 @@ impl Grouping {
     where
         I::Float: Float<Int = I, Mask = I::Mask>,
     {
-        let runs = I::splat((1 << self.stays) - 1);
+        let within = within_run(sample);
         let block = pixel & I::splat(!((BLOCK - 1) | (BLOCK - 1) << 16));
         let (x, y) = (pixel & I::splat(BLOCK - 1), pixel.shr::<16>() & I::splat(BLOCK - 1));
         let place = spread_bits(x) ^ spread_bits(y).shl::<1>();
         // Samples that have the same groups go on with one sequence, the next ones begin another.
-        let index = place * I::splat(1 << self.stays) + (sample & runs);
-        let key = Key::new(seed ^ JOINT, block, sample, combine(I::splat(1), sample ^ (sample & runs)));
+        let index = place * (within + I::splat(1)) + (sample & within);
+        let key = Key::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
         sobol::two(index, key.shared(dimension))
     }
+}
+
+/// The first of the samples that have the same groups as this one: 0, 8, 16, 32 and all multiples of 64.
+/// Directions are the more evenly spread the more of them are used together: of 16 samples, all in the same
+/// groups have 0.87 and 8 have 0.92 of the error of 4. But groups that never change can be seen. Runs by how
+/// many samples there will be would leave 2 to 6 % less of the error at 64, but a film could not be gone on
+/// with.
+#[inline(always)]
+pub fn run_of<I: Int>(sample: I) -> I {
+    sample ^ (sample & within_run(sample))
+}
+
+/// The bits that tell a run's samples from each other.
+#[inline(always)]
+fn within_run<I: Int>(sample: I) -> I {
+    let from_highest = sample | sample.shr::<1>();
+    let from_highest = from_highest | from_highest.shr::<2>();
+    let from_highest = from_highest | from_highest.shr::<4>();
+    // What is above 63 is one more run.
+    let above = I::splat(!63);
+    let within = (from_highest.shr::<1>() | I::splat(7)) & I::splat(63);
+    I::select((sample & above).eq(I::splat(0)), within, I::splat(63))
 }
 
 /// Four bits with a gap after each.

@@ -2,13 +2,12 @@
 //! rendering, whose stages know nothing of it.
 
 use std::num::Wrapping;
-use std::ops::Range;
 
 use super::Todo;
 use super::queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
 use super::stages::GenerateStage;
 use crate::bvh::{self, Coherence, Stack};
-use crate::film::{Features, FirstHit, Gathering, Region};
+use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges};
 use crate::integrator::Frame;
 use crate::integrator::path::{Path, unpack_pixel};
 use crate::math::{NONE, Rgb, Vector};
@@ -44,7 +43,13 @@ impl FirstHits {
     }
 
     /// Of all a tile's pixels, row by row.
-    pub fn look(&mut self, frame: &Frame, level: Level, tile: Region, samples: Range<u32>) -> Vec<Features> {
+    pub fn look(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        tile: Region,
+        samples: &SampleRanges,
+    ) -> Vec<Features> {
         let [all] = self.look_apart(frame, level, tile, samples);
         all
     }
@@ -55,17 +60,20 @@ impl FirstHits {
         frame: &Frame,
         level: Level,
         tile: Region,
-        samples: Range<u32>,
+        samples: &SampleRanges,
     ) -> [Vec<Features>; N] {
         let mut features = [(); N].map(|()| vec![Features::NOTHING; tile.area()]);
         let mut parts = [(); N].map(|()| Gathering::default());
-        let mut todo = Todo::new(tile, samples.clone(), &|_, _| true);
-        let last = samples.end.wrapping_sub(1);
+        let mut todo = Todo::new(tile, 0..samples.count(), &|_, _| true);
+        let last = samples.iter().last().map_or(0, |range| range.end - 1);
         loop {
             let capacity = self.found.len();
             let count = todo.take(&mut self.pixels[..capacity], &mut self.samples[..capacity]);
             if count == 0 {
                 return features;
+            }
+            for place in &mut self.samples[..count] {
+                *place = samples.nth(*place).unwrap_or(last);
             }
             self.trace(frame, level, count);
             for at in 0..count {

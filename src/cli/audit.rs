@@ -1,0 +1,109 @@
+//! Rendering some of a film once more, to see whether its machine can be trusted.
+
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::job::Job;
+use super::job_args::WorkOptions;
+use crate::film::Region;
+use crate::formats::film_file::FilmFile;
+
+/// Width and height of what is drawn at random.
+const TILE: u32 = 16;
+
+/// What a film has been found to be.
+pub struct Audited {
+    path: PathBuf,
+    hosts: Vec<String>,
+    /// Tiles that were rendered again, and how many were other ones.
+    tiles: usize,
+    /// How many of them have other bits.
+    pub differing: usize,
+    /// The first of these.
+    first: Option<Region>,
+}
+
+impl Audited {
+    /// In a line.
+    pub fn line(&self) -> String {
+        let Audited { path, tiles, differing, .. } = self;
+        format!("{}: {tiles} tiles rendered again, {differing} differ", path.display())
+    }
+
+    /// Why it is not to be trusted, if so.
+    pub fn complaint(&self) -> Option<String> {
+        let Region { x0, y0, x1, y1 } = self.first?;
+        let hosts = if self.hosts.is_empty() { "?".to_owned() } else { self.hosts.join(", ") };
+        let Audited { tiles, differing, path, .. } = self;
+        let path = path.display();
+        Some(format!(
+            "{path} (rendered on {hosts}): {differing} of {tiles} tiles differ from what this machine renders, such as pixels {x0},{y0},{x1},{y1}: render it again elsewhere"
+        ))
+    }
+
+    /// For programs.
+    pub fn json(&self) -> serde_json::Value {
+        json!({ "film": self.path, "hosts": self.hosts, "tiles": self.tiles, "differing": self.differing })
+    }
+}
+
+pub(super) fn parse(text: &str) -> Result<f64, String> {
+    let part = text.strip_suffix('%').and_then(|percent| percent.trim().parse::<f64>().ok());
+    let part = part.map(|percent| percent / 100.0).filter(|part| *part > 0.0 && *part <= 1.0);
+    part.ok_or_else(|| "expected a percentage above 0 and at most 100, such as 1%".into())
+}
+
+/// Renders a part of a film's tiles once more.
+pub fn audit(job: &Job, file: &FilmFile, path: &Path, part: f64, work: &WorkOptions) -> Audited {
+    let region = file.film.region();
+    let tiles = crate::render::tiles(region, TILE);
+    let count = ((tiles.len() as f64 * part).ceil() as usize).clamp(1, tiles.len().max(1));
+    // By nobody's choice: whoever knew which tiles are drawn could prepare for it.
+    let random = RandomState::new();
+    let mut drawn: Vec<(u64, Region)> = tiles
+        .into_iter()
+        .enumerate()
+        .map(|(number, tile)| {
+            let mut hasher = random.build_hasher();
+            hasher.write_usize(number);
+            (hasher.finish(), tile)
+        })
+        .collect();
+    drawn.sort_unstable_by_key(|(order, _)| *order);
+    let mut audited = Audited {
+        path: path.to_owned(),
+        hosts: file.header.note.hosts.clone(),
+        tiles: count,
+        differing: 0,
+        first: None,
+    };
+    for (_, tile) in drawn.into_iter().take(count) {
+        if !is_same(job, file, tile, work) {
+            audited.differing += 1;
+            audited.first.get_or_insert(tile);
+        }
+    }
+    audited
+}
+
+/// Whether a tile of a film has the bits that it has here.
+fn is_same(job: &Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> bool {
+    // Of a pass that was under way nothing is known for sure.
+    if file.header.begun.is_some() {
+        return true;
+    }
+    let mut again = job.session_of(work, tile);
+    for [start, end] in &file.header.samples {
+        again = again.with_samples(*start..*end);
+        while !again.is_done() {
+            again.advance(16);
+        }
+    }
+    let rows = (tile.y0..tile.y1).zip(again.film().pixels().chunks(tile.width().max(1) as usize));
+    rows.into_iter().all(|(y, row)| {
+        let start = file.film.region().index(tile.x0, y);
+        file.film.pixels()[start..start + row.len()] == *row
+    })
+}

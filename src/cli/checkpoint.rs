@@ -1,0 +1,94 @@
+//! Saving what there is while more is rendered.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::Failure;
+use super::job::{describe, save};
+use crate::error::SaveError;
+use crate::formats::film_file::{self, Header};
+use crate::render::Gathered;
+
+/// A file that holds the film as it was not long ago.
+pub struct Checkpoint {
+    path: PathBuf,
+    /// Whether the file was asked for and stays.
+    is_wanted: bool,
+    every: Duration,
+    header: Header,
+    begun: Instant,
+    saving: Mutex<Saving>,
+}
+
+struct Saving {
+    last: Instant,
+    /// Writes what was taken last.
+    writer: Option<JoinHandle<Result<(), SaveError>>>,
+    /// Whether the file is this rendering's.
+    saved: bool,
+}
+
+impl Checkpoint {
+    /// To be saved for the first time after `every`. The header says all but what is in the film.
+    pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: Header) -> Checkpoint {
+        let begun = Instant::now();
+        let saving = Mutex::new(Saving { last: begun, writer: None, saved: false });
+        Checkpoint { path, is_wanted, every, header, begun, saving }
+    }
+
+    /// Saves what has been gathered if it is time to. Another thread writes; while it does nothing more is
+    /// saved.
+    pub fn tick(&self, gathered: &dyn Fn() -> Gathered) {
+        // Another worker is looking after it.
+        let Ok(mut saving) = self.saving.try_lock() else { return };
+        if saving.last.elapsed() < self.every
+            || saving.writer.as_ref().is_some_and(|writer| !writer.is_finished())
+        {
+            return;
+        }
+        self.end(&mut saving);
+        let (gathered, mut header, path) = (gathered(), self.header.clone(), self.path.clone());
+        header.note.seconds += self.begun.elapsed().as_secs_f64();
+        let write = move || {
+            describe(&mut header, &gathered);
+            save(&path, &header, &gathered)
+        };
+        saving.last = Instant::now();
+        saving.writer = std::thread::Builder::new().name("checkpoint".into()).spawn(write).ok();
+    }
+
+    /// Waits for the thread that writes, and says what went wrong. The rendering goes on.
+    fn end(&self, saving: &mut Saving) {
+        let Some(written) = saving.writer.take().and_then(|writer| writer.join().ok()) else { return };
+        match written {
+            Ok(()) => saving.saved = true,
+            Err(error) => {
+                eprintln!("warning: {error} (the rendering goes on, and an older checkpoint is kept)")
+            }
+        }
+    }
+
+    /// Saves the end: a film that was asked for; of others one that is worth going on with.
+    pub fn finish(self, header: &Header, gathered: &Gathered, interrupted: bool) -> Result<(), Failure> {
+        let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
+        self.end(&mut saving);
+        if self.is_wanted {
+            save(&self.path, header, gathered)?;
+        } else if interrupted && (saving.saved || self.begun.elapsed() >= self.every) {
+            save(&self.path, header, gathered)?;
+            let path = self.path.display();
+            eprintln!("to go on: rayfront resume {path}");
+        } else if !interrupted && is_ours(&self.path, header) {
+            // Nothing is left to go on with. If it stays it does no harm.
+            let _ = std::fs::remove_file(&self.path);
+        }
+        Ok(())
+    }
+}
+
+/// Whether a file that was left behind holds a part of what is whole now.
+fn is_ours(path: &std::path::Path, header: &Header) -> bool {
+    film_file::load_header(path).is_ok_and(|found| found.difference(header).is_none())
+}

@@ -1,0 +1,95 @@
+//! What to type, made of what was typed.
+
+use std::ops::Range;
+use std::path::Path;
+
+use crate::formats::film_file::Header;
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:@%+".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// What renders a part, beside the one that is at `path`.
+pub fn of_shard(header: &Header, path: &Path, [index, count]: [u32; 2]) -> String {
+    let own = header.shard.map_or(0, |[index, _]| index);
+    let name = path.to_string_lossy();
+    let file = other_number(&name, own, index).unwrap_or_else(|| format!("part-{index}-of-{count}.film"));
+    line(header, &["--shard", &format!("{index}/{count}")], &file)
+}
+
+/// What renders some samples, beside what is at `path`.
+pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
+    let Range { start, end } = samples;
+    let file = path.with_file_name(format!("samples-{start}-{end}.film"));
+    line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
+}
+
+/// The same command for another part of the samples.
+fn line(header: &Header, part: &[&str], file: &str) -> String {
+    let mut words = vec!["rayfront".to_owned()];
+    words.extend(without(&header.note.command, &["--shard", "--samples", "--output", "-o"]));
+    words.extend(part.iter().map(|word| (*word).to_owned()));
+    words.extend(["-o".to_owned(), file.to_owned()]);
+    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
+    format!("  {}", words.join(" "))
+}
+
+/// A command without some options that have a value.
+pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
+    let mut left = Vec::new();
+    let mut words = command.iter();
+    while let Some(word) = words.next() {
+        let (name, has_value) = word.split_once('=').map_or((&word[..], false), |(name, _)| (name, true));
+        match options.contains(&name) {
+            true if has_value => {}
+            true => drop(words.next()),
+            // -opart.film
+            false if options.contains(&"-o") && word.starts_with("-o") && !word.starts_with("--") => {}
+            false => left.push(word.clone()),
+        }
+    }
+    left
+}
+
+/// A file's name with another number in it, the last one that is the old one.
+fn other_number(name: &str, old: u32, new: u32) -> Option<String> {
+    let start = name.rfind(['/', '\\']).map_or(0, |at| at + 1);
+    let old = old.to_string();
+    let is_digit = |at: usize| name.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+    let longer = |at: &usize| *at > start && is_digit(at - 1) || is_digit(at + old.len());
+    // "3-of-64" names the part before the number of parts.
+    let mut found = name[start..].match_indices(&old).map(|(at, _)| start + at).filter(|at| !longer(at));
+    let at = found.next()?;
+    Some(format!("{}{new}{}", &name[..at], &name[at + old.len()..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_what_a_shell_makes_of_them() {
+        assert_eq!(quoted("part-3.film"), "part-3.film");
+        assert_eq!(quoted("it's a $cene"), "'it'\\''s a $cene'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn options_are_taken_out_with_their_values() {
+        let command = ["a.ron", "--shard", "3/4", "-o", "x.film", "--spp=8", "--output=y.png", "-oz.png"];
+        let command: Vec<String> = command.map(String::from).into();
+        assert_eq!(without(&command, &["--shard", "--output", "-o"]), ["a.ron", "--spp=8"]);
+    }
+
+    #[test]
+    fn parts_have_their_numbers_in_their_names() {
+        assert_eq!(other_number("out3/part-3.film", 3, 12), Some("out3/part-12.film".into()));
+        assert_eq!(other_number("scene.3-of-33.film", 3, 4), Some("scene.4-of-33.film".into()));
+        assert_eq!(other_number("part-13.film", 3, 4), None);
+    }
+}

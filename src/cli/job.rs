@@ -1,0 +1,366 @@
+//! What is rendered, from a command line or a film file, up to its end.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::checkpoint::Checkpoint;
+use super::interrupt::Interrupt;
+use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
+use super::output::{self, Picture};
+use super::report::{Phases, RenderReport};
+use super::stop::{StopRules, pass_end};
+use super::{Failure, aov, usage};
+use crate::denoise;
+use crate::error::SaveError;
+use crate::film::{Features, PixelSum, Region, SampleRanges};
+use crate::formats::film_file::{self, Begun, FilmFile, Header, Note, PROGRAM, Source, View};
+use crate::formats::picture::supported;
+use crate::integrator::Frame;
+use crate::math::Rgb;
+use crate::render::{Gathered, Options, Pass, Session};
+use crate::world::{Aov, Settings, World};
+
+/// A scene that is ready to be rendered.
+pub struct Job {
+    /// What its film will say of itself.
+    pub header: Header,
+    /// The scene with the settings.
+    pub frame: Arc<Frame>,
+    /// Entities' names, where they are wanted.
+    pub names: HashMap<u32, String>,
+    /// How long it took up to here.
+    pub phases: Phases,
+}
+
+impl Job {
+    /// Reads a scene and gets it ready. `change` is what is said elsewhere about its settings.
+    pub fn load(
+        path: &Path,
+        view: View,
+        quiet: bool,
+        change: impl FnOnce(&mut Settings),
+    ) -> Result<Job, Failure> {
+        let mut phases = Phases::default();
+        let start = Instant::now();
+        let mut world = crate::formats::load_with(path, &view.load_options())?;
+        change(&mut world.settings);
+        phases.load = start.elapsed();
+        let start = Instant::now();
+        let scene = crate::compile::compile(&world, view.camera.as_deref())
+            .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+        phases.compile = start.elapsed();
+        if !quiet {
+            scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+        }
+        let World { settings, assets, .. } = &world;
+        let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
+        let source = Source::new(path, &assets.files);
+        let settings = settings.clone();
+        // Compiled: large meshes need not stay twice.
+        drop(world);
+        let frame = Arc::new(Frame::new(scene, &settings));
+        let header = Header {
+            program: PROGRAM.into(),
+            scene: source,
+            view,
+            region: Region::whole(settings.size),
+            unit: frame.unit,
+            variance: settings.aov.contains(&Aov::Variance),
+            wanted: [0, settings.samples],
+            settings,
+            samples: Vec::new(),
+            begun: None,
+            shard: None,
+            film_hash: String::new(),
+            moments_hash: None,
+            note: Note { command: std::env::args().skip(1).collect(), ..Note::default() },
+        };
+        Ok(Job { header, frame, names, phases })
+    }
+
+    /// Renders only this part of the image.
+    pub fn crop(&mut self, crop: Option<Region>) -> Result<(), Failure> {
+        let [width, height] = self.header.settings.size;
+        match crop {
+            Some(Region { x1, y1, .. }) if x1 > width || y1 > height => {
+                let image = format!("beyond the image of {width}x{height}");
+                Err(Failure(format!("--crop ends at {x1},{y1}, {image}")))
+            }
+            Some(region) => {
+                self.header.region = region;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Ready to render, with nothing rendered yet.
+    pub fn session(&self, work: &WorkOptions) -> Session {
+        self.session_of(work, self.header.region)
+    }
+
+    /// The same for a part of the image.
+    pub fn session_of(&self, work: &WorkOptions, region: Region) -> Session {
+        let defaults = Options::default();
+        let options = Options {
+            schedule: work.schedule.into(),
+            wave: work.wave as usize,
+            level: work.simd.unwrap_or(defaults.level),
+            region: Some(region),
+            variance: self.header.variance,
+            ..defaults
+        };
+        let [start, end] = self.header.wanted;
+        Session::of(self.frame.clone(), self.header.settings.samples, options).with_samples(start..end)
+    }
+
+    /// Whether memory will do.
+    fn check_memory(&self, denoises: bool) -> Result<(), Failure> {
+        let ([width, height], region) = (self.header.settings.size, self.header.region);
+        // Sums, and the picture that is made of them.
+        let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>();
+        if !self.header.settings.aov.is_empty() {
+            pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+        }
+        if denoises {
+            pixel += denoise::BYTES + 2 * size_of::<Features>();
+        }
+        let needed = region.area() as u64 * pixel as u64;
+        if let Some(available) = usage::available_memory()
+            && needed > available
+        {
+            let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
+            return Err(Failure(format!(
+                "an image of {width}x{height} takes {needed:.1} GB and {available:.1} GB are free: use --crop or a smaller --size"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// What is wanted of a job.
+pub struct Wanted<'a> {
+    /// Files.
+    pub outputs: Outputs,
+    /// What they are like.
+    pub output: &'a OutputOptions,
+    /// When to stop.
+    pub stop: &'a StopOptions,
+    /// How to work.
+    pub work: &'a WorkOptions,
+}
+
+impl Wanted<'_> {
+    /// Where films are saved meanwhile, whether that is a file to be kept, and how often.
+    fn checkpoint(&self) -> Option<(PathBuf, bool, Duration)> {
+        const USUAL: Duration = Duration::from_secs(60);
+        let every = match self.stop.checkpoint {
+            Some(CheckpointEvery::Off) => return None,
+            Some(CheckpointEvery::Time(time)) => time,
+            None => USUAL,
+        };
+        if let Some(film) = &self.outputs.film {
+            return Some((film.clone(), true, every));
+        }
+        let beside = self.outputs.images.first()?.with_extension("checkpoint.film");
+        Some((beside, false, every))
+    }
+}
+
+/// Renders what is left of a job and writes what is wanted of it. `found` is a film to go on with.
+pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Result<u8, Failure> {
+    let outputs = &wanted.outputs;
+    let images = aov::with_file(&outputs.images, &job.header.settings.aov);
+    images.iter().try_for_each(|path| supported(path))?;
+    outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
+    job.check_memory(wanted.output.denoise)?;
+    job.header.note.outputs = outputs.images.clone();
+    let mut session = job.session(wanted.work);
+    let checkpoint_to = wanted.checkpoint();
+    let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
+        let film = if *is_wanted { None } else { film_file::load(path).ok() }?;
+        (film.header.difference(&job.header).is_none() && film.header.wanted == job.header.wanted)
+            .then_some(film)
+    };
+    let found = found.or_else(|| checkpoint_to.as_ref().and_then(left_behind));
+    if let Some(film) = found {
+        go_on_with(&mut session, &mut job.header, film, wanted.work.quiet)?;
+    }
+    job.header.note.hosts.extend(usage::host().filter(|host| !job.header.note.hosts.contains(host)));
+
+    let start = Instant::now();
+    let cpu = usage::cpu_seconds();
+    let before = job.header.note.seconds;
+    let checkpoint = checkpoint_to
+        .map(|(path, is_wanted, every)| Checkpoint::new(path, is_wanted, every, job.header.clone()));
+    let (code, stopped_by) = passes(&mut session, wanted, checkpoint.as_ref());
+    job.phases.render = start.elapsed();
+    job.phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
+    job.header.note.seconds = before + job.phases.render.as_secs_f64();
+    job.header.note.stopped_by = stopped_by;
+    describe(&mut job.header, session.gathered());
+
+    let start = Instant::now();
+    // Before the images: these can be made of it again.
+    if let Some(checkpoint) = checkpoint {
+        checkpoint.finish(&job.header, session.gathered(), code != 0)?;
+    } else if let Some(path) = &outputs.film {
+        save(path, &job.header, session.gathered())?;
+    }
+    if outputs.to_stdout {
+        write_to_stdout(&job.header, session.gathered())?;
+    }
+    job.phases.save = start.elapsed();
+    finish(job, wanted, &session, &images)?;
+    Ok(code)
+}
+
+/// Writes the images and says what was done.
+fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> Result<(), Failure> {
+    let Job { header, names, mut phases, .. } = job;
+    let start = Instant::now();
+    let denoised = if wanted.output.denoise { session.denoised() } else { None };
+    phases.denoise = start.elapsed();
+    if wanted.output.denoise && denoised.is_none() {
+        eprintln!("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
+    }
+    let start = Instant::now();
+    let picture = Picture::new(&header, session.film(), wanted.output.bits);
+    let channels = if images.is_empty() { Vec::new() } else { session.channels(&header.settings.aov) };
+    let manifest = aov::manifest(&channels, &names, session.scene());
+    picture.write(images, &channels, manifest)?;
+    let clean = denoised.as_ref().map(|denoised| {
+        let paths = picture.write_denoised(&wanted.outputs.images, denoised)?;
+        Ok::<_, Failure>((denoised, paths))
+    });
+    let clean = clean.transpose()?;
+    phases.save += start.elapsed();
+    let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
+    let report = RenderReport {
+        header: &header,
+        outputs: images,
+        film: wanted.outputs.film.as_deref(),
+        session,
+        exposure_ev: picture.exposure_ev,
+        denoised,
+        phases,
+    };
+    let text = match (wanted.work.json, wanted.work.quiet) {
+        (true, _) => format!("{}\n", report.json()),
+        (false, false) => report.text(),
+        (false, true) => String::new(),
+    };
+    output::say(&text, wanted.outputs.to_stdout);
+    Ok(())
+}
+
+/// Takes what a film has.
+fn go_on_with(
+    session: &mut Session,
+    header: &mut Header,
+    film: FilmFile,
+    quiet: bool,
+) -> Result<(), Failure> {
+    let (note, begun) = (film.header.note.clone(), film.header.begun.is_some());
+    let Some(gathered) = gathered_of(film) else {
+        return Err(Failure("the film says of itself what cannot be: render it again".into()));
+    };
+    let count = gathered.samples.count();
+    if !session.go_on_with(gathered) {
+        return Err(Failure("the film is of other pixels than the image: render it again".into()));
+    }
+    if !quiet && !session.is_done() {
+        let more = if begun { ", and of some tiles more" } else { "" };
+        let total = header.wanted[1] - header.wanted[0];
+        eprintln!("going on with {count} of {total} samples{more}");
+    }
+    header.note.hosts = note.hosts;
+    header.note.seconds = note.seconds;
+    Ok(())
+}
+
+/// What a film file says, as a rendering has it; none where that makes no sense.
+pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
+    let FilmFile { header, film, moments } = file;
+    let samples = header.ranges()?;
+    let pass = match &header.begun {
+        None => None,
+        Some(Begun { samples: [start, end], tile, tiles }) => {
+            let range = *start..*end;
+            let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
+            let mut pass = Pass::new(range, (*tile).max(1), header.region);
+            for number in tiles {
+                *pass.done.get_mut(*number as usize)? = true;
+            }
+            Some(sound.then_some(pass)?)
+        }
+    };
+    Some(Gathered { film, moments, samples, pass })
+}
+
+/// Says of a film what is in it.
+pub fn describe(header: &mut Header, gathered: &Gathered) {
+    header.set_film(&gathered.film, gathered.moments.as_ref());
+    header.set_ranges(&gathered.samples);
+    header.begun = gathered.pass.as_ref().map(|pass| Begun {
+        samples: [pass.samples.start, pass.samples.end],
+        tile: pass.tile,
+        tiles: (0..).zip(&pass.done).filter(|(_, done)| **done).map(|(number, _)| number).collect(),
+    });
+}
+
+/// Saves a film. The header must say what is in it: see [`describe`].
+pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), SaveError> {
+    film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
+}
+
+/// Writes a film to standard output, where its header says what is in it.
+pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
+    film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
+        .map_err(|error| Failure(format!("cannot write the film to standard output: {error}")))
+}
+
+/// Renders pass after pass until done, told to stop or interrupted; says with which code the program ends, and
+/// which rule stopped it.
+fn passes(session: &mut Session, wanted: &Wanted, checkpoint: Option<&Checkpoint>) -> (u8, Option<String>) {
+    let interrupt = Interrupt::watch();
+    let stop = interrupt.flag();
+    let bar = if wanted.work.quiet { ProgressBar::hidden() } else { progress_bar(session) };
+    let rules = StopRules::new(wanted.stop, session);
+    let mut stopped_by = None;
+    while !session.is_done() && !interrupt.is_set() {
+        stopped_by = rules.holds(session);
+        if stopped_by.is_some() {
+            break;
+        }
+        let count = rules.limit(pass_end(session), session);
+        session.advance_until(count, stop, &|progress| {
+            bar.inc(progress.samples);
+            if let Some(checkpoint) = checkpoint {
+                checkpoint.tick(progress.gathered);
+            }
+        });
+        if let Some(noise) = session.film().relative_noise() {
+            bar.set_message(format!("noise {:.1} %", 100.0 * noise));
+        }
+    }
+    bar.finish_and_clear();
+    (interrupt.exit_code(), stopped_by)
+}
+
+fn progress_bar(session: &Session) -> ProgressBar {
+    let ((done, wanted), area) = (session.samples_done(), session.film().region().area() as u64);
+    let bar = ProgressBar::new(area * u64::from(wanted)).with_position(area * u64::from(done));
+    let template =
+        "rendering {bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {per_sec}  {eta} left  {msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
+    }
+    bar.reset_eta();
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

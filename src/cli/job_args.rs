@@ -1,0 +1,180 @@
+//! Options that everything which renders has in common.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::Failure;
+use super::args::{ScheduleName, parse_bits, parse_level};
+use crate::formats::film_file::is_film;
+use crate::simd::Level;
+
+/// How to work. No bit of the image depends on it.
+#[derive(Args, Debug)]
+pub struct WorkOptions {
+    /// Order in which rays are traced; the image is the same
+    #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
+    pub schedule: ScheduleName,
+    /// Paths of a wave of the wavefront schedule; the image is the same
+    #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
+          value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub wave: u32,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Instruction set [default: the widest there is]; the image is the same
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
+    pub simd: Option<Level>,
+    /// No progress bar, no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Print statistics as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What comes out of it, and where it goes.
+#[derive(Args, Debug)]
+pub struct OutputOptions {
+    /// Where it goes: images .png, .exr or .hdr, a film to go on with .film, or - for a film to standard output;
+    /// may be given several times [default: the scene's name with .png, here]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Replace a .film that holds something else
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Write beside each image NAME.denoised with its extension: the same without its noise
+    #[arg(long)]
+    pub denoise: bool,
+    /// Bits a channel of PNG files
+    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
+    pub bits: u8,
+}
+
+/// When to stop, and what to save before.
+#[derive(Args, Debug)]
+pub struct StopOptions {
+    /// Stop once the noise is below that part of the image's brightness, such as noise=1%
+    #[arg(long, value_name = "noise=PERCENT", value_parser = parse_until)]
+    pub until: Option<f64>,
+    /// Stop after so long, such as 90s, 10m or 2h
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub max_time: Option<Duration>,
+    /// Save the film as often, such as 30s, to go on after whatever happens; off: never [default: 1m, to the
+    /// .film that is asked for, else to NAME.checkpoint.film, which is removed at the end]
+    #[arg(long, value_name = "TIME|off", value_parser = parse_checkpoint)]
+    pub checkpoint: Option<CheckpointEvery>,
+}
+
+/// What `--checkpoint` can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CheckpointEvery {
+    /// Not at all.
+    Off,
+    /// As often.
+    Time(Duration),
+}
+
+/// Files to be written, by kind.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// Pictures.
+    pub images: Vec<PathBuf>,
+    /// A film to go on with.
+    pub film: Option<PathBuf>,
+    /// Whether a film goes to standard output.
+    pub to_stdout: bool,
+}
+
+impl Outputs {
+    /// Of what was given.
+    pub fn of(given: &[PathBuf]) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::default();
+        for path in given {
+            match path {
+                _ if path.as_os_str() == "-" => outputs.to_stdout = true,
+                _ if is_film(path) => {
+                    if let Some(first) = outputs.film.replace(path.clone()) {
+                        let (first, second) = (first.display(), path.display());
+                        return Err(Failure(format!(
+                            "two films were asked for, {first} and {second}: one is enough"
+                        )));
+                    }
+                }
+                _ => outputs.images.push(path.clone()),
+            }
+        }
+        Ok(outputs)
+    }
+}
+
+pub(super) fn parse_duration(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let unit = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(unit);
+    let seconds = match unit {
+        "ms" => Some(0.001),
+        "s" => Some(1.0),
+        "m" | "min" => Some(60.0),
+        "h" => Some(3600.0),
+        "d" => Some(86_400.0),
+        _ => None,
+    };
+    let number = number.trim().parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    let time = number.zip(seconds).and_then(|(number, unit)| Duration::try_from_secs_f64(number * unit).ok());
+    time.filter(|time| *time >= Duration::from_millis(1))
+        .ok_or_else(|| "expected a time with its unit, such as 500ms, 30s, 10m, 2h or 1d".into())
+}
+
+fn parse_checkpoint(text: &str) -> Result<CheckpointEvery, String> {
+    match text {
+        "off" => Ok(CheckpointEvery::Off),
+        _ => parse_duration(text).map(CheckpointEvery::Time).map_err(|reason| format!("{reason}, or off")),
+    }
+}
+
+fn parse_until(text: &str) -> Result<f64, String> {
+    let number = text.strip_prefix("noise=").map(|rest| match rest.strip_suffix('%') {
+        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
+        None => rest.trim().parse(),
+    });
+    let number = number.and_then(Result::ok).filter(|noise| *noise > 0.0 && *noise < 1.0);
+    number.ok_or_else(|| "expected noise= and a percentage above 0 and below 100, such as noise=1%".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_units() {
+        assert_eq!(parse_duration("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("1.5h"), Ok(Duration::from_secs(5400)));
+        assert_eq!(parse_duration("250 ms"), Ok(Duration::from_millis(250)));
+        for wrong in ["", "5", "s", "-1s", "nan s", "1y", "1e999d", "0s", "0.1ms"] {
+            assert!(parse_duration(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(parse_checkpoint("off"), Ok(CheckpointEvery::Off));
+        assert!(parse_checkpoint("never").is_err_and(|reason| reason.ends_with("or off")));
+    }
+
+    #[test]
+    fn noise_is_a_part() {
+        assert_eq!(parse_until("noise=1%"), Ok(0.01));
+        assert_eq!(parse_until("noise=0.25"), Ok(0.25));
+        for wrong in ["1%", "noise=", "noise=0", "noise=100%", "noise=nan%", "time=3s"] {
+            assert!(parse_until(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn films_and_images_are_told_apart() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let outputs = Outputs::of(&paths(&["a.png", "b.FILM", "-", "c.exr"])).ok();
+        let expected =
+            Outputs { images: paths(&["a.png", "c.exr"]), film: Some("b.FILM".into()), to_stdout: true };
+        assert_eq!(outputs, Some(expected));
+        assert!(Outputs::of(&paths(&["a.film", "b.film"])).is_err());
+    }
+}

@@ -1,0 +1,264 @@
+//! `rayfront merge FILM…`: films of different samples of one image become one.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+
+use super::audit::{self, Audited};
+use super::job::{Job, describe, gathered_of, save, write_to_stdout};
+use super::job_args::{OutputOptions, Outputs, WorkOptions};
+use super::output::{self, Picture};
+use super::resume::load_again;
+use super::{Failure, aov, command_line};
+use crate::film::SampleRanges;
+use crate::formats::film_file::{self, FilmFile, Header};
+use crate::formats::picture::supported;
+use crate::render::Gathered;
+
+/// `rayfront merge`.
+#[derive(Args, Debug)]
+pub struct Merge {
+    /// Films of one image, in any order; - for those that come one after the other on standard input
+    #[arg(required = true)]
+    pub films: Vec<PathBuf>,
+    /// Make the image of what is there, even if samples are missing
+    #[arg(long)]
+    pub partial: bool,
+    /// Render so much of every film once more, drawn at random, and compare the bits, such as 1%
+    #[arg(long, value_name = "PERCENT", value_parser = audit::parse)]
+    pub audit: Option<f64>,
+    /// Where the scene is now, where it is needed (--denoise, --audit, output variables) [default: where it was, or
+    /// beside the first film]
+    #[arg(long, value_name = "FILE")]
+    pub scene_file: Option<PathBuf>,
+    /// What comes out of it.
+    #[command(flatten)]
+    pub output: OutputOptions,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
+}
+
+pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
+    threads.install(|| merge(arguments)).map(ExitCode::from)
+}
+
+/// What has been put together so far.
+struct Merged {
+    header: Header,
+    gathered: Gathered,
+    /// The scene, where it is needed.
+    job: Option<Job>,
+    /// Which film has which samples, also those of which only some pixels have them.
+    parts: Vec<(PathBuf, SampleRanges, Header)>,
+    audited: Vec<Audited>,
+}
+
+fn merge(arguments: &Merge) -> Result<u8, Failure> {
+    let start = Instant::now();
+    let outputs = Outputs::of(&arguments.output.output)?;
+    outputs.images.iter().try_for_each(|path| supported(path))?;
+    outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
+    let mut merged: Option<Merged> = None;
+    for path in &arguments.films {
+        if path.as_os_str() == "-" {
+            let mut input = std::io::stdin().lock();
+            let name = Path::new("standard input");
+            let mut number = 0;
+            while let Some(film) = film_file::read(&mut input, name)? {
+                number += 1;
+                add(
+                    &mut merged,
+                    film,
+                    &PathBuf::from(format!("film {number} of standard input")),
+                    arguments,
+                )?;
+            }
+        } else {
+            add(&mut merged, film_file::load(path)?, path, arguments)?;
+        }
+    }
+    let Some(mut merged) = merged else { return Err(Failure("standard input: there is no film".into())) };
+    describe(&mut merged.header, &merged.gathered);
+    let whole = 0..merged.header.settings.samples;
+    let missing = merged.gathered.samples.missing(whole.clone());
+    let unfinished = merged.parts.iter().any(|(_, _, header)| header.begun.is_some());
+    if missing.count() > 0 && !arguments.partial {
+        return Err(Failure(what_is_missing(&merged, &missing)));
+    }
+    if merged.audited.iter().any(|audited| audited.differing > 0) {
+        let lines: Vec<_> = merged.audited.iter().filter_map(Audited::complaint).collect();
+        return Err(Failure(lines.join("\n")));
+    }
+    if unfinished && (outputs.film.is_some() || outputs.to_stdout) {
+        let reason = "a film of films that are unfinished could not be gone on with";
+        return Err(Failure(format!("{reason}: finish them with rayfront resume, or ask for images alone")));
+    }
+    merged.header.wanted = [whole.start, whole.end];
+    merged.header.shard = None;
+    merged.header.note.stopped_by = None;
+    if let Some(path) = &outputs.film {
+        save(path, &merged.header, &merged.gathered)?;
+    }
+    if outputs.to_stdout {
+        write_to_stdout(&merged.header, &merged.gathered)?;
+    }
+    write_images(arguments, &outputs, merged, &missing, start)
+}
+
+/// Adds a film, if it fits.
+fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Merge) -> Result<(), Failure> {
+    let wrong = |reason: String| Failure(format!("{}: {reason}", path.display()));
+    let header = film.header.clone();
+    if header.begun.is_some() && !arguments.partial {
+        let path = path.display();
+        return Err(wrong(format!("it is unfinished: rayfront resume {path}")));
+    }
+    if let Some(first) = merged
+        && let Some(what) = header.difference(&first.header)
+    {
+        return Err(wrong(format!("{what} (as in {})", first.parts[0].0.display())));
+    }
+    let has = header.ranges().unwrap_or_default();
+    let mut touched = has.clone();
+    header.begun.iter().for_each(|begun| touched.insert(begun.samples[0]..begun.samples[1]));
+    for (other, theirs, _) in merged.iter().flat_map(|merged| &merged.parts) {
+        if let Some(both) = theirs.common(&touched) {
+            let (other, both) = (other.display(), SampleRanges::of(both));
+            return Err(wrong(format!("{other} has samples {both}, too")));
+        }
+    }
+    let mut audited = Vec::new();
+    let needs_scene = arguments.output.denoise
+        || arguments.audit.is_some()
+        || header.settings.aov.iter().any(|aov| !aov.is_of_film()) && !arguments.output.output.is_empty();
+    let job = match merged {
+        None if needs_scene => {
+            Some(load_again(&film, arguments.scene_file.as_ref(), path, arguments.work.quiet)?)
+        }
+        _ => None,
+    };
+    let known = job.as_ref().or_else(|| merged.as_ref()?.job.as_ref());
+    if let (Some(part), Some(job)) = (arguments.audit, known) {
+        audited.push(audit::audit(job, &film, path, part, &arguments.work));
+    }
+    let gathered = gathered_of(film).ok_or_else(|| wrong("it says of itself what cannot be".into()))?;
+    match merged {
+        None => {
+            let gathered = Gathered { pass: None, ..gathered };
+            let parts = vec![(path.to_owned(), touched, header.clone())];
+            *merged = Some(Merged { header, gathered, job, parts, audited });
+        }
+        Some(merged) => {
+            merged.gathered.merge(&gathered);
+            let (note, more) = (&mut merged.header.note, &header.note);
+            note.seconds += more.seconds;
+            let new = more.hosts.iter().filter(|host| !note.hosts.contains(host)).cloned();
+            note.hosts = note.hosts.iter().cloned().chain(new).collect();
+            merged.parts.push((path.to_owned(), touched, header));
+            merged.audited.append(&mut audited);
+        }
+    }
+    Ok(())
+}
+
+/// Which samples are not there, and what to type to get them.
+fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
+    let total = merged.header.settings.samples;
+    let mut lines =
+        vec![format!("samples {missing} of {total} are missing (--partial makes the image of the others):")];
+    let unfinished = |(_, _, header): &&(PathBuf, SampleRanges, Header)| {
+        header.ranges().is_none_or(|has| has.missing(header.wanted[0]..header.wanted[1]).count() > 0)
+    };
+    let mut missing = missing.clone();
+    for (path, _, header) in merged.parts.iter().filter(unfinished) {
+        lines.push(format!("  rayfront resume {}", command_line::quoted(&path.to_string_lossy())));
+        let [start, end] = header.wanted;
+        missing = SampleRanges::of(start..end).missing_from(&missing);
+    }
+    let (path, _, header) = &merged.parts[0];
+    match header.shard {
+        Some([_, count]) => {
+            let lost = |index: &u32| {
+                let part = SampleRanges::of(SampleRanges::shard(total, *index, count));
+                missing.common(&part).is_some()
+            };
+            let commands = (0..count).filter(lost);
+            lines.extend(commands.map(|index| command_line::of_shard(header, path, [index, count])));
+        }
+        None => lines.extend(missing.iter().map(|range| command_line::of_samples(header, path, range))),
+    }
+    lines.join("\n")
+}
+
+fn write_images(
+    arguments: &Merge,
+    outputs: &Outputs,
+    merged: Merged,
+    missing: &SampleRanges,
+    start: Instant,
+) -> Result<u8, Failure> {
+    let Merged { header, gathered, job, parts, audited } = merged;
+    let images = aov::with_file(&outputs.images, &header.settings.aov);
+    images.iter().try_for_each(|path| supported(path))?;
+    let noise = gathered.film.relative_noise();
+    let session = job.as_ref().map(|job| {
+        let mut session = job.session(&arguments.work);
+        session.go_on_with(gathered.clone());
+        session
+    });
+    let picture = Picture::new(&header, &gathered.film, arguments.output.bits);
+    let (channels, manifest) = match (&session, &job) {
+        (Some(session), Some(job)) if !images.is_empty() => {
+            let channels = session.channels(&header.settings.aov);
+            let manifest = aov::manifest(&channels, &job.names, session.scene());
+            (channels, manifest)
+        }
+        _ => (crate::render::film_channels(&gathered, &header.settings.aov), None),
+    };
+    picture.write(&images, &channels, manifest)?;
+    let mut written = images;
+    written.extend(outputs.film.clone());
+    if arguments.output.denoise {
+        match session.as_ref().and_then(|session| session.denoised()) {
+            Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised)?),
+            None => eprintln!("warning: nothing is denoised: that takes two samples of each pixel"),
+        }
+    }
+    let films: Vec<_> = parts.iter().map(|(path, _, _)| path).collect();
+    let text = if arguments.work.json {
+        let region = header.region;
+        let json = json!({
+            "program": "rayfront", "version": env!("CARGO_PKG_VERSION"),
+            "scene": header.scene.path, "films": films, "outputs": written,
+            "size": header.settings.size, "region": [region.x0, region.y0, region.x1, region.y1],
+            "samples": gathered.samples.count(), "samples_asked": header.settings.samples,
+            "missing": missing.to_string(), "noise": noise, "hosts": header.note.hosts,
+            "render_seconds": header.note.seconds, "seconds": start.elapsed().as_secs_f64(),
+            "exposure_ev": picture.exposure_ev, "film_hash": header.film_hash,
+            "audited": audited.iter().map(Audited::json).collect::<Vec<_>>(),
+        });
+        format!("{json}\n")
+    } else if arguments.work.quiet {
+        String::new()
+    } else {
+        let mut text = String::new();
+        written.iter().for_each(|path| text += &format!("image     {}\n", path.display()));
+        let count = films.len();
+        text += &format!("samples   {} of {count} films\n", output::samples(&header));
+        if missing.count() > 0 {
+            text += &format!("missing   {missing}\n");
+        }
+        audited.iter().for_each(|audited| text += &format!("audit     {}\n", audited.line()));
+        if let Some(noise) = noise {
+            text += &format!("noise     {}\n", super::report::noise_line(noise, gathered.samples.count()));
+        }
+        text + &format!("film      {}\n", header.film_hash)
+    };
+    output::say(&text, outputs.to_stdout);
+    Ok(0)
+}

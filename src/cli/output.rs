@@ -1,0 +1,145 @@
+//! What is made of a film: images, and what they say of themselves.
+
+use std::path::{Path, PathBuf};
+
+use super::{Failure, aov, command_line};
+use crate::denoise::Denoised;
+use crate::film::exposure::automatic_ev;
+use crate::film::tonemap::DisplayTransform;
+use crate::film::{Channel, Film};
+use crate::formats::film_file::{Header, Note};
+use crate::formats::picture::{Output, PngBits, save};
+use crate::math::Rgb;
+
+/// The name under which an image carries its film's header, as JSON.
+pub const RECORD: &str = "rayfront";
+
+/// A film as files show it.
+pub struct Picture<'a> {
+    header: &'a Header,
+    film: &'a Film,
+    radiance: Vec<Rgb>,
+    bits: PngBits,
+    /// Stops by which it is exposed, whoever chose them.
+    pub exposure_ev: f32,
+}
+
+impl<'a> Picture<'a> {
+    /// As the header's settings say.
+    pub fn new(header: &'a Header, film: &'a Film, bits: u8) -> Picture<'a> {
+        let radiance = film.radiance();
+        let settings = &header.settings;
+        let own_ev = if settings.auto_exposure { automatic_ev(&radiance) } else { 0.0 };
+        let bits = if bits == 16 { PngBits::Sixteen } else { PngBits::Eight };
+        Picture { header, film, radiance, bits, exposure_ev: own_ev + settings.exposure_ev }
+    }
+
+    /// Saves images; those that can hold them get the channels, and which names ids stand for.
+    pub fn write(
+        &self,
+        paths: &[PathBuf],
+        channels: &[Channel],
+        manifest: Option<String>,
+    ) -> Result<(), Failure> {
+        let metadata = self.metadata();
+        let manifest = manifest.map(|ids| ("manifest".to_string(), ids));
+        let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
+        let output = self.output(&self.radiance, &metadata);
+        let whole = Output { metadata: &with_manifest, channels, ..output };
+        paths.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
+        Ok(())
+    }
+
+    /// Saves what is left without noise beside the images, as bright as these; returns where.
+    pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised) -> Result<Vec<PathBuf>, Failure> {
+        let mut metadata = self.metadata();
+        metadata.push(("denoised_hash".to_string(), format!("{:032x}", denoised.hash())));
+        let output = self.output(&denoised.radiance, &metadata);
+        let beside = |path: &PathBuf| {
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            path.with_extension(format!("denoised.{extension}"))
+        };
+        let paths: Vec<PathBuf> = images.iter().map(beside).collect();
+        paths.iter().try_for_each(|path| save(path, &output))?;
+        Ok(paths)
+    }
+
+    /// Pixels as files hold them.
+    fn output<'b>(&self, radiance: &'b [Rgb], metadata: &'b [(String, String)]) -> Output<'b> {
+        let region = self.film.region();
+        let settings = &self.header.settings;
+        Output {
+            width: region.width(),
+            height: region.height(),
+            radiance,
+            display: DisplayTransform::new(settings.tonemap, self.exposure_ev, radiance),
+            bits: self.bits,
+            metadata,
+            channels: &[],
+        }
+    }
+
+    /// What an image says about itself: for people, and all that is needed to render it again.
+    fn metadata(&self) -> Vec<(String, String)> {
+        let settings = &self.header.settings;
+        let entry = |key: &str, value: String| (key.to_string(), value);
+        let [width, height] = settings.size;
+        let limits = settings.depth_limits.given().map(|(name, limit)| entry(name, limit.to_string()));
+        let mut entries = vec![
+            entry("Software", self.header.program.clone()),
+            entry("samples", samples(self.header)),
+            entry("seed", settings.seed.to_string()),
+            entry("size", format!("{width}x{height}")),
+            entry("max_depth", settings.max_depth.to_string()),
+            entry("min_throughput", settings.min_throughput.to_string()),
+            entry("transport", format!("{:?}", settings.transport)),
+            entry("filter", format!("{:?}", settings.filter)),
+            entry("pixel_pattern", format!("{:?}", settings.pixel_pattern)),
+            entry("tonemap", format!("{:?}", settings.tonemap)),
+            entry("exposure_ev", self.exposure_ev.to_string()),
+            entry("film_hash", self.header.film_hash.clone()),
+        ];
+        entries.extend(limits);
+        // Whose machine it was is nobody's business.
+        let command = self.header.note.command.clone();
+        let note = Note { command, ..Note::default() };
+        let record = serde_json::to_string(&Header { note, ..self.header.clone() });
+        entries.extend(record.ok().map(|record| entry(RECORD, record)));
+        entries
+    }
+}
+
+/// Samples that all pixels have, and how many there were to be.
+pub fn samples(header: &Header) -> String {
+    let done: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
+    match header.settings.samples {
+        asked if asked == done => done.to_string(),
+        asked => format!("{done} of {asked}"),
+    }
+}
+
+/// What to type for the samples that a film has.
+pub fn again(header: &Header) -> String {
+    match (&header.samples[..], header.settings.samples) {
+        ([[0, end]], total) if *end < total => {
+            let words = command_line::without(
+                &header.note.command,
+                &["--until", "--max-time", "--samples", "--checkpoint", "--output", "-o"],
+            );
+            let words: Vec<_> = words.iter().map(|word| command_line::quoted(word)).collect();
+            format!("rayfront {} --samples 0..{end}", words.join(" "))
+        }
+        _ => "rayfront reproduce".into(),
+    }
+}
+
+/// Prints what was done: on standard output, unless a film went there.
+pub fn say(text: &str, is_taken: bool) {
+    if is_taken { eprint!("{text}") } else { print!("{text}") }
+}
+
+/// Where the image of a scene goes that was not told: here, by its name.
+pub fn default_image(scene: &Path) -> PathBuf {
+    let name = scene.with_extension("png");
+    PathBuf::from(name.file_name().unwrap_or("image.png".as_ref()))
+}

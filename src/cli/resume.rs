@@ -1,0 +1,134 @@
+//! `rayfront resume FILM`: what was interrupted is finished, what is finished gets more samples.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::Failure;
+use super::job::{Job, Wanted, carry_out};
+use super::job_args::{OutputOptions, Outputs, StopOptions, WorkOptions};
+use crate::formats::film_file::{self, FilmFile};
+use crate::formats::picture::supported;
+
+/// `rayfront resume`.
+#[derive(Args, Debug)]
+pub struct Resume {
+    /// A film that rayfront has written, or - for standard input
+    pub film: PathBuf,
+    /// Where the scene is now [default: where it was, or beside the film]
+    #[arg(long, value_name = "FILE")]
+    pub scene_file: Option<PathBuf>,
+    /// Samples a pixel, as many as there were to be or more
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: Option<u32>,
+    /// What comes out of it.
+    #[command(flatten)]
+    pub output: OutputOptions,
+    /// When to stop.
+    #[command(flatten)]
+    pub stop: StopOptions,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
+}
+
+pub(super) fn run(arguments: &Resume) -> Result<ExitCode, Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
+    threads.install(|| resume(arguments)).map(ExitCode::from)
+}
+
+fn resume(arguments: &Resume) -> Result<u8, Failure> {
+    let film = load(&arguments.film)?;
+    let mut outputs = Outputs::of(&arguments.output.output)?;
+    if outputs.images.is_empty() && !outputs.to_stdout && outputs.film.is_none() {
+        outputs.images.clone_from(&film.header.note.outputs);
+    }
+    outputs.images.iter().try_for_each(|path| supported(path))?;
+    // It goes on where it is.
+    let is_file = arguments.film.as_os_str() != "-";
+    if is_file && outputs.film.is_none() && !outputs.to_stdout {
+        outputs.film = Some(arguments.film.clone());
+    }
+    let mut job = load_again(&film, arguments.scene_file.as_ref(), &arguments.film, arguments.work.quiet)?;
+    (job.header.wanted, job.header.shard) = (film.header.wanted, film.header.shard);
+    job.header.note.command.clone_from(&film.header.note.command);
+    if let Some(spp) = arguments.spp {
+        extend(&mut job, &film, spp)?;
+    }
+    let name = arguments.film.to_string_lossy();
+    let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.ends_with(".checkpoint.film");
+    let wanted = Wanted { outputs, output: &arguments.output, stop: &arguments.stop, work: &arguments.work };
+    let code = carry_out(job, &wanted, Some(film))?;
+    if is_checkpoint && code == 0 && !wanted.outputs.images.is_empty() {
+        // Nobody asked for it. If it stays it does no harm.
+        let _ = std::fs::remove_file(&arguments.film);
+    }
+    Ok(code)
+}
+
+/// A film from a file or standard input.
+pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
+    if path.as_os_str() != "-" {
+        return Ok(film_file::load(path)?);
+    }
+    let film = film_file::read(&mut std::io::stdin().lock(), "standard input".as_ref())?;
+    film.ok_or_else(|| Failure("standard input: there is no film".into()))
+}
+
+/// The scene of a film, which must still be what it was.
+pub(super) fn load_again(
+    film: &FilmFile,
+    scene_file: Option<&PathBuf>,
+    film_path: &std::path::Path,
+    quiet: bool,
+) -> Result<Job, Failure> {
+    let header = &film.header;
+    let named = &header.scene.path;
+    let beside = || {
+        let folder = film_path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
+        Some(folder.join(named.file_name()?)).filter(|path| path.is_file())
+    };
+    let scene = match scene_file {
+        Some(scene) => scene.clone(),
+        None if named.is_file() => named.clone(),
+        None => beside().ok_or_else(|| {
+            let (film, scene) = (film_path.display(), named.display());
+            Failure(format!("{film} is of {scene}, which is not there: say where it is with --scene-file"))
+        })?,
+    };
+    let mut job =
+        Job::load(&scene, header.view.clone(), quiet, |settings| *settings = header.settings.clone())?;
+    job.header.region = header.region;
+    job.header.variance = header.variance;
+    match header.difference(&job.header) {
+        Some(what) => Err(Failure(format!("{} is {what}", film_path.display()))),
+        None => Ok(job),
+    }
+}
+
+/// More samples than there were to be.
+fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
+    let total = film.header.settings.samples;
+    if spp < total {
+        return Err(Failure(format!(
+            "--spp {spp}: the film was to have {total} samples, and can only get more"
+        )));
+    }
+    if spp == total {
+        return Ok(());
+    }
+    if film.header.wanted != [0, total] {
+        let [start, end] = film.header.wanted;
+        return Err(Failure(format!(
+            "--spp {spp}: the film is a part, samples {start}..{end} of {total}: merge all parts first"
+        )));
+    }
+    job.frame
+        .extensible()
+        .map_err(|reason| Failure(format!("--spp {spp}: {reason}: render it anew with --spp {spp}")))?;
+    let frame = std::sync::Arc::make_mut(&mut job.frame);
+    frame.samples = crate::sampling::pattern::Grid::new(spp);
+    (job.header.settings.samples, job.header.wanted) = (spp, [0, spp]);
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! Which part of the samples is this process's: as told, or as its scheduler says.
+
+use super::Failure;
+
+/// What `--shard` can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShardOption {
+    /// From 0; none: the scheduler's.
+    index: Option<u32>,
+    /// How many there are; none: the scheduler's.
+    count: Option<u32>,
+}
+
+/// Where a scheduler tells a task its number among others.
+struct Scheduler {
+    /// The variable with the task's number.
+    index: &'static str,
+    /// Of the first task.
+    first: u32,
+    /// The variable with how many there are, if it tells. (Slurm counts those of the array that was submitted:
+    /// fewer when some are done again.)
+    count: Option<&'static str>,
+}
+
+/// All that are known, the first whose variable is set counts. Grid Engine's is set to "undefined" outside
+/// arrays.
+const SCHEDULERS: [Scheduler; 5] = [
+    Scheduler { index: "SLURM_ARRAY_TASK_ID", first: 0, count: Some("SLURM_ARRAY_TASK_COUNT") },
+    Scheduler { index: "HQ_TASK_ID", first: 0, count: None },
+    Scheduler { index: "AWS_BATCH_JOB_ARRAY_INDEX", first: 0, count: Some("AWS_BATCH_JOB_ARRAY_SIZE") },
+    Scheduler { index: "JOB_COMPLETION_INDEX", first: 0, count: None },
+    Scheduler { index: "SGE_TASK_ID", first: 1, count: Some("SGE_TASK_LAST") },
+];
+
+/// More parts than anybody has tasks.
+const MOST: u32 = 1 << 22;
+
+pub(super) fn parse(text: &str) -> Result<ShardOption, String> {
+    let (index, count) = match text.split_once('/') {
+        Some((index, count)) => (index, Some(count)),
+        None => (text, None),
+    };
+    let count = count.map(|count| count.parse().ok().filter(|count| (1..=MOST).contains(count)));
+    let shard = match (index, count) {
+        ("auto", Some(Some(count))) => Some(ShardOption { index: None, count: Some(count) }),
+        ("auto", None) => Some(ShardOption { index: None, count: None }),
+        (index, Some(Some(count))) => index
+            .parse()
+            .ok()
+            .filter(|index| *index < count)
+            .map(|index| ShardOption { index: Some(index), count: Some(count) }),
+        _ => None,
+    };
+    shard.ok_or_else(|| "expected I/N with I from 0 to N - 1, such as 3/64, or auto/N, or auto".into())
+}
+
+impl ShardOption {
+    /// The part's number and how many there are.
+    pub(super) fn resolve(&self) -> Result<[u32; 2], Failure> {
+        self.resolve_by(&|name| std::env::var(name).ok())
+    }
+
+    fn resolve_by(&self, variable: &dyn Fn(&str) -> Option<String>) -> Result<[u32; 2], Failure> {
+        if let ShardOption { index: Some(index), count: Some(count) } = *self {
+            return Ok([index, count]);
+        }
+        let number = |name: &str| variable(name).and_then(|text| text.trim().parse::<u32>().ok());
+        let found = SCHEDULERS.iter().find_map(|scheduler| Some((scheduler, number(scheduler.index)?)));
+        let Some((scheduler, number_of_task)) = found else {
+            let names: Vec<_> = SCHEDULERS.iter().map(|scheduler| scheduler.index).collect();
+            let names = names.join(", ");
+            return Err(Failure(format!(
+                "--shard auto: none of {names} is a number: say it, such as --shard 0/64"
+            )));
+        };
+        let index = number_of_task.wrapping_sub(scheduler.first);
+        let name = scheduler.index;
+        let count = self.count.or_else(|| number(scheduler.count?)).ok_or_else(|| {
+            Failure(format!("--shard auto: {name} does not say how many parts there are: --shard auto/N"))
+        })?;
+        if index >= count {
+            return Err(Failure(format!(
+                "--shard: {name} is {number_of_task}, but there are {count} parts, from {}: say how many with --shard auto/N",
+                scheduler.first
+            )));
+        }
+        Ok([index, count])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resolved(text: &str, variables: &[(&str, &str)]) -> Result<[u32; 2], String> {
+        let variable = |name: &str| {
+            let found = variables.iter().find(|(known, _)| *known == name);
+            found.map(|(_, value)| (*value).to_owned())
+        };
+        parse(text)?.resolve_by(&variable).map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn every_scheduler_says_which_part_it_is() {
+        assert_eq!(resolved("3/64", &[("SLURM_ARRAY_TASK_ID", "5")]), Ok([3, 64]));
+        assert_eq!(resolved("auto/8", &[("SLURM_ARRAY_TASK_ID", "5")]), Ok([5, 8]));
+        let slurm = [("SLURM_ARRAY_TASK_ID", "5"), ("SLURM_ARRAY_TASK_COUNT", "6")];
+        assert_eq!(resolved("auto", &slurm), Ok([5, 6]));
+        assert_eq!(resolved("auto/8", &[("JOB_COMPLETION_INDEX", "0")]), Ok([0, 8]));
+        assert_eq!(resolved("auto/8", &[("HQ_TASK_ID", "7")]), Ok([7, 8]));
+        let aws = [("AWS_BATCH_JOB_ARRAY_INDEX", "1"), ("AWS_BATCH_JOB_ARRAY_SIZE", "2")];
+        assert_eq!(resolved("auto", &aws), Ok([1, 2]));
+        let grid_engine = [("SGE_TASK_ID", "8"), ("SGE_TASK_LAST", "8")];
+        assert_eq!(resolved("auto", &grid_engine), Ok([7, 8]));
+    }
+
+    #[test]
+    fn what_cannot_be_is_told() {
+        for wrong in ["", "3", "64/64", "-1/4", "1/0", "auto/", "a/b", "1/99999999"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+        assert!(resolved("auto/8", &[("SGE_TASK_ID", "undefined")]).is_err_and(|e| e.contains("say it")));
+        assert!(resolved("auto", &[("HQ_TASK_ID", "2")]).is_err_and(|e| e.contains("auto/N")));
+        // One of an array that is submitted again by itself.
+        let again = [("SLURM_ARRAY_TASK_ID", "3"), ("SLURM_ARRAY_TASK_COUNT", "1")];
+        assert!(resolved("auto", &again).is_err_and(|e| e.contains("auto/N")));
+    }
+}

@@ -1,0 +1,90 @@
+//! When a rendering has enough samples.
+
+use std::time::{Duration, Instant};
+
+use super::job_args::StopOptions;
+use crate::render::Session;
+
+/// Rules that stop a rendering between two passes, and what they need to know.
+pub struct StopRules {
+    until: Option<f64>,
+    max_time: Option<Duration>,
+    begun: Instant,
+    /// Samples that there were then.
+    already: u32,
+}
+
+/// Samples after which a pass ends. The first are short, so that soon every pixel holds something worth
+/// saving. By their numbers alone, so that the noise is looked at where it would be in one go.
+fn next_end(sample: u32) -> u32 {
+    match sample {
+        0 => 1,
+        1..4 => 4,
+        4.. => (sample / 16 + 1).saturating_mul(16),
+    }
+}
+
+/// How many samples the next pass takes.
+pub fn pass_end(session: &Session) -> u32 {
+    let next = session.next_sample().unwrap_or(0);
+    next_end(next) - next
+}
+
+impl StopRules {
+    /// As they were asked for; time counts from now.
+    pub fn new(options: &StopOptions, session: &Session) -> StopRules {
+        let StopOptions { until, max_time, .. } = *options;
+        StopRules { until, max_time, begun: Instant::now(), already: session.samples_done().0 }
+    }
+
+    /// Which rule says that there are enough samples, if any does.
+    pub fn holds(&self, session: &Session) -> Option<String> {
+        let (done, _) = session.samples_done();
+        let elapsed = self.begun.elapsed();
+        if session.gathered().pass.is_some() || done == 0 {
+            return None;
+        }
+        if let Some(limit) = self.until
+            && let Some(noise) = session.film().relative_noise().filter(|noise| *noise <= limit)
+        {
+            let (noise, limit) = (100.0 * noise, 100.0 * limit);
+            return Some(format!("noise {noise:.2} %, at most {limit} %, after {done} samples"));
+        }
+        let limit = self.max_time.filter(|limit| elapsed >= *limit)?;
+        Some(format!(
+            "time {:.1} s of {:.1} s, after {done} samples",
+            elapsed.as_secs_f64(),
+            limit.as_secs_f64()
+        ))
+    }
+
+    /// At most so many samples that the time will do, at least one.
+    pub fn limit(&self, count: u32, session: &Session) -> u32 {
+        let Some(limit) = self.max_time else { return count };
+        let done = session.samples_done().0.saturating_sub(self.already);
+        if done == 0 {
+            return count;
+        }
+        let each = self.begun.elapsed().as_secs_f64() / f64::from(done);
+        let left = limit.saturating_sub(self.begun.elapsed()).as_secs_f64();
+        count.min((left / each.max(1e-9)) as u32).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_end_at_the_same_samples_wherever_they_begin() {
+        let ends = |first: u32| {
+            std::iter::successors(Some(first), |sample| Some(next_end(*sample)))
+                .skip(1)
+                .take(4)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(ends(0), [1, 4, 16, 32]);
+        assert_eq!(ends(2), [4, 16, 32, 48]);
+        assert_eq!(ends(17), [32, 48, 64, 80]);
+    }
+}

@@ -1,0 +1,209 @@
+//! What a film file says of itself.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::film::{Film, Moments, Region, SampleRanges, Unit};
+use crate::formats::LoadOptions;
+use crate::world::{Settings, SourceFiles};
+
+/// This program and its version. Another version's samples may be other ones.
+pub const PROGRAM: &str = concat!("rayfront ", env!("CARGO_PKG_VERSION"));
+
+/// The name that a scene's own file has among the files that were read, whatever it is called.
+const SCENE: &str = ".";
+
+/// What a film was rendered from, how, and how far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// [`PROGRAM`].
+    pub program: String,
+    /// What was rendered.
+    pub scene: Source,
+    /// What of it was looked at.
+    pub view: View,
+    /// How, with what the command line said.
+    pub settings: Settings,
+    /// Which pixels.
+    pub region: Region,
+    /// What the sums count.
+    pub unit: Unit,
+    /// Whether squares of samples come behind the sums.
+    pub variance: bool,
+    /// Samples that the film was to have: of a shard, some of [`Settings::samples`].
+    pub wanted: [u32; 2],
+    /// Samples that all pixels have: ranges, in order.
+    pub samples: Vec<[u32; 2]>,
+    /// Samples that only some tiles have, besides.
+    pub begun: Option<Begun>,
+    /// Which part of how many was asked for.
+    pub shard: Option<[u32; 2]>,
+    /// [`Film::hash`], in hexadecimal digits.
+    pub film_hash: String,
+    /// The same of the squares.
+    pub moments_hash: Option<String>,
+    /// What comes of no bits.
+    pub note: Note,
+}
+
+/// A pass that was under way.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Begun {
+    /// Its samples.
+    pub samples: [u32; 2],
+    /// Width and height of its tiles in pixels.
+    pub tile: u32,
+    /// Numbers of the tiles that have them.
+    pub tiles: Vec<u32>,
+}
+
+/// For people, and to go on as it was begun.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Note {
+    /// What was typed, without the program's name.
+    pub command: Vec<String>,
+    /// Where the images go.
+    pub outputs: Vec<PathBuf>,
+    /// The machines that rendered it.
+    pub hosts: Vec<String>,
+    /// For how many seconds they rendered, together.
+    pub seconds: f64,
+    /// Why there are fewer samples than there were to be.
+    pub stopped_by: Option<String>,
+}
+
+/// The files that a scene was read from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Source {
+    /// The scene, as it was named.
+    pub path: PathBuf,
+    /// All files by their names as seen from the scene's folder, `.` for its own: hash of the content.
+    pub files: BTreeMap<String, String>,
+    /// Of all that.
+    pub hash: String,
+}
+
+/// What of a scene is looked at.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// The camera's name, if not the first.
+    pub camera: Option<String>,
+    /// Of a model's animations.
+    pub time_s: Option<f32>,
+    /// Of a model's materials.
+    pub variant: Option<String>,
+    /// Of a model.
+    pub scene: Option<String>,
+}
+
+impl View {
+    /// What of a model is read for it.
+    pub fn load_options(&self) -> LoadOptions {
+        let View { time_s, variant, scene, .. } = self;
+        LoadOptions { time_s: *time_s, variant: variant.clone(), scene: scene.clone() }
+    }
+}
+
+impl Source {
+    /// Of a scene's path and all that was read for it.
+    pub fn new(path: &Path, files: &SourceFiles) -> Source {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = |file: &Path| match file.strip_prefix(folder) {
+            _ if file == path => SCENE.to_owned(),
+            Ok(inside) => inside.to_string_lossy().replace('\\', "/"),
+            Err(_) => file.to_string_lossy().into_owned(),
+        };
+        let files = files.all();
+        let files: BTreeMap<String, String> =
+            files.iter().map(|(file, content)| (name(file), format!("{:032x}", content.hash))).collect();
+        let mut hasher = Xxh3::new();
+        for (name, hash) in &files {
+            hasher.update(name.as_bytes());
+            hasher.update(&[0]);
+            hasher.update(hash.as_bytes());
+        }
+        Source { path: path.to_owned(), files, hash: format!("{:032x}", hasher.digest128()) }
+    }
+
+    /// Why another's content is not the same, in a few words; none if it is.
+    pub fn difference(&self, other: &Source) -> Option<String> {
+        if self.hash == other.hash {
+            return None;
+        }
+        let name = |file: &String| match &file[..] {
+            SCENE => self.path.display().to_string(),
+            _ => file.clone(),
+        };
+        for (file, hash) in &self.files {
+            match other.files.get(file) {
+                Some(same) if same == hash => {}
+                Some(_) => return Some(format!("{} differs", name(file))),
+                None => return Some(format!("{} is not read", name(file))),
+            }
+        }
+        let more = other.files.keys().find(|file| !self.files.contains_key(*file));
+        Some(more.map_or("its files differ".into(), |file| format!("{} is read, too", name(file))))
+    }
+}
+
+/// Settings that no sample depends on: they say what is made of the film.
+const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "aov"];
+
+impl Header {
+    /// The samples that all pixels have; none if the ranges make no sense.
+    pub fn ranges(&self) -> Option<SampleRanges> {
+        let total = self.settings.samples;
+        let ranges = SampleRanges::disjoint(self.samples.iter().map(|[start, end]| *start..*end))?;
+        let fits = ranges.iter().all(|range| range.end <= total);
+        fits.then_some(ranges)
+    }
+
+    /// Says which samples all pixels have.
+    pub fn set_ranges(&mut self, ranges: &SampleRanges) {
+        self.samples = ranges.iter().map(|range| [range.start, range.end]).collect();
+    }
+
+    /// Says what is in a film.
+    pub fn set_film(&mut self, film: &Film, moments: Option<&Moments>) {
+        (self.region, self.unit) = (film.region(), film.unit());
+        self.variance = moments.is_some();
+        self.film_hash = format!("{:032x}", film.hash());
+        self.moments_hash = moments.map(|moments| format!("{:032x}", moments.hash()));
+    }
+
+    /// Why another film's samples do not fit to this one's, in a few words; none if they do.
+    pub fn difference(&self, other: &Header) -> Option<String> {
+        if self.program != other.program {
+            return Some(format!("rendered by {}, not {}", self.program, other.program));
+        }
+        if let Some(what) = self.scene.difference(&other.scene) {
+            return Some(format!("of another scene: {what}"));
+        }
+        let parts = |header: &Header| {
+            let view = serde_json::to_value(&header.view).unwrap_or_default();
+            let settings = serde_json::to_value(&header.settings).unwrap_or_default();
+            let rest = serde_json::json!({ "region": header.region, "variance": header.variance });
+            [view, settings, rest]
+        };
+        let pairs = parts(self).into_iter().zip(parts(other));
+        let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).next()?;
+        Some(format!("of other settings: {differs}"))
+    }
+}
+
+/// What two objects have different, `seed is 7, not 3` each.
+fn differing(own: &Value, other: &Value) -> Vec<String> {
+    let (Some(own), Some(other)) = (own.as_object(), other.as_object()) else { return Vec::new() };
+    let names = own.keys().filter(|name| !OF_THE_PICTURE.contains(&&name[..]));
+    let differing = names.filter(|name| other.get(*name) != own.get(*name));
+    differing
+        .map(|name| {
+            let [own, other] = [own, other].map(|object| object.get(name).unwrap_or(&Value::Null));
+            format!("{name} is {own}, not {other}")
+        })
+        .collect()
+}

@@ -1,0 +1,303 @@
+//! Films on disk (`.film`): exact sums, and all that is needed to go on with them or to put several
+//! together.
+//!
+//! | bytes | |
+//! |---|---|
+//! | 8 | `89 52 46 49 4c 4d 0d 0a`: what is changed on the way by who takes it for text shows here |
+//! | 4 | version of the format, 1 |
+//! | 4 | length of the header |
+//! | 16 | XXH3 of the version, the length and the header |
+//! | | the header ([`Header`]) as JSON |
+//! | | blocks of rows, from the top |
+//!
+//! A block has as many rows as have about 65,536 pixels, at least one: 4 bytes with the length of its content,
+//! 16 with the XXH3 of the block's number, that length and the content, and the content: planes of bytes
+//! ([`planes`]) of the sums, even and odd, red, green, blue, of the counts, even and odd, and of the squares if
+//! there are any. All numbers are little-endian. Files that follow each other are read one by one.
+
+mod header;
+mod planes;
+#[cfg(test)]
+mod tests;
+
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use rayon::prelude::*;
+use xxhash_rust::xxh3::xxh3_128;
+
+use crate::error::{LoadError, SaveError};
+use crate::film::{Film, Moments, PixelSum, Region};
+pub use crate::formats::whole_file::writable;
+use crate::formats::{fill, whole_file::write_whole};
+pub use header::{Begun, Header, Note, PROGRAM, Source, View};
+
+const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";
+const VERSION: u32 = 1;
+/// Longer headers are none of ours: a scene of 100,000 files has less.
+const LONGEST_HEADER: u32 = 1 << 26;
+/// Pixels of a block, about.
+const BLOCK: usize = 1 << 16;
+/// Blocks that are packed or unpacked at once.
+const AT_ONCE: usize = 16;
+
+/// A film and what it says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmFile {
+    /// What it says.
+    pub header: Header,
+    /// The sums.
+    pub film: Film,
+    /// Squares of the samples, if they were wanted.
+    pub moments: Option<Moments>,
+}
+
+/// Writes a film where there is none, or in place of an older one: see [`write_whole`].
+pub fn save(path: &Path, header: &Header, film: &Film, moments: Option<&Moments>) -> Result<(), SaveError> {
+    write_whole(path, |mut writer| write(&mut writer, header, film, moments))
+}
+
+/// Whether a file name is that of a film.
+pub fn is_film(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
+}
+
+/// Writes a film to anything that takes bytes. The header must say what is in it: see [`Header::set_film`].
+pub fn write(to: &mut dyn Write, header: &Header, film: &Film, moments: Option<&Moments>) -> io::Result<()> {
+    let header = serde_json::to_vec(header)?;
+    let length = u32::try_from(header.len()).ok().filter(|length| *length <= LONGEST_HEADER);
+    let length = length.ok_or_else(|| io::Error::other("the scene has too many files"))?;
+    to.write_all(&MAGIC)?;
+    to.write_all(&VERSION.to_le_bytes())?;
+    to.write_all(&length.to_le_bytes())?;
+    to.write_all(&header_sum(&header).to_le_bytes())?;
+    to.write_all(&header)?;
+    let numbers: Vec<usize> = (0..blocks(film.region())).collect();
+    for some in numbers.chunks(AT_ONCE) {
+        let packed: Vec<Vec<u8>> = some.par_iter().map(|number| pack(film, moments, *number)).collect();
+        for (number, content) in some.iter().zip(packed) {
+            to.write_all(&(content.len() as u32).to_le_bytes())?;
+            to.write_all(&block_sum(*number, &content).to_le_bytes())?;
+            to.write_all(&content)?;
+        }
+    }
+    to.flush()
+}
+
+/// Reads the film at `path`, which must end where the file does.
+pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
+    let file = std::fs::File::open(path).map_err(LoadError::io(path))?;
+    let mut reader = io::BufReader::new(file);
+    let film = read(&mut reader, path)?.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))?;
+    match reader.read(&mut [0]).map_err(LoadError::io(path))? {
+        0 => Ok(film),
+        _ => Err(LoadError::invalid(path, "there is more behind the film's end: it is damaged")),
+    }
+}
+
+/// Reads the header alone of the film at `path`.
+pub fn load_header(path: &Path) -> Result<Header, LoadError> {
+    let file = std::fs::File::open(path).map_err(LoadError::io(path))?;
+    let header = read_header(&mut io::BufReader::new(file), path)?;
+    header.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))
+}
+
+/// Reads the next film of what may hold several; none at its end. `path` is what messages call it.
+pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadError> {
+    let Some(header) = read_header(from, path)? else { return Ok(None) };
+    let region = header.region;
+    let count = blocks(region);
+    let mut pixels: Vec<PixelSum> = Vec::new();
+    let mut squares: Vec<[u128; 3]> = Vec::new();
+    let mut number = 0;
+    while number < count {
+        let some = number..(number + AT_ONCE).min(count);
+        let contents = some.clone().map(|number| read_block(from, &header, number, path));
+        let contents = contents.collect::<Result<Vec<_>, _>>()?;
+        let unpacked = some.clone().into_par_iter().zip(contents);
+        let unpacked: Vec<_> = unpacked.map(|(number, content)| unpack(&header, number, &content)).collect();
+        for (number, block) in some.zip(unpacked) {
+            let (sums, more) = block.ok_or_else(|| damaged(&header, number, path))?;
+            pixels.extend(sums);
+            squares.extend(more);
+        }
+        number += AT_ONCE;
+    }
+    let moments = if header.variance { Moments::with_squares(region, squares) } else { None };
+    let film = Film::with_pixels(region, header.unit, pixels);
+    let same = |film: &Film| {
+        format!("{:032x}", film.hash()) == header.film_hash
+            && moments.as_ref().map(|moments| format!("{:032x}", moments.hash())) == header.moments_hash
+            && moments.is_some() == header.variance
+    };
+    match film.filter(same) {
+        Some(film) => Ok(Some(FilmFile { header, film, moments })),
+        None => Err(LoadError::invalid(path, "its sums are not those that its header names: it is damaged")),
+    }
+}
+
+fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadError> {
+    let mut magic = [0; 8];
+    let found = fill(from, &mut magic).map_err(LoadError::io(path))?;
+    if found == 0 {
+        return Ok(None);
+    }
+    let wrong = |reason: String| LoadError::invalid(path, reason);
+    if magic != MAGIC {
+        return Err(wrong("this is not a film that rayfront has written".into()));
+    }
+    let [version, length] = [number(from, path)?, number(from, path)?];
+    if version != VERSION {
+        let reason =
+            format!("this is a film of format {version}, and this version of rayfront reads {VERSION}");
+        return Err(wrong(format!("{reason}: use the version that has written it")));
+    }
+    let mut sum = [0; 16];
+    exactly(from, &mut sum, path)?;
+    let damaged = || wrong("its header is damaged: render it again, or use another copy".into());
+    if length > LONGEST_HEADER {
+        return Err(damaged());
+    }
+    let mut header = Vec::new();
+    from.take(u64::from(length)).read_to_end(&mut header).map_err(LoadError::io(path))?;
+    if header.len() < length as usize {
+        return Err(cut_off(path));
+    }
+    if header_sum(&header) != u128::from_le_bytes(sum) {
+        return Err(damaged());
+    }
+    // Whose version is another one may have other fields.
+    let program = serde_json::from_slice(&header)
+        .ok()
+        .and_then(|header: serde_json::Value| Some(header.get("program")?.as_str()?.to_owned()));
+    let program = program.ok_or_else(damaged)?;
+    if program != PROGRAM {
+        let reason = format!("rendered by {program}, and this is {PROGRAM}, whose samples may be other ones");
+        return Err(wrong(format!("{reason}: use {program}")));
+    }
+    let header: Header = serde_json::from_slice(&header).map_err(|_| damaged())?;
+    let Region { x0, y0, x1, y1 } = header.region;
+    let [width, height] = header.settings.size;
+    let inside = x0 < x1 && y0 < y1 && x1 <= width && y1 <= height && width.max(height) <= 65_536;
+    if !inside || header.ranges().is_none() {
+        return Err(damaged());
+    }
+    Ok(Some(header))
+}
+
+fn header_sum(header: &[u8]) -> u128 {
+    let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+    hasher.update(&VERSION.to_le_bytes());
+    hasher.update(&(header.len() as u32).to_le_bytes());
+    hasher.update(header);
+    hasher.digest128()
+}
+
+fn block_sum(number: usize, content: &[u8]) -> u128 {
+    let start = [(number as u32).to_le_bytes(), (content.len() as u32).to_le_bytes()].concat();
+    xxh3_128(&[&start[..], &xxh3_128(content).to_le_bytes()].concat())
+}
+
+/// Rows of a block.
+fn rows(region: Region) -> u32 {
+    (BLOCK as u32 / region.width().max(1)).clamp(1, region.height().max(1))
+}
+
+fn blocks(region: Region) -> usize {
+    region.height().div_ceil(rows(region)) as usize
+}
+
+/// The pixels of a block, by their numbers.
+fn pixels_of(region: Region, block: usize) -> std::ops::Range<usize> {
+    let size = rows(region) as usize * region.width() as usize;
+    let start = (block * size).min(region.area());
+    start..(start + size).min(region.area())
+}
+
+fn pack(film: &Film, moments: Option<&Moments>, block: usize) -> Vec<u8> {
+    let range = pixels_of(film.region(), block);
+    let pixels = &film.pixels()[range.clone()];
+    let mut out = Vec::new();
+    for parity in 0..2 {
+        for channel in 0..3 {
+            planes::encode::<i64, 8>(pixels.iter().map(|p| p.sum[parity][channel]), &mut out);
+        }
+    }
+    for parity in 0..2 {
+        planes::encode::<u32, 4>(pixels.iter().map(|p| p.count[parity]), &mut out);
+    }
+    for squares in moments.iter().map(|moments| &moments.squares()[range.clone()]) {
+        (0..3).for_each(|channel| planes::encode::<u128, 16>(squares.iter().map(|s| s[channel]), &mut out));
+    }
+    out
+}
+
+type Block = (Vec<PixelSum>, Vec<[u128; 3]>);
+
+fn unpack(header: &Header, block: usize, content: &[u8]) -> Option<Block> {
+    let count = pixels_of(header.region, block).len();
+    let mut rest = content;
+    let mut pixels = vec![PixelSum::default(); count];
+    for parity in 0..2 {
+        for channel in 0..3 {
+            let sums = planes::decode::<i64, 8>(&mut rest, count)?;
+            pixels.iter_mut().zip(sums).for_each(|(pixel, sum)| pixel.sum[parity][channel] = sum);
+        }
+    }
+    for parity in 0..2 {
+        let counts = planes::decode::<u32, 4>(&mut rest, count)?;
+        pixels.iter_mut().zip(counts).for_each(|(pixel, count)| pixel.count[parity] = count);
+    }
+    let mut squares = Vec::new();
+    if header.variance {
+        squares.resize(count, [0; 3]);
+        for channel in 0..3 {
+            let sums = planes::decode::<u128, 16>(&mut rest, count)?;
+            squares.iter_mut().zip(sums).for_each(|(squares, sum)| squares[channel] = sum);
+        }
+    }
+    rest.is_empty().then_some((pixels, squares))
+}
+
+fn read_block(from: &mut dyn Read, header: &Header, block: usize, path: &Path) -> Result<Vec<u8>, LoadError> {
+    let length = number(from, path)?;
+    let mut sum = [0; 16];
+    exactly(from, &mut sum, path)?;
+    // No plane is longer than its bytes and five more.
+    let pixel = size_of::<PixelSum>() + if header.variance { size_of::<[u128; 3]>() } else { 0 };
+    if length as usize > pixels_of(header.region, block).len() * pixel + 5 * pixel {
+        return Err(damaged(header, block, path));
+    }
+    let mut content = Vec::new();
+    from.take(u64::from(length)).read_to_end(&mut content).map_err(LoadError::io(path))?;
+    match content.len() {
+        found if found < length as usize => Err(cut_off(path)),
+        _ if block_sum(block, &content) != u128::from_le_bytes(sum) => Err(damaged(header, block, path)),
+        _ => Ok(content),
+    }
+}
+
+fn damaged(header: &Header, block: usize, path: &Path) -> LoadError {
+    let first = header.region.y0 + block as u32 * rows(header.region);
+    let last = (first + rows(header.region)).min(header.region.y1);
+    let reason = format!("rows {first} to {last} are damaged: render it again, or use another copy");
+    LoadError::invalid(path, reason)
+}
+
+fn cut_off(path: &Path) -> LoadError {
+    LoadError::invalid(path, "the film is cut off: render it again, or use another copy")
+}
+
+/// The next four bytes.
+fn number(from: &mut dyn Read, path: &Path) -> Result<u32, LoadError> {
+    let mut bytes = [0; 4];
+    exactly(from, &mut bytes, path)?;
+    Ok(u32::from_le_bytes(bytes))
+}
+
+fn exactly(from: &mut dyn Read, bytes: &mut [u8], path: &Path) -> Result<(), LoadError> {
+    match fill(from, bytes).map_err(LoadError::io(path))? {
+        found if found == bytes.len() => Ok(()),
+        _ => Err(cut_off(path)),
+    }
+}

@@ -1,0 +1,157 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::film::Unit;
+use crate::math::Rgb;
+use crate::world::{Settings, SourceFiles};
+
+/// Three blocks of 300 × 500 pixels, some of them bright, with or without squares.
+fn film(region: Region, variance: bool) -> FilmFile {
+    let mut film = Film::new(region, Unit::new(1e6, 1e6));
+    let mut moments = variance.then(|| Moments::new(region));
+    for sample in 0..3u32 {
+        let mut one = Film::new(region, film.unit());
+        for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
+            let noise = (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ sample) % 1000;
+            one.count(x, y, sample);
+            one.add(x, y, sample, Rgb::new(noise as f32, 0.5, if x == y { 3e5 } else { 0.0 }));
+        }
+        if let Some(moments) = &mut moments {
+            moments.add_sample(&one);
+        }
+        film.merge(&one);
+    }
+    let settings = Settings { size: [400, 700], samples: 8, ..Settings::default() };
+    let mut header = Header {
+        program: PROGRAM.into(),
+        scene: Source::new("scenes/a.ron".as_ref(), &SourceFiles::default()),
+        view: View { time_s: Some(0.1), ..View::default() },
+        settings,
+        region,
+        unit: film.unit(),
+        variance,
+        wanted: [0, 4],
+        samples: vec![[0, 3]],
+        begun: None,
+        shard: Some([0, 2]),
+        film_hash: String::new(),
+        moments_hash: None,
+        note: Note { hosts: vec!["Zoë's".into()], ..Note::default() },
+    };
+    header.set_film(&film, moments.as_ref());
+    FilmFile { header, film, moments }
+}
+
+fn bytes(file: &FilmFile) -> Vec<u8> {
+    let mut out = Vec::new();
+    write(&mut out, &file.header, &file.film, file.moments.as_ref()).expect("memory takes all");
+    out
+}
+
+fn read_all(bytes: &[u8]) -> Result<Option<FilmFile>, String> {
+    read(&mut &bytes[..], "a.film".as_ref()).map_err(|error| error.to_string())
+}
+
+const LARGE: Region = Region { x0: 20, y0: 10, x1: 320, y1: 510 };
+const SMALL: Region = Region { x0: 1, y0: 2, x1: 13, y1: 11 };
+
+#[test]
+fn films_come_back_as_they_were() {
+    for (region, variance) in [(LARGE, true), (LARGE, false), (SMALL, true)] {
+        let file = film(region, variance);
+        let written = bytes(&file);
+        assert_eq!(read_all(&written), Ok(Some(file.clone())));
+        // Several, one behind the other.
+        let twice = [&written[..], &written].concat();
+        let mut rest = &twice[..];
+        let path = Path::new("-");
+        assert_eq!(read(&mut rest, path).unwrap().as_ref(), Some(&file));
+        assert_eq!(read(&mut rest, path).unwrap().as_ref(), Some(&file));
+        assert_eq!(read(&mut rest, path).unwrap(), None);
+    }
+}
+
+#[test]
+fn high_bytes_take_no_room() {
+    let file = film(LARGE, false);
+    let (packed, plain) = (bytes(&file).len(), size_of_val(file.film.pixels()));
+    assert!(packed * 2 < plain, "{packed} of {plain} bytes");
+}
+
+#[test]
+fn a_film_that_is_cut_off_says_so() {
+    let written = bytes(&film(SMALL, true));
+    for length in 1..written.len() {
+        let error = read_all(&written[..length]).expect_err("cut off");
+        assert!(
+            error.starts_with("a.film: ") && error.contains("cut off") || length < 8,
+            "{length}: {error}"
+        );
+    }
+    assert_eq!(read_all(&[]), Ok(None));
+}
+
+#[test]
+fn what_is_not_ours_is_refused_with_the_reason() {
+    let file = film(SMALL, false);
+    let mut newer = bytes(&file);
+    newer[8] = 2;
+    let mut other = file.clone();
+    other.header.program = "rayfront 99.0.0".into();
+    let mut nonsense = file.clone();
+    nonsense.header.samples = vec![[0, 3], [2, 4]];
+    let mut outside = file.clone();
+    outside.header.settings.size = [4, 4];
+    for (written, words) in [
+        (newer, "format 2"),
+        (bytes(&other), "use rayfront 99.0.0"),
+        (bytes(&nonsense), "damaged"),
+        (bytes(&outside), "damaged"),
+        (b"(settings: ())".to_vec(), "not a film"),
+        (vec![0x89, b'R'], "not a film"),
+    ] {
+        let error = read_all(&written).expect_err(words);
+        assert!(error.contains(words) && error.lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
+fn what_differs_is_named() {
+    let file = film(SMALL, false).header;
+    let mut other = file.clone();
+    other.settings.seed = 7;
+    assert_eq!(other.difference(&file).as_deref(), Some("of other settings: seed is 7, not 0"));
+    let mut looks = file.clone();
+    looks.settings.exposure_ev = 2.0;
+    assert_eq!(looks.difference(&file), None, "films do not depend on exposure");
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = |text: &str| {
+        let (scene, mesh) = (folder.path().join("a.ron"), folder.path().join("meshes/b.ply"));
+        std::fs::create_dir_all(folder.path().join("meshes")).expect("a folder");
+        std::fs::write(&scene, "()").expect("a scene");
+        std::fs::write(&mesh, text).expect("a mesh");
+        let files = SourceFiles::default();
+        [&scene, &mesh].iter().for_each(|path| drop(files.read(path).expect("a file")));
+        Source::new(&scene, &files)
+    };
+    let (first, second) = (source("one"), source("two"));
+    assert_eq!(first.difference(&source("one")), None);
+    assert_eq!(first.difference(&second).as_deref(), Some("meshes/b.ply differs"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever bit flips on the way: the film is refused, or it is the same.
+    #[test]
+    fn no_flipped_bit_gives_another_film(place in any::<prop::sample::Index>(), bit in 0u8..8, variance in any::<bool>()) {
+        let file = film(SMALL, variance);
+        let mut written = bytes(&file);
+        let at = place.index(written.len());
+        written[at] ^= 1 << bit;
+        match read_all(&written) {
+            Ok(read) => prop_assert_eq!(read, Some(file)),
+            Err(error) => prop_assert!(error.starts_with("a.film: "), "{}", error),
+        }
+    }
+}

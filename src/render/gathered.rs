@@ -1,0 +1,57 @@
+//! What a rendering has gathered, between its passes and within one.
+
+use std::ops::Range;
+
+use crate::film::{Film, Moments, Region, SampleRanges, Unit};
+
+/// Samples of a film and which these are: all that a rendering needs to be gone on with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gathered {
+    /// The sums.
+    pub film: Film,
+    /// Squares of the samples, where variance is wanted.
+    pub moments: Option<Moments>,
+    /// Samples that every pixel has.
+    pub samples: SampleRanges,
+    /// Those of a pass that is under way.
+    pub pass: Option<Pass>,
+}
+
+/// Samples that some tiles have already and others have not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// The samples.
+    pub samples: Range<u32>,
+    /// Width and height of tiles in pixels.
+    pub tile: u32,
+    /// Which tiles have them, by their numbers.
+    pub done: Vec<bool>,
+}
+
+impl Pass {
+    /// None of the tiles has the samples.
+    pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
+        Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()] }
+    }
+}
+
+impl Gathered {
+    /// No samples.
+    pub fn nothing(region: Region, unit: Unit, variance: bool) -> Gathered {
+        Gathered {
+            film: Film::new(region, unit),
+            moments: variance.then(|| Moments::new(region)),
+            samples: SampleRanges::default(),
+            pass: None,
+        }
+    }
+
+    /// Adds what has been gathered elsewhere of the same pixels, where both have samples of their own.
+    pub fn merge(&mut self, other: &Gathered) {
+        self.film.merge(&other.film);
+        if let (Some(moments), Some(more)) = (&mut self.moments, &other.moments) {
+            moments.merge(more);
+        }
+        self.samples.extend(&other.samples);
+    }
+}

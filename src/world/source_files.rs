@@ -1,0 +1,46 @@
+//! Which files a world was read from, and what was in them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use xxhash_rust::xxh3::xxh3_128;
+
+/// A file's length in bytes and the 128-bit hash (XXH3) of its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Content {
+    /// In bytes.
+    pub length: u64,
+    /// XXH3 of all of them.
+    pub hash: u128,
+}
+
+/// Files that were read, by their paths. Copies are one and the same list: several threads read.
+#[derive(Clone, Debug, Default)]
+pub struct SourceFiles(Arc<Mutex<BTreeMap<PathBuf, Content>>>);
+
+impl SourceFiles {
+    /// Reads a file and remembers what was in it.
+    pub fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
+        let bytes = std::fs::read(path)?;
+        let content = Content { length: bytes.len() as u64, hash: xxh3_128(&bytes) };
+        self.lock().insert(path.to_owned(), content);
+        Ok(bytes)
+    }
+
+    /// Adds those of another list.
+    pub fn extend(&self, others: &SourceFiles) {
+        let others = others.all();
+        self.lock().extend(others);
+    }
+
+    /// All that have been read.
+    pub fn all(&self) -> BTreeMap<PathBuf, Content> {
+        self.lock().clone()
+    }
+
+    /// Nothing panics while it holds the lock.
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Content>> {
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
