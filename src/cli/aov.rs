@@ -111,7 +111,7 @@ pub fn manifest(
 }
 
 /// OpenEXR's texts are bytes without an encoding; JSON can do with ASCII.
-fn ascii(json: &str) -> String {
+pub(super) fn ascii(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
         if c.is_ascii() {

@@ -50,6 +50,8 @@ pub enum Command {
     Resume(super::resume::Resume),
     /// Put films together that hold different samples of one image
     Merge(super::merge::Merge),
+    /// Render an image again by what it says of itself, and say whether it is the same
+    Reproduce(super::reproduce::Reproduce),
     /// Do the experiments of a file and report on them
     Study(super::study::Study),
 }

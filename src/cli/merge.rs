@@ -138,7 +138,7 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
         || header.settings.aov.iter().any(|aov| !aov.is_of_film()) && !arguments.output.output.is_empty();
     let job = match merged {
         None if needs_scene => {
-            Some(load_again(&film, arguments.scene_file.as_ref(), path, arguments.work.quiet)?)
+            Some(load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?)
         }
         _ => None,
     };

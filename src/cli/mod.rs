@@ -20,6 +20,7 @@ mod profile;
 mod profile_report;
 mod render;
 mod report;
+mod reproduce;
 mod resume;
 mod shard;
 mod stop;
@@ -46,6 +47,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Profile(scene)) => profile::run(&scene),
         Some(args::Command::Resume(film)) => resume::run(&film),
         Some(args::Command::Merge(films)) => merge::run(&films),
+        Some(args::Command::Reproduce(image)) => reproduce::run(&image),
         Some(args::Command::Study(file)) => study::run(&file),
         None => render::run(&arguments.render),
     };

@@ -13,6 +13,25 @@ use crate::math::Rgb;
 
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
+/// The name under which an image without noise carries its hash.
+pub const DENOISED: &str = "denoised_hash";
+/// Options that leave no trace in an image: how it was rendered, and where it went.
+const WITHOUT_TRACE: [&str; 14] = [
+    "--schedule",
+    "--wave",
+    "--threads",
+    "--simd",
+    "--checkpoint",
+    "--output",
+    "-o",
+    "--max-time",
+    "--until",
+    "--shard",
+    "--samples",
+    "--bits",
+    "--quality",
+    "--spp",
+];
 
 /// A film as files show it.
 pub struct Picture<'a> {
@@ -53,7 +72,7 @@ impl<'a> Picture<'a> {
     /// Saves what is left without noise beside the images, as bright as these; returns where.
     pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised) -> Result<Vec<PathBuf>, Failure> {
         let mut metadata = self.metadata();
-        metadata.push(("denoised_hash".to_string(), format!("{:032x}", denoised.hash())));
+        metadata.push((DENOISED.to_string(), format!("{:032x}", denoised.hash())));
         let output = self.output(&denoised.radiance, &metadata);
         let beside = |path: &PathBuf| {
             let extension = path.extension().unwrap_or_default().to_string_lossy();
@@ -100,11 +119,13 @@ impl<'a> Picture<'a> {
             entry("film_hash", self.header.film_hash.clone()),
         ];
         entries.extend(limits);
-        // Whose machine it was is nobody's business.
-        let command = self.header.note.command.clone();
+        // Whose machine it was is nobody's business, and the same image shall be the same file.
+        let command = command_line::without(&self.header.note.command, &WITHOUT_TRACE);
+        let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise"];
+        let command = command.into_iter().filter(|word| !switches.contains(&&word[..])).collect();
         let note = Note { command, ..Note::default() };
         let record = serde_json::to_string(&Header { note, ..self.header.clone() });
-        entries.extend(record.ok().map(|record| entry(RECORD, record)));
+        entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries
     }
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use super::Failure;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{OutputOptions, Outputs, StopOptions, WorkOptions};
-use crate::formats::film_file::{self, FilmFile};
+use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 
 /// `rayfront resume`.
@@ -50,7 +50,8 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     if is_file && outputs.film.is_none() && !outputs.to_stdout {
         outputs.film = Some(arguments.film.clone());
     }
-    let mut job = load_again(&film, arguments.scene_file.as_ref(), &arguments.film, arguments.work.quiet)?;
+    let mut job =
+        load_again(&film.header, arguments.scene_file.as_ref(), &arguments.film, arguments.work.quiet)?;
     (job.header.wanted, job.header.shard) = (film.header.wanted, film.header.shard);
     job.header.note.command.clone_from(&film.header.note.command);
     if let Some(spp) = arguments.spp {
@@ -78,12 +79,11 @@ pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
 
 /// The scene of a film, which must still be what it was.
 pub(super) fn load_again(
-    film: &FilmFile,
+    header: &Header,
     scene_file: Option<&PathBuf>,
     film_path: &std::path::Path,
     quiet: bool,
 ) -> Result<Job, Failure> {
-    let header = &film.header;
     let named = &header.scene.path;
     let beside = || {
         let folder = film_path.parent().filter(|folder| !folder.as_os_str().is_empty())?;

@@ -290,3 +290,52 @@ fn a_full_disk_costs_no_older_checkpoint() {
     assert_eq!(std::fs::read(here.join("a.film")).expect("a film"), before);
     assert_eq!(hash(here, "resume a.film --spp 64"), hash(here, "scene.ron --spp 64 -o b.png"));
 }
+
+#[test]
+fn images_say_how_they_are_rendered_again() {
+    let folder = folder();
+    let here = folder.path();
+    let names = ["a.png", "a.exr", "a.hdr", "a.film"];
+    json(
+        here,
+        "scene.ron --spp 3 --crop 10,5,40,45 --sampler jittered --denoise --seed 4 -o a.png -o a.exr -o a.hdr -o a.film",
+    );
+    for name in names.into_iter().chain(["a.denoised.exr"]) {
+        let found = json(here, &format!("reproduce {name} --schedule recursive"));
+        assert_eq!(found["identical"], true, "{name}: {found}");
+    }
+    // The same image is the same file, whoever rendered it and in how many parts.
+    let before = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
+    let line = "scene.ron --crop 10,5,40,45 --sampler jittered --seed 4 --spp 3";
+    (0..2).for_each(|i| drop(json(here, &format!("{line} --threads 1 --shard {i}/2 -o part-{i}.film"))));
+    json(here, "merge part-1.film part-0.film -o a.png -o a.exr -o a.hdr");
+    let after = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
+    assert!(before == after);
+    // What has been changed is named.
+    let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
+    std::fs::write(here.join("scene.ron"), scene.replace("power_w: 300", "power_w: 301")).expect("a scene");
+    let error = failure(here, "reproduce a.png");
+    assert!(error.contains("of another scene: scene.ron differs"), "{error}");
+    image::GrayImage::new(4, 4).save(here.join("plain.png")).expect("a picture");
+    let error = failure(here, "reproduce plain.png");
+    assert!(error.contains("does not say how it was rendered"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn what_was_interrupted_is_reproduced_as_it_is() {
+    let folder = folder();
+    let here = folder.path();
+    let line = "scene.ron --size 320x200 --spp 4000 -o a.exr -o a.film --checkpoint 20ms --quiet";
+    let mut child =
+        command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
+    while !here.join("a.film").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
+    assert_eq!(child.wait().expect("an end").code(), Some(143));
+    for name in ["a.exr", "a.film"] {
+        let found = json(here, &format!("reproduce {name}"));
+        assert_eq!(found["identical"], true, "{name}: {found}");
+    }
+}

@@ -17,10 +17,12 @@ mod encode_png;
 mod encode_radiance;
 pub mod limits;
 mod openexr;
+mod texts;
 
 use std::path::Path;
 
 pub use encode::{Output, PngBits, save, supported};
+pub use texts::load_text;
 
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;

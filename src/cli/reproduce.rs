@@ -1,0 +1,130 @@
+//! `rayfront reproduce IMAGE`: whether an image can be rendered again to the same bits.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+
+use super::Failure;
+use super::job::{Job, gathered_of};
+use super::job_args::WorkOptions;
+use super::output::{DENOISED, RECORD};
+use super::resume::load_again;
+use crate::film::{Film, SampleRanges};
+use crate::formats::film_file::{self, Begun, FilmFile, Header};
+use crate::formats::picture::load_text;
+use crate::render::{Gathered, Session};
+
+/// `rayfront reproduce`.
+#[derive(Args, Debug)]
+pub struct Reproduce {
+    /// An image that rayfront has written (.png, .exr, .hdr), or a .film
+    pub image: PathBuf,
+    /// Where the scene is now [default: where it was, or beside the image]
+    #[arg(long, value_name = "FILE")]
+    pub scene_file: Option<PathBuf>,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
+}
+
+pub(super) fn run(arguments: &Reproduce) -> Result<ExitCode, Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
+    threads.install(|| reproduce(arguments))
+}
+
+fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
+    let path = &arguments.image;
+    let (header, film, denoised) = if film_file::is_film(path) {
+        let FilmFile { header, film, .. } = film_file::load(path)?;
+        (header, Some(film), None)
+    } else {
+        (record(path)?, None, load_text(path, DENOISED)?)
+    };
+    let job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
+    let session = render(&job, &header, &arguments.work)
+        .ok_or_else(|| Failure(format!("{}: its record says what cannot be", path.display())))?;
+    let found = format!("{:032x}", session.film().hash());
+    let clean = denoised.as_ref().and_then(|_| session.denoised());
+    let clean = clean.map(|clean| format!("{:032x}", clean.hash()));
+    let identical = found == header.film_hash && clean == denoised;
+    let places = film.as_ref().map(|film| differing(film, session.film()));
+    if arguments.work.json {
+        let json = json!({
+            "image": path, "identical": identical, "film_hash": found, "film_hash_of_image": header.film_hash,
+            "denoised_hash": clean, "denoised_hash_of_image": denoised,
+            "differing_pixels": places.as_ref().map(|(count, _)| count),
+        });
+        println!("{json}");
+    } else if !arguments.work.quiet {
+        let path = path.display();
+        if identical {
+            println!("{path}: identical\nfilm      {found}");
+        } else {
+            let what = match (found == header.film_hash, places) {
+                (true, _) => "the film is identical, what was left without noise is not".to_owned(),
+                (false, Some((count, Some([x, y])))) => {
+                    format!("{count} pixels differ, the first at {x},{y}")
+                }
+                (false, _) => "the film differs".to_owned(),
+            };
+            println!("{path}: {what}\nfilm      {found}\nit was    {}", header.film_hash);
+        }
+    }
+    Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What an image says of its film.
+fn record(path: &Path) -> Result<Header, Failure> {
+    let wrong = |reason: &str| Failure(format!("{}: {reason}", path.display()));
+    let text = load_text(path, RECORD)?;
+    let text = text.ok_or_else(|| {
+        wrong("it does not say how it was rendered: rayfront has not written it, or its metadata was removed")
+    })?;
+    let program = serde_json::from_str::<serde_json::Value>(&text)
+        .ok()
+        .and_then(|record| Some(record.get("program")?.as_str()?.to_owned()));
+    match program {
+        Some(program) if program != film_file::PROGRAM => {
+            let own = film_file::PROGRAM;
+            Err(wrong(&format!("rendered by {program}, and this is {own}: use {program}")))
+        }
+        _ => serde_json::from_str(&text).map_err(|_| wrong("its record is damaged")),
+    }
+}
+
+/// The samples of a film, once more; none if it names some that cannot be.
+fn render(job: &Job, header: &Header, work: &WorkOptions) -> Option<Session> {
+    let mut session = job.session(work);
+    for range in header.ranges()?.iter() {
+        session = session.with_samples(range);
+        while !session.is_done() {
+            session.advance(16);
+        }
+    }
+    let Some(begun) = &header.begun else { return Some(session) };
+    // Of a pass that was interrupted those tiles alone that it came to.
+    let region = job.header.region;
+    let count = crate::render::tiles(region, begun.tile.max(1)).len() as u32;
+    let others = (0..count).filter(|tile| !begun.tiles.contains(tile)).collect();
+    let rest = Header { begun: Some(Begun { tiles: others, ..begun.clone() }), ..header.clone() };
+    let Gathered { film, moments, .. } = session.gathered().clone();
+    let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
+    let samples: SampleRanges = gathered.samples.clone();
+    session.go_on_with(gathered).then_some(())?;
+    session.advance(1);
+    let whole = Gathered { samples, ..session.gathered().clone() };
+    session.go_on_with(whole).then_some(session)
+}
+
+/// How many pixels of two films differ, and the first.
+fn differing(one: &Film, other: &Film) -> (usize, Option<[u32; 2]>) {
+    let width = one.region().width().max(1);
+    let mut places = (0u32..)
+        .zip(one.pixels().iter().zip(other.pixels()))
+        .filter(|(_, (a, b))| a != b)
+        .map(|(place, _)| [one.region().x0 + place % width, one.region().y0 + place / width]);
+    let first = places.next();
+    (places.count() + usize::from(first.is_some()), first)
+}

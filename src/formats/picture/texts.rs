@@ -1,0 +1,49 @@
+//! What an image that we wrote says of itself.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+
+use super::decode;
+use crate::error::LoadError;
+
+/// The text that an image carries under a name; none if there is none, or nowhere to carry it.
+pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
+    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    Ok(match decode::recognise(&bytes, path)? {
+        image::ImageFormat::Png => of_png(&bytes, name),
+        image::ImageFormat::OpenExr => of_openexr(&bytes, name),
+        image::ImageFormat::Hdr => of_radiance(&bytes, name),
+        _ => None,
+    })
+}
+
+fn of_png(bytes: &[u8], name: &str) -> Option<String> {
+    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let info = reader.info();
+    let latin = info.uncompressed_latin1_text.iter().find(|text| text.keyword == name);
+    let unicode = || info.utf8_text.iter().find(|text| text.keyword == name)?.get_text().ok();
+    latin.map(|text| text.text.clone()).or_else(unicode)
+}
+
+fn of_openexr(bytes: &[u8], name: &str) -> Option<String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).ok()?;
+    let name = Text::new_or_none(name)?;
+    match meta.headers.first()?.own_attributes.other.get(&name) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    }
+}
+
+/// Lines up to an empty one.
+fn of_radiance(bytes: &[u8], name: &str) -> Option<String> {
+    let lines = bytes.split(|byte| *byte == b'\n').take_while(|line| !line.is_empty());
+    let value = |line: &[u8]| {
+        let line = String::from_utf8_lossy(line).into_owned();
+        let (found, value) = line.strip_prefix("# ")?.split_once(": ")?;
+        (found == name).then(|| value.to_owned())
+    };
+    lines.map(value).find_map(|value| value)
+}
