@@ -50,6 +50,8 @@ pub enum Command {
     Resume(super::resume::Resume),
     /// Put films together that hold different samples of one image
     Merge(super::merge::Merge),
+    /// Write job files that render a scene in parts on many machines
+    Plan(super::plan::Plan),
     /// Render an image again by what it says of itself, and say whether it is the same
     Reproduce(super::reproduce::Reproduce),
     /// Do the experiments of a file and report on them

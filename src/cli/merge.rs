@@ -249,7 +249,7 @@ fn write_images(
         let mut text = String::new();
         written.iter().for_each(|path| text += &format!("image     {}\n", path.display()));
         let count = films.len();
-        text += &format!("samples   {} of {count} films\n", output::samples(&header));
+        text += &format!("samples   {}, in {count} films\n", output::samples(&header));
         if missing.count() > 0 {
             text += &format!("missing   {missing}\n");
         }

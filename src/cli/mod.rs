@@ -16,6 +16,7 @@ mod job;
 mod job_args;
 mod merge;
 mod output;
+mod plan;
 mod profile;
 mod profile_report;
 mod render;
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Profile(scene)) => profile::run(&scene),
         Some(args::Command::Resume(film)) => resume::run(&film),
         Some(args::Command::Merge(films)) => merge::run(&films),
+        Some(args::Command::Plan(scene)) => plan::run(&scene),
         Some(args::Command::Reproduce(image)) => reproduce::run(&image),
         Some(args::Command::Study(file)) => study::run(&file),
         None => render::run(&arguments.render),

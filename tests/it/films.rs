@@ -339,3 +339,33 @@ fn what_was_interrupted_is_reproduced_as_it_is() {
         assert_eq!(found["identical"], true, "{name}: {found}");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn planned_commands_are_what_a_shell_takes() {
+    let folder = folder();
+    let here = folder.path().join("it's a $cene; & so on");
+    std::fs::create_dir(&here).expect("a folder");
+    for name in ["scene.ron", "checks.png"] {
+        std::fs::copy(folder.path().join(name), here.join(name)).expect("a copy");
+    }
+    let plan = "plan scene.ron --shards 3 --for commands --output out.png -- --spp 6 --size 40x30";
+    assert_eq!(run(&here, plan).status.code(), Some(0));
+    let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
+    assert_eq!(lines.lines().count(), 3);
+    for line in lines.lines() {
+        // Wherever it is run.
+        let status = Command::new("sh").args(["-c", line]).current_dir(folder.path()).status();
+        assert!(status.expect("a shell").success(), "{line}");
+    }
+    let merge = Command::new("sh").arg(here.join("scene.jobs/merge.sh")).current_dir(folder.path()).output();
+    assert!(merge.expect("a shell").status.success());
+    assert!(here.join("out.png").is_file());
+    let parts = (0..3).map(|i| format!("scene.jobs/part-{i}.film")).collect::<Vec<_>>().join(" ");
+    let whole = hash(&here, "scene.ron --spp 6 --size 40x30 -o whole.png");
+    assert_eq!(hash(&here, &format!("merge {parts}")), whole);
+    let error = failure(&here, "plan scene.ron --shards 25 --for slurm");
+    assert!(error.contains("there are 24 samples"), "{error}");
+    let error = failure(&here, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
+    assert!(error.contains("--sppp"), "{error}");
+}
