@@ -192,6 +192,11 @@ pub struct LightOptions {
     /// Pixels that share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
     #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
     pub sharing: Option<Sharing>,
+    /// Give blocks of pixels more samples where they lessen the error most, --spp on average: on or off [default:
+    /// the scene's]
+    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", require_equals = true,
+          value_parser = parse_switch)]
+    pub adaptive: Option<bool>,
 }
 
 impl LightOptions {
@@ -205,6 +210,7 @@ impl LightOptions {
         settings.transport = self.transport.map_or(settings.transport, Into::into);
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
+        settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
     }
 }
 
@@ -429,6 +435,14 @@ fn parse_sharing(text: &str) -> Result<Sharing, String> {
             let pixels = text.parse().ok().filter(|pixels| Sharing::SIZES.contains(pixels));
             pixels.map(Sharing::Groups).ok_or_else(|| "expected auto, off, 2, 4, 8, 16, 32 or 64".into())
         }
+    }
+}
+
+fn parse_switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("expected on or off".into()),
     }
 }
 

@@ -21,7 +21,7 @@ use crate::formats::film_file::{self, Begun, FilmFile, Header, Note, PROGRAM, So
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::math::Rgb;
-use crate::render::{Gathered, Options, Pass, Session};
+use crate::render::{Gathered, Options, Pass, Session, adaptive};
 use crate::world::{Aov, Settings, World};
 
 /// A scene that is ready to be rendered.
@@ -73,7 +73,9 @@ impl Job {
             wanted: [0, settings.samples],
             settings,
             samples: Vec::new(),
+            most: 0,
             begun: None,
+            rays: None,
             shard: None,
             film_hash: String::new(),
             moments_hash: None,
@@ -289,28 +291,43 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
     let samples = header.ranges()?;
     let pass = match &header.begun {
         None => None,
-        Some(Begun { samples: [start, end], tile, tiles }) => {
+        Some(Begun { samples: [start, end], tile, tiles, blocks }) => {
             let range = *start..*end;
             let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
             let mut pass = Pass::new(range, (*tile).max(1), header.region);
             for number in tiles {
                 *pass.done.get_mut(*number as usize)? = true;
             }
+            if let Some(blocks) = blocks {
+                let mut chosen = vec![false; adaptive::blocks(header.region).len()];
+                for number in blocks {
+                    *chosen.get_mut(*number as usize)? = true;
+                }
+                pass.blocks = Some(chosen);
+            }
             Some(sound.then_some(pass)?)
         }
     };
-    Some(Gathered { film, moments, samples, pass })
+    let rays = header.rays.clone();
+    Some(Gathered { film, moments, samples, pass, rays })
 }
 
 /// Says of a film what is in it.
 pub fn describe(header: &mut Header, gathered: &Gathered) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
+    header.rays.clone_from(&gathered.rays);
     header.begun = gathered.pass.as_ref().map(|pass| Begun {
         samples: [pass.samples.start, pass.samples.end],
         tile: pass.tile,
-        tiles: (0..).zip(&pass.done).filter(|(_, done)| **done).map(|(number, _)| number).collect(),
+        tiles: numbers(&pass.done),
+        blocks: pass.blocks.as_ref().map(|blocks| numbers(blocks)),
     });
+}
+
+/// Which are set.
+fn numbers(flags: &[bool]) -> Vec<u32> {
+    (0..).zip(flags).filter(|(_, is_set)| **is_set).map(|(number, _)| number).collect()
 }
 
 /// Saves a film. The header must say what is in it: see [`describe`].

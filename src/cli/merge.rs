@@ -118,6 +118,10 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
         let path = path.display();
         return Err(wrong(format!("it is unfinished: rayfront resume {path}")));
     }
+    if header.settings.adaptive {
+        let path = path.display();
+        return Err(wrong(format!("adaptive samples are in one film: rayfront resume {path} -o image.png")));
+    }
     if let Some(first) = merged
         && let Some(what) = header.difference(&first.header)
     {

@@ -132,6 +132,10 @@ impl<'a> Picture<'a> {
 
 /// Samples that all pixels have, and how many there were to be.
 pub fn samples(header: &Header) -> String {
+    if header.settings.adaptive && header.most > header.samples.last().map_or(0, |[_, end]| *end) {
+        let least: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
+        return format!("{} on average, {least} to {}", header.settings.samples, header.most);
+    }
     let done: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
     match header.settings.samples {
         asked if asked == done => done.to_string(),

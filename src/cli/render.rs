@@ -67,6 +67,12 @@ fn render(arguments: &Render, path: &Path, outputs: Outputs, shard: Option<[u32;
         }
         job.header.wanted = [start, end];
     }
+    if job.header.settings.adaptive && job.header.wanted != [0, total] {
+        let reason = "adaptive samples are chosen by the film of all samples up to then";
+        return Err(Failure(format!(
+            "--shard and --samples: {reason}: add --adaptive=off, or render it whole"
+        )));
+    }
     let found = outputs.film.as_deref().map(|film| there_already(film, &job.header, arguments));
     let found = found.transpose()?.flatten();
     let is_whole =

@@ -97,7 +97,20 @@ fn record(path: &Path) -> Result<Header, Failure> {
 /// The samples of a film, once more; none if it names some that cannot be.
 fn render(job: &Job, header: &Header, work: &WorkOptions) -> Option<Session> {
     let mut session = job.session(work);
+    let most = |session: &Session| {
+        session.film().pixels().iter().map(|pixel| pixel.count[0] + pixel.count[1]).max().unwrap_or(0)
+    };
+    if header.settings.adaptive {
+        // Round by round, up to where it came.
+        let up_to = header.begun.as_ref().map_or(header.most, |begun| begun.samples[0]);
+        while !session.is_done() && most(&session) < up_to {
+            session.advance(1);
+        }
+    }
     for range in header.ranges()?.iter() {
+        if header.settings.adaptive {
+            break;
+        }
         session = session.with_samples(range);
         while !session.is_done() {
             session.advance(16);

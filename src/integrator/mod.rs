@@ -61,6 +61,8 @@ pub struct Frame {
     pub clamp: Option<f32>,
     /// How paths are shared, if they are.
     pub sharing: Option<Grouping>,
+    /// Whether samples go where they lessen the error most, as many as this on average.
+    pub adaptive: Option<u32>,
     /// What is rendered beforehand, if blocks of pixels choose how many of them share.
     pub pilot: Option<Arc<Pilot>>,
     /// Albedos of the lobes that its materials have under the path transport.
@@ -94,6 +96,7 @@ impl Frame {
             roulette_depth: settings.roulette_depth,
             clamp: settings.clamp,
             sharing,
+            adaptive: settings.adaptive.then_some(settings.samples),
             pilot: None,
             unit,
             lobes,
@@ -111,6 +114,9 @@ impl Frame {
                 "{what} spread all samples over a grid, so that those of a longer rendering are other ones"
             ))
         };
+        if self.adaptive.is_some() {
+            return Err("adaptive samples are given by how many there are on average".into());
+        }
         if self.transport == Transport::Path {
             return match self.sampler {
                 Sampler::Jittered => grid("jittered samplers"),

@@ -15,6 +15,9 @@ pub struct Gathered {
     pub samples: SampleRanges,
     /// Those of a pass that is under way.
     pub pass: Option<Pass>,
+    /// Rays that the first samples of each block have taken, where blocks get as many as they are worth: see
+    /// [`super::adaptive`].
+    pub rays: Option<Vec<u64>>,
 }
 
 /// Samples that some tiles have already and others have not.
@@ -26,12 +29,31 @@ pub struct Pass {
     pub tile: u32,
     /// Which tiles have them, by their numbers.
     pub done: Vec<bool>,
+    /// Which blocks get them, where not all do: see [`super::adaptive`].
+    pub blocks: Option<Vec<bool>>,
 }
 
 impl Pass {
     /// None of the tiles has the samples.
     pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
-        Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()] }
+        Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()], blocks: None }
+    }
+}
+
+impl Pass {
+    /// What of a tile is rendered: all of it, or those of its blocks that get samples, with their numbers.
+    pub(super) fn parts(&self, region: Region, tile: Region, by_block: bool) -> Vec<(Option<usize>, Region)> {
+        if !by_block {
+            return vec![(None, tile)];
+        }
+        let inside =
+            |block: &Region| (tile.x0..tile.x1).contains(&block.x0) && (tile.y0..tile.y1).contains(&block.y0);
+        let is_chosen = |number: usize| self.blocks.as_ref().is_none_or(|chosen| chosen[number]);
+        let blocks = super::adaptive::blocks(region).into_iter().enumerate();
+        blocks
+            .filter(|(number, block)| is_chosen(*number) && inside(block))
+            .map(|(number, block)| (Some(number), block))
+            .collect()
     }
 }
 
@@ -43,6 +65,7 @@ impl Gathered {
             moments: variance.then(|| Moments::new(region)),
             samples: SampleRanges::default(),
             pass: None,
+            rays: None,
         }
     }
 

@@ -27,6 +27,7 @@
 //! # Ok::<(), rayfront::error::CompileError>(())
 //! ```
 
+pub mod adaptive;
 mod aov;
 mod gathered;
 
@@ -150,9 +151,12 @@ impl Session {
     pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
         let (old, new) = (&self.gathered, &gathered);
         let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
+        let count = adaptive::blocks(new.film.region()).len();
+        let blocks = |pass: &Pass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
         let alike = (old.film.region(), old.film.unit(), old.moments.is_some())
             == (new.film.region(), new.film.unit(), new.moments.is_some());
-        let fits = alike && new.pass.as_ref().is_none_or(tiles);
+        let rays = new.rays.as_ref().is_none_or(|rays| rays.len() == count);
+        let fits = alike && rays && new.pass.as_ref().is_none_or(|pass| tiles(pass) && blocks(pass));
         if fits {
             self.gathered = gathered;
         }
@@ -167,7 +171,28 @@ impl Session {
 
     /// Whether every sample has been rendered.
     pub fn is_done(&self) -> bool {
-        self.gathered.pass.is_none() && self.gathered.samples.missing(self.wanted.clone()).count() == 0
+        self.gathered.pass.is_none() && self.next_pass(1).is_none()
+    }
+
+    /// What is rendered next, `count` samples if all pixels get them.
+    fn next_pass(&self, count: u32) -> Option<Pass> {
+        let (region, size) = (self.gathered.film.region(), self.tile_size());
+        let of_all = match self.rounds() {
+            Some(_) => self.wanted.start..self.wanted.end.min(adaptive::PILOT),
+            None => self.wanted.clone(),
+        };
+        if let Some(next) = self.gathered.samples.missing(of_all).iter().next() {
+            let end = next.start.saturating_add(count).min(next.end);
+            return Some(Pass::new(next.start..end, size, region));
+        }
+        let rays = self.gathered.rays.as_deref().unwrap_or_default();
+        let round = adaptive::next_round(&self.gathered.film, rays, self.rounds()?)?;
+        Some(Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) })
+    }
+
+    /// How many samples there are on average, where they come in rounds.
+    fn rounds(&self) -> Option<u32> {
+        self.frame.adaptive.filter(|budget| *budget >= 2 * adaptive::PILOT && self.wanted == (0..*budget))
     }
 
     /// Renders the next `count` samples of every pixel, at most those that are left; or finishes the pass
@@ -179,53 +204,66 @@ impl Session {
     /// The same, but starts no further tile once `stop` is set. The film then holds more samples in some
     /// pixels than in others, and [`Gathered::pass`] says where.
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
-        let size = self.tile_size();
-        let missing = self.gathered.samples.missing(self.wanted.clone());
         let region = self.gathered.film.region();
-        let pass = match self.gathered.pass.take() {
-            Some(pass) => pass,
-            None => {
-                let Some(next) = missing.iter().next() else { return };
-                let end = next.start.saturating_add(count).min(next.end);
-                Pass::new(next.start..end, size, region)
-            }
-        };
-        let (samples, todo) = (pass.samples.clone(), tiles(region, pass.tile.max(1)));
-        let todo: Vec<_> = todo.into_iter().enumerate().filter(|(number, _)| !pass.done[*number]).collect();
+        let Some(pass) = self.gathered.pass.take().or_else(|| self.next_pass(count)) else { return };
+        let (samples, all) = (pass.samples.clone(), pass.blocks.is_none());
+        let by_block = self.rounds().is_some();
+        if by_block {
+            let blocks = adaptive::blocks(region).len();
+            self.gathered.rays.get_or_insert_with(|| vec![0; blocks]);
+        }
+        let todo = tiles(region, pass.tile.max(1)).into_iter().enumerate();
+        let todo: Vec<_> = todo
+            .filter(|(number, _)| !pass.done[*number])
+            .map(|(number, tile)| (number, pass.parts(region, tile, by_block)))
+            .collect();
         self.gathered.pass = Some(pass);
 
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
-        todo.into_par_iter().for_each(|(number, tile)| {
+        todo.into_par_iter().for_each(|(number, parts)| {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            let mut own = Statistics::default();
             let mut worker = lock(workers)
                 .pop()
                 .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
-            let mut squares = options.variance.then(|| Moments::new(tile));
-            let film = match &mut squares {
-                None => worker.render(frame, options.level, tile, samples.clone(), &mut own),
-                Some(squares) => {
-                    one_by_one(&mut worker, frame, options, tile, samples.clone(), &mut own, squares)
-                }
+            let mut render = |part: Region| {
+                let mut own = Statistics::default();
+                let mut moments = options.variance.then(|| Moments::new(part));
+                let film = match &mut moments {
+                    None => worker.render(frame, options.level, part, samples.clone(), &mut own),
+                    Some(squares) => {
+                        one_by_one(&mut worker, frame, options, part, samples.clone(), &mut own, squares)
+                    }
+                };
+                let samples = SampleRanges::default();
+                (Gathered { film, moments, samples, pass: None, rays: None }, own)
             };
+            let rendered: Vec<(Gathered, Statistics)> = parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
-            lock(&statistics).add(&own);
-            let rendered = Gathered { film, moments: squares, samples: SampleRanges::default(), pass: None };
             let mut guard = lock(&gathered);
-            guard.merge(&rendered);
+            for ((block, _), (rendered, own)) in parts.iter().zip(&rendered) {
+                guard.merge(rendered);
+                let rays = block.zip(guard.rays.as_mut()).and_then(|(block, rays)| rays.get_mut(block));
+                if let Some(rays) = rays.filter(|_| all) {
+                    *rays += own.rays.total();
+                }
+                lock(&statistics).add(own);
+            }
             if let Some(pass) = &mut guard.pass {
                 pass.done[number] = true;
             }
             drop(guard);
-            let samples = tile.area() as u64 * samples.len() as u64;
+            let pixels: usize = parts.iter().map(|(_, part)| part.area()).sum();
+            let samples = pixels as u64 * samples.len() as u64;
             progress(&Progress { samples, gathered: &|| lock(&gathered).clone() });
         });
         if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
             self.gathered.pass = None;
-            self.gathered.samples.insert(samples);
+            if all {
+                self.gathered.samples.insert(samples);
+            }
         }
     }
 

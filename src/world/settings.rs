@@ -32,6 +32,9 @@ pub struct Settings {
     pub sampler: Sampler,
     /// Whether pixels share the paths of their neighbours, under the path transport.
     pub sharing: Sharing,
+    /// Whether blocks of pixels get samples where they lessen the error most, as many as `samples` on average
+    /// (see [`crate::render::adaptive`]).
+    pub adaptive: bool,
     /// How light travels.
     pub transport: Transport,
     /// Which random numbers: another seed, another (equally right) noise.
@@ -77,6 +80,7 @@ impl Default for Settings {
             clamp: None,
             sampler: Sampler::Sobol,
             sharing: Sharing::Auto,
+            adaptive: false,
             transport: Transport::Whitted,
             seed: 0,
             filter: PixelFilter::default(),

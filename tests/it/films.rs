@@ -216,21 +216,17 @@ fn rules_stop_a_rendering_and_say_how_to_get_the_same() {
     assert!(more["samples"].as_u64() > Some(samples), "{more}");
 }
 
-/// A rendering that was ended by a signal after some time, or once there was a film, and gone on with: its exit
-/// code, its hash, and whether there was a film.
-fn after(signal: &str, time: Option<Duration>, here: &Path) -> (Option<i32>, String, bool) {
+/// A rendering that was ended by a signal some time after it began, or after there was a film, and gone on with:
+/// its exit code, its hash, and whether there was a film.
+fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
     let _ = std::fs::remove_file(here.join("a.film"));
     let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
     let mut child =
         command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
-    match time {
-        Some(time) => std::thread::sleep(time),
-        None => {
-            while !here.join("a.film").exists() {
-                std::thread::sleep(Duration::from_millis(1));
-            }
-        }
+    while has_film && !here.join("a.film").exists() {
+        std::thread::sleep(Duration::from_millis(1));
     }
+    std::thread::sleep(time);
     let id = child.id().to_string();
     let sent = Command::new("kill").args([signal, &id]).status().expect("kill runs");
     let code = child.wait().expect("an end").code();
@@ -252,13 +248,15 @@ fn whatever_ends_it_a_rendering_is_gone_on_with() {
     for moment in 0..30u32 {
         // As if at random, and no two alike.
         let part = f64::from(moment.wrapping_mul(2_654_435_769)) / f64::from(u32::MAX);
-        let (_, found, is_there) = after("-KILL", Some(time.mul_f64(part)), here);
+        let has_film = moment % 2 == 0;
+        let wait = if has_film { time.mul_f64(0.5 * part) } else { time.mul_f64(part) };
+        let (_, found, is_there) = after("-KILL", has_film, wait, here);
         assert_eq!(found, expected, "killed after {part} of the time");
         gone_on_with += u32::from(is_there);
     }
-    assert!(gone_on_with >= 10, "{gone_on_with} of 30 left a film behind");
+    assert!(gone_on_with >= 15, "{gone_on_with} of 30 left a film behind");
     for (signal, code) in [("-TERM", 143), ("-INT", 130)] {
-        let (found, hash, is_there) = after(signal, None, here);
+        let (found, hash, is_there) = after(signal, true, Duration::ZERO, here);
         assert!(is_there && hash == expected, "{signal}");
         assert!(found == Some(code) || found == Some(0), "{signal}: {found:?}");
     }
@@ -368,4 +366,46 @@ fn planned_commands_are_what_a_shell_takes() {
     assert!(error.contains("there are 24 samples"), "{error}");
     let error = failure(&here, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
     assert!(error.contains("--sppp"), "{error}");
+}
+
+/// Samples where they are worth it: the same whatever renders and interrupts, and fit to be gone on with.
+#[cfg(unix)]
+#[test]
+fn adaptive_samples_are_chosen_alike_by_all() {
+    let folder = folder();
+    let here = folder.path();
+    let line = "scene.ron --adaptive --spp 32 --aov samples";
+    let expected = hash(here, &format!("{line} -o a.exr"));
+    assert_ne!(expected, hash(here, "scene.ron --spp 32 -o b.exr"));
+    for way in ["--schedule recursive --threads 1", "--wave 7 --simd portable", "--threads 3"] {
+        assert_eq!(hash(here, &format!("{line} {way} -o b.exr")), expected, "{way}");
+    }
+    let verified = json(here, "verify scene.ron --adaptive --size 48x40 --spp 32");
+    assert_eq!(verified["mismatches"], 0, "{verified}");
+    assert_eq!(json(here, "reproduce a.exr")["identical"], true);
+    // Interrupted in its rounds, and gone on with.
+    let longer = "scene.ron --adaptive --aov samples --size 120x80 --spp 64 -o long.film";
+    let whole = hash(here, longer);
+    let (mut in_rounds, mut moment) = (0, 5);
+    while in_rounds < 3 && moment < 4000 {
+        std::fs::remove_file(here.join("long.film")).expect("a film");
+        let arguments = format!("{longer} --checkpoint 2ms --quiet");
+        let arguments: Vec<_> = arguments.split_whitespace().collect();
+        let mut child = command(here, &arguments).spawn().expect("the program runs");
+        while !here.join("long.film").exists() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(moment));
+        child.kill().expect("killed");
+        child.wait().expect("an end");
+        let found = rayfront::formats::film_file::load_header(&here.join("long.film")).expect("a film");
+        in_rounds += u32::from(found.begun.is_some_and(|begun| begun.blocks.is_some()));
+        assert_eq!(hash(here, "resume long.film"), whole, "after {moment} ms");
+        moment += moment / 2;
+    }
+    assert!(in_rounds > 0, "no rendering was killed within a round");
+    for line in ["scene.ron --adaptive --spp 32 --shard 0/2", "resume long.film --spp 128", "merge long.film"]
+    {
+        assert!(failure(here, line).contains("adaptive"), "{line}");
+    }
 }

@@ -38,8 +38,12 @@ pub struct Header {
     pub wanted: [u32; 2],
     /// Samples that all pixels have: ranges, in order.
     pub samples: Vec<[u32; 2]>,
+    /// The most samples that any pixel has: with adaptive samples more than all have.
+    pub most: u32,
     /// Samples that only some tiles have, besides.
     pub begun: Option<Begun>,
+    /// Rays that each block's first samples have taken, where samples are adaptive.
+    pub rays: Option<Vec<u64>>,
     /// Which part of how many was asked for.
     pub shard: Option<[u32; 2]>,
     /// [`Film::hash`], in hexadecimal digits.
@@ -59,6 +63,8 @@ pub struct Begun {
     pub tile: u32,
     /// Numbers of the tiles that have them.
     pub tiles: Vec<u32>,
+    /// Numbers of the blocks that get them, where not all do.
+    pub blocks: Option<Vec<u32>>,
 }
 
 /// For people, and to go on as it was begun.
@@ -171,6 +177,7 @@ impl Header {
     pub fn set_film(&mut self, film: &Film, moments: Option<&Moments>) {
         (self.region, self.unit) = (film.region(), film.unit());
         self.variance = moments.is_some();
+        self.most = film.pixels().iter().map(|p| p.count[0] + p.count[1]).max().unwrap_or(0);
         self.film_hash = format!("{:032x}", film.hash());
         self.moments_hash = moments.map(|moments| format!("{:032x}", moments.hash()));
     }

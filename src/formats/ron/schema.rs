@@ -43,6 +43,7 @@ pub(super) struct Settings<'a> {
     pub transport: Option<Raw<'a>>,
     pub sampler: Option<Raw<'a>>,
     pub sharing: Option<Raw<'a>>,
+    pub adaptive: Option<Raw<'a>>,
     pub seed: Option<Raw<'a>>,
     pub filter: Option<Raw<'a>>,
     pub pixel_pattern: Option<Raw<'a>>,

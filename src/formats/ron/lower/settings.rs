@@ -98,6 +98,9 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.sharing {
         settings.sharing = sharing(source, raw)?;
     }
+    if let Some(raw) = read.adaptive {
+        settings.adaptive = source.choice(raw, "adaptive", &[("On", true), ("Off", false)])?;
+    }
     if let Some(raw) = read.seed {
         settings.seed = source.whole(raw, "seed", 0, u64::MAX)?;
     }

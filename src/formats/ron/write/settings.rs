@@ -15,6 +15,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
         clamp,
         sampler,
         sharing,
+        adaptive,
         transport,
         seed,
         filter,
@@ -49,6 +50,9 @@ pub(super) fn settings(settings: &Settings) -> Written {
             Sharing::Groups(pixels) => pixels.to_string(),
             other => format!("{other:?}"),
         })
+    })?;
+    keys.push_unless(*adaptive == default.adaptive, "adaptive", || {
+        Ok(if *adaptive { "On" } else { "Off" }.to_owned())
     })?;
     keys.push_unless(*seed == default.seed, "seed", || Ok(seed.to_string()))?;
     keys.push_unless(*filter == default.filter, "filter", || pixel_filter(*filter))?;

@@ -1,0 +1,236 @@
+//! Which blocks of pixels get more samples: as many rays in all as uniform sampling would take, where they
+//! lessen the error most.
+//!
+//! Rounds double the samples of the blocks that go on: after 16 samples of all, up to 32, 64 and so on. Which
+//! go on is a function of the film's integers at the end of a round, and of how many rays the first samples
+//! took, and of nothing else, so that all ways to render choose alike. Arithmetic here is that which IEEE 754 rounds the same everywhere.
+//!
+//! Stopping by the samples that are averaged is biased (Kirk and Arvo 1991): what looks quiet by chance stops.
+//! Over blocks of 256 pixels and from 16 samples on little of that is left, and a test says how much.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::ops::Range;
+
+use crate::film::{Film, PixelSum, Region};
+use crate::integrator::sharing::BLOCK;
+
+/// Samples that all pixels get: what is chosen by fewer is chosen by chance.
+pub const PILOT: u32 = 16;
+/// A block gets at most so many times as many samples as there are on average.
+const MOST: u32 = 16;
+/// Darker pixels than that part of the image's mean count as that bright.
+const DARK: f64 = 0.5;
+/// A pixel's noise counts as at most so many times its block's brightness: what one sample in thousands finds
+/// is not found by twice as many.
+const OUTLIER: f64 = 4.0;
+
+/// Samples that some blocks are to get.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// Which samples.
+    pub samples: Range<u32>,
+    /// Which blocks of the region, row by row.
+    pub blocks: Vec<bool>,
+}
+
+/// What is known of a block.
+struct Block {
+    /// Variance of a sample, relative to the square of the brightness, added over its pixels.
+    variance: f64,
+    pixels: f64,
+    /// Samples a pixel.
+    samples: u32,
+    /// What a sample of all its pixels costs.
+    price: f64,
+}
+
+/// The blocks of a region: squares of the whole image, cut off at its edges.
+pub fn blocks(region: Region) -> Vec<Region> {
+    super::tiles(region, BLOCK)
+}
+
+/// Which blocks go on after a round; none when all have what they get. `rays` is what the first [`PILOT`] samples
+/// of each block have taken, `budget` how many samples of all pixels would take as many rays.
+pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
+    let mut known = measured(film, &blocks(film.region()));
+    // Whoever does not know takes all for equal.
+    known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
+    let reached = known.iter().map(|block| block.samples).max()?;
+    let next = reached.checked_mul(2)?;
+    let blocks: Vec<bool> = allocated(&known, budget, reached).iter().map(|wanted| *wanted >= next).collect();
+    blocks.contains(&true).then_some(Round { samples: reached..next, blocks })
+}
+
+fn samples(pixel: &PixelSum) -> u32 {
+    pixel.count[0] + pixel.count[1]
+}
+
+/// What the film says of its blocks.
+fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
+    let quantum = film.unit().quantum();
+    let mean = |p: &PixelSum, parity: usize, c: usize| {
+        p.sum[parity][c] as f64 * quantum / f64::from(p.count[parity].max(1))
+    };
+    let brightness = |p: &PixelSum| (0..3).map(|c| mean(p, 0, c) + mean(p, 1, c)).sum::<f64>() / 6.0;
+    let of_all = film.pixels().iter().map(brightness).sum::<f64>() / film.pixels().len().max(1) as f64;
+    let floor = DARK * of_all;
+    let mut known: Vec<Block> = Vec::with_capacity(places.len());
+    for place in places {
+        let rows = (place.y0..place.y1).map(|y| film.region().index(place.x0, y));
+        let pixels = rows.flat_map(|start| &film.pixels()[start..start + place.width() as usize]);
+        let area = place.area() as f64;
+        let bright = (pixels.clone().map(brightness).sum::<f64>() / area).max(floor);
+        let most = OUTLIER * bright * bright;
+        let noise = |p: &PixelSum| {
+            // The mean of two halves has a quarter of the variance of their difference.
+            let square = |c: usize| {
+                let difference = mean(p, 0, c) - mean(p, 1, c);
+                0.25 * difference * difference
+            };
+            (0..3).map(square).sum::<f64>().min(most)
+        };
+        let samples = pixels.clone().map(samples).max().unwrap_or(0);
+        let sum: f64 = pixels.map(noise).sum();
+        let variance = if sum > 0.0 { sum / (bright * bright) * f64::from(samples) } else { 0.0 };
+        known.push(Block { variance, pixels: area, samples, price: area });
+    }
+    beside_noise(&mut known, film.region());
+    known
+}
+
+/// A block is taken for half as noisy as its neighbours are in the mean, and half as noisy as it is itself: what
+/// 16 samples say of a block alone is uncertain, and one beside a noisy block may hold a part of what is noisy
+/// there, found by too few samples to show.
+fn beside_noise(known: &mut [Block], region: Region) {
+    let columns = (region.x1.div_ceil(BLOCK) - region.x0 / BLOCK) as usize;
+    let each: Vec<f64> = known.iter().map(|block| block.variance / block.pixels).collect();
+    for (place, block) in known.iter_mut().enumerate() {
+        let (column, row) = (place % columns, place / columns);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in row.saturating_sub(1)..=row + 1 {
+            for x in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
+                if let Some(variance) = each.get(y * columns + x) {
+                    sum += variance;
+                    count += 1.0;
+                }
+            }
+        }
+        block.variance = 0.5 * (block.variance + sum / count * block.pixels);
+    }
+}
+
+/// The next doubling of a block's samples and what it is worth.
+struct Doubling {
+    worth: f64,
+    block: usize,
+}
+
+impl PartialEq for Doubling {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Doubling {}
+
+impl PartialOrd for Doubling {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Doubling {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.worth.total_cmp(&other.worth).then(other.block.cmp(&self.block))
+    }
+}
+
+/// How many samples each block is to have: the doublings that lessen the error most for their price, as long
+/// as there are samples left. Blocks that have stopped before stay as they are.
+fn allocated(known: &[Block], budget: u32, reached: u32) -> Vec<u32> {
+    let mut wanted: Vec<u32> = known.iter().map(|block| block.samples).collect();
+    let left = |block: &Block| (f64::from(budget) - f64::from(block.samples)) * block.price;
+    let mut left: f64 = known.iter().map(left).sum();
+    // From n to 2 n samples a pixel the variance falls by half of s / n, for n samples a pixel more.
+    let worth = |block: usize, n: u32| {
+        let (n, block) = (f64::from(n.max(1)), &known[block]);
+        block.variance / (2.0 * n * n * block.price)
+    };
+    let going_on = (0..known.len()).filter(|block| known[*block].samples == reached);
+    let mut doublings: BinaryHeap<Doubling> =
+        going_on.map(|block| Doubling { worth: worth(block, reached), block }).collect();
+    while let Some(Doubling { worth: value, block }) = doublings.pop() {
+        let n = wanted[block];
+        let price = f64::from(n) * known[block].price;
+        if value <= 0.0 || price > left {
+            break;
+        }
+        left -= price;
+        wanted[block] = 2 * n;
+        if n < budget.saturating_mul(MOST) / 4 {
+            doublings.push(Doubling { worth: worth(block, 2 * n), block });
+        }
+    }
+    wanted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Unit;
+    use crate::math::Rgb;
+
+    /// 16 samples of 4 × 3 blocks; `noise` says how far a block's even and odd samples lie apart.
+    fn film(noise: impl Fn(u32, u32) -> f32) -> Film {
+        let region = Region { x0: 8, y0: 0, x1: 64, y1: 40 };
+        let mut film = Film::new(region, Unit::default());
+        for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
+            let apart = noise(x / BLOCK, y / BLOCK);
+            for sample in 0..PILOT {
+                film.count(x, y, sample);
+                film.add(x, y, sample, Rgb::splat(1.0 + if sample & 1 == 0 { apart } else { -apart }));
+            }
+        }
+        film
+    }
+
+    #[test]
+    fn what_is_equal_gets_equally_many() {
+        let even = film(|_, _| 0.1);
+        let round = next_round(&even, &[], 64).expect("more");
+        assert_eq!((round.samples, round.blocks), (16..32, vec![true; 12]));
+        assert_eq!(next_round(&even, &[], 16), None, "there is nothing left");
+        assert_eq!(next_round(&film(|_, _| 0.0), &[], 64), None, "there is no noise");
+    }
+
+    #[test]
+    fn noise_gets_more_and_so_does_what_is_beside_it() {
+        let corner = film(|x, y| if (x, y) == (0, 0) { 0.02 } else { 0.001 });
+        let round = next_round(&corner, &[], 32).expect("more");
+        let chosen: Vec<usize> = (0..12).filter(|block| round.blocks[*block]).collect();
+        assert_eq!(chosen, [0, 1, 4, 5]);
+    }
+
+    #[test]
+    fn what_is_cheap_comes_first() {
+        let even = film(|_, _| 0.1);
+        let mut rays = [1000; 12];
+        (rays[3], rays[7]) = (10, 10);
+        let round = next_round(&even, &rays, 17).expect("more");
+        let chosen: Vec<usize> = (0..12).filter(|block| round.blocks[*block]).collect();
+        assert_eq!(chosen, [3, 7]);
+    }
+
+    #[test]
+    fn no_more_rays_are_spent_than_there_are() {
+        let uneven = film(|x, y| 0.01 * (1 + x * 7 % 4 + y * 5 % 3) as f32);
+        for budget in [17, 32, 50, 64, 1000] {
+            let known = measured(&uneven, &blocks(uneven.region()));
+            let wanted = allocated(&known, budget, PILOT);
+            let spent: f64 = wanted.iter().zip(&known).map(|(n, block)| f64::from(*n) * block.price).sum();
+            let all: f64 = known.iter().map(|block| block.price).sum();
+            assert!(spent <= f64::from(budget) * all && spent > 0.5 * f64::from(budget) * all, "{budget}");
+        }
+    }
+}
