@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::aov::AovName;
+use super::frames::FrameOptions;
 use super::job_args::{OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::bvh::Coherence;
@@ -160,6 +161,9 @@ pub struct Render {
     /// Render only these samples of all, such as 0..16
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
     pub samples: Option<[u32; 2]>,
+    /// Which moments.
+    #[command(flatten)]
+    pub frames: FrameOptions,
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,

@@ -2,9 +2,11 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
+use super::Failure;
 use super::job::Job;
 use super::job_args::WorkOptions;
 use crate::film::Region;
@@ -56,7 +58,13 @@ pub(super) fn parse(text: &str) -> Result<f64, String> {
 }
 
 /// Renders a part of a film's tiles once more.
-pub fn audit(job: &Job, file: &FilmFile, path: &Path, part: f64, work: &WorkOptions) -> Audited {
+pub(super) fn audit(
+    job: &mut Job,
+    file: &FilmFile,
+    path: &Path,
+    part: f64,
+    work: &WorkOptions,
+) -> Result<Audited, Failure> {
     let region = file.film.region();
     let tiles = crate::render::tiles(region, TILE);
     let count = ((tiles.len() as f64 * part).ceil() as usize).clamp(1, tiles.len().max(1));
@@ -80,30 +88,31 @@ pub fn audit(job: &Job, file: &FilmFile, path: &Path, part: f64, work: &WorkOpti
         first: None,
     };
     for (_, tile) in drawn.into_iter().take(count) {
-        if !is_same(job, file, tile, work) {
+        if !is_same(job, file, tile, work)? {
             audited.differing += 1;
             audited.first.get_or_insert(tile);
         }
     }
-    audited
+    Ok(audited)
 }
 
 /// Whether a tile of a film has the bits that it has here.
-fn is_same(job: &Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> bool {
+fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> Result<bool, Failure> {
     // Of a pass that was under way nothing is known for sure.
     if file.header.begun.is_some() {
-        return true;
+        return Ok(true);
     }
     let mut again = job.session_of(work, tile);
     for [start, end] in &file.header.samples {
         again = again.with_samples(*start..*end);
         while !again.is_done() {
-            again.advance(16);
+            job.advance(&mut again, 16, &AtomicBool::new(false), &|_| ())?;
         }
     }
     let rows = (tile.y0..tile.y1).zip(again.film().pixels().chunks(tile.width().max(1) as usize));
-    rows.into_iter().all(|(y, row)| {
+    let mut rows = rows.into_iter();
+    Ok(rows.all(|(y, row)| {
         let start = file.film.region().index(tile.x0, y);
         file.film.pixels()[start..start + row.len()] == *row
-    })
+    }))
 }

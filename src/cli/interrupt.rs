@@ -1,7 +1,7 @@
 //! Ctrl-C, and what systems send to a program that shall end.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// Whether the program has been asked to end, and by what.
 #[derive(Clone, Default)]
@@ -12,11 +12,15 @@ pub(super) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Watches from now on. A second Ctrl-C ends the program at once.
+    /// Watches from now on, if that has not begun before. A second Ctrl-C ends the program at once.
     pub(super) fn watch() -> Self {
-        let interrupt = Self::default();
-        watch(interrupt.clone());
-        interrupt
+        static WATCHED: OnceLock<Interrupt> = OnceLock::new();
+        let watched = WATCHED.get_or_init(|| {
+            let interrupt = Self::default();
+            watch(interrupt.clone());
+            interrupt
+        });
+        watched.clone()
     }
 
     /// Set when the program shall end.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -21,7 +22,8 @@ use crate::formats::film_file::{self, Begun, FilmFile, Header, Note, PROGRAM, So
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::math::Rgb;
-use crate::render::{Gathered, Options, Pass, Session, adaptive};
+use crate::render::{Gathered, OnProgress, Options, Pass, Progress, Session, adaptive};
+use crate::scene::CompiledScene;
 use crate::world::{Aov, Settings, World};
 
 /// A scene that is ready to be rendered.
@@ -34,6 +36,35 @@ pub struct Job {
     pub names: HashMap<u32, String>,
     /// How long it took up to here.
     pub phases: Phases,
+    /// Which moment the frame is of, where the shutter is open for some time.
+    moment: u32,
+}
+
+/// A scene's file at one moment, compiled.
+struct Compiled {
+    scene: CompiledScene,
+    settings: Settings,
+    source: Source,
+    names: HashMap<u32, String>,
+    phases: Phases,
+}
+
+/// Reads and compiles. `change` is what is said elsewhere about the scene's settings.
+fn compiled(path: &Path, view: &View, change: impl FnOnce(&mut Settings)) -> Result<Compiled, Failure> {
+    let mut phases = Phases::default();
+    let start = Instant::now();
+    let mut world = crate::formats::load_with(path, &view.load_options())?;
+    change(&mut world.settings);
+    phases.load = start.elapsed();
+    let start = Instant::now();
+    let scene = crate::compile::compile(&world, view.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+    phases.compile = start.elapsed();
+    let World { settings, assets, .. } = &world;
+    let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
+    let source = Source::new(path, &assets.files);
+    // The world ends here: large meshes need not stay twice.
+    Ok(Compiled { scene, settings: settings.clone(), source, names, phases })
 }
 
 impl Job {
@@ -44,24 +75,14 @@ impl Job {
         quiet: bool,
         change: impl FnOnce(&mut Settings),
     ) -> Result<Job, Failure> {
-        let mut phases = Phases::default();
-        let start = Instant::now();
-        let mut world = crate::formats::load_with(path, &view.load_options())?;
-        change(&mut world.settings);
-        phases.load = start.elapsed();
-        let start = Instant::now();
-        let scene = crate::compile::compile(&world, view.camera.as_deref())
-            .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
-        phases.compile = start.elapsed();
+        let Compiled { scene, settings, source, names, phases } = compiled(path, &view.at(0), change)?;
         if !quiet {
             scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         }
-        let World { settings, assets, .. } = &world;
-        let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
-        let source = Source::new(path, &assets.files);
-        let settings = settings.clone();
-        // Compiled: large meshes need not stay twice.
-        drop(world);
+        if settings.adaptive && view.moments() > 1 {
+            let reason = "adaptive samples need all of the time at once";
+            return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
+        }
         let frame = Arc::new(Frame::new(scene, &settings));
         let header = Header {
             program: PROGRAM.into(),
@@ -81,7 +102,46 @@ impl Job {
             moments_hash: None,
             note: Note { command: std::env::args().skip(1).collect(), ..Note::default() },
         };
-        Ok(Job { header, frame, names, phases })
+        Ok(Job { header, frame, names, phases, moment: 0 })
+    }
+
+    /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
+    pub fn advance(
+        &mut self,
+        session: &mut Session,
+        count: u32,
+        stop: &AtomicBool,
+        progress: OnProgress,
+    ) -> Result<(), Failure> {
+        let (view, samples) = (&self.header.view, self.header.settings.samples);
+        let pass = session.gathered().pass.as_ref().map(|pass| pass.samples.start);
+        let next = pass.or_else(|| session.next_sample()).unwrap_or(0);
+        let moment = view.moment_of(next, samples);
+        let count = count.min(view.end_of(moment, samples).saturating_sub(next)).max(1);
+        self.move_to(moment)?;
+        if !Arc::ptr_eq(&self.frame, session.frame()) {
+            session.set_frame(self.frame.clone());
+        }
+        session.advance_until(count, stop, progress);
+        Ok(())
+    }
+
+    /// Gets the scene ready as it is at a moment.
+    fn move_to(&mut self, moment: u32) -> Result<(), Failure> {
+        if moment == self.moment {
+            return Ok(());
+        }
+        let Header { scene, view, settings, .. } = &self.header;
+        let found = compiled(&scene.path, &view.at(moment), |read| *read = settings.clone())?;
+        if let Some(what) = found.source.difference(scene) {
+            return Err(Failure(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
+        }
+        // One film counts in one unit.
+        let frame = Frame { unit: self.frame.unit, ..Frame::new(found.scene, settings) };
+        (self.frame, self.moment) = (Arc::new(frame), moment);
+        self.phases.load += found.phases.load;
+        self.phases.compile += found.phases.compile;
+        Ok(())
     }
 
     /// Renders only this part of the image.
@@ -199,7 +259,17 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     let before = job.header.note.seconds;
     let checkpoint = checkpoint_to
         .map(|(path, is_wanted, every)| Checkpoint::new(path, is_wanted, every, job.header.clone()));
-    let (code, stopped_by) = passes(&mut session, wanted, checkpoint.as_ref());
+    let interrupt = Interrupt::watch();
+    if interrupt.is_set() {
+        // Between two frames.
+        return Ok(interrupt.exit_code());
+    }
+    let (code, stopped_by) = passes(&mut job, &mut session, wanted, checkpoint.as_ref(), &interrupt)?;
+    if job.header.view.moments() > 1 {
+        // What depths and normals show of what moves is the middle of it.
+        job.move_to(job.header.view.moments() / 2)?;
+        session.set_frame(job.frame.clone());
+    }
     job.phases.render = start.elapsed();
     job.phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     job.header.note.seconds = before + job.phases.render.as_secs_f64();
@@ -343,8 +413,13 @@ pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<()
 
 /// Renders pass after pass until done, told to stop or interrupted; says with which code the program ends, and
 /// which rule stopped it.
-fn passes(session: &mut Session, wanted: &Wanted, checkpoint: Option<&Checkpoint>) -> (u8, Option<String>) {
-    let interrupt = Interrupt::watch();
+fn passes(
+    job: &mut Job,
+    session: &mut Session,
+    wanted: &Wanted,
+    checkpoint: Option<&Checkpoint>,
+    interrupt: &Interrupt,
+) -> Result<(u8, Option<String>), Failure> {
     let stop = interrupt.flag();
     let bar = if wanted.work.quiet { ProgressBar::hidden() } else { progress_bar(session) };
     let rules = StopRules::new(wanted.stop, session);
@@ -355,18 +430,19 @@ fn passes(session: &mut Session, wanted: &Wanted, checkpoint: Option<&Checkpoint
             break;
         }
         let count = rules.limit(pass_end(session), session);
-        session.advance_until(count, stop, &|progress| {
+        let watch = |progress: &Progress| {
             bar.inc(progress.samples);
             if let Some(checkpoint) = checkpoint {
                 checkpoint.tick(progress.gathered);
             }
-        });
+        };
+        job.advance(session, count, stop, &watch)?;
         if let Some(noise) = session.film().relative_noise() {
             bar.set_message(format!("noise {:.1} %", 100.0 * noise));
         }
     }
     bar.finish_and_clear();
-    (interrupt.exit_code(), stopped_by)
+    Ok((interrupt.exit_code(), stopped_by))
 }
 
 fn progress_bar(session: &Session) -> ProgressBar {

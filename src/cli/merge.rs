@@ -140,15 +140,18 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     let needs_scene = arguments.output.denoise
         || arguments.audit.is_some()
         || header.settings.aov.iter().any(|aov| !aov.is_of_film()) && !arguments.output.output.is_empty();
-    let job = match merged {
+    let mut job = match merged {
         None if needs_scene => {
             Some(load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?)
         }
         _ => None,
     };
-    let known = job.as_ref().or_else(|| merged.as_ref()?.job.as_ref());
+    let known = match merged {
+        Some(merged) => merged.job.as_mut(),
+        None => job.as_mut(),
+    };
     if let (Some(part), Some(job)) = (arguments.audit, known) {
-        audited.push(audit::audit(job, &film, path, part, &arguments.work));
+        audited.push(audit::audit(job, &film, path, part, &arguments.work)?);
     }
     let gathered = gathered_of(film).ok_or_else(|| wrong("it says of itself what cannot be".into()))?;
     match merged {

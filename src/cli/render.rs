@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::args::Render;
+use super::frames::{self, Frames};
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::Outputs;
 use super::output::default_image;
@@ -19,14 +20,46 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     outputs.images.iter().try_for_each(|path| supported(path))?;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
     // Everything, loading too, runs on the threads that were asked for.
-    threads.install(|| render(arguments, scene, outputs, shard)).map(ExitCode::from)
+    let code = threads.install(|| match &arguments.frames.frames {
+        None => render(arguments, scene, outputs, shard, arguments.model.time),
+        Some(frames) => all_frames(arguments, scene, &outputs, shard, frames),
+    })?;
+    Ok(ExitCode::from(code))
+}
+
+/// Renders frame after frame, but for those whose images are there.
+fn all_frames(
+    arguments: &Render,
+    scene: &Path,
+    outputs: &Outputs,
+    shard: Option<[u32; 2]>,
+    frames: &Frames,
+) -> Result<u8, Failure> {
+    for frame in frames.numbers() {
+        let outputs = frames::named(outputs, frame, frames.numbers().count() > 1)?;
+        let are_there = outputs.film.is_none() && outputs.images.iter().all(|image| image.exists());
+        if are_there && !arguments.output.overwrite {
+            if !arguments.work.quiet {
+                eprintln!("frame {frame} is there (--overwrite renders it again)");
+            }
+            continue;
+        }
+        let time_s = frame as f32 / arguments.frames.fps;
+        let code = render(arguments, scene, outputs, shard, Some(time_s))?;
+        if code != 0 {
+            return Ok(code);
+        }
+    }
+    Ok(0)
 }
 
 /// Where things go: what was asked for; else an image by the scene's name, or a film for a part of one.
 fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<Outputs, Failure> {
     let given = &arguments.output.output;
     let Some([index, count]) = shard else {
-        let images = vec![default_image(scene)];
+        let image = default_image(scene);
+        let is_one = arguments.frames.frames.is_none();
+        let images = vec![if is_one { image } else { image.with_extension("####.png") }];
         return if given.is_empty() {
             Ok(Outputs { images, ..Outputs::default() })
         } else {
@@ -42,10 +75,18 @@ fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<
     Outputs::of(&given.iter().map(name).collect::<Vec<_>>())
 }
 
-fn render(arguments: &Render, path: &Path, outputs: Outputs, shard: Option<[u32; 2]>) -> Result<u8, Failure> {
+fn render(
+    arguments: &Render,
+    path: &Path,
+    outputs: Outputs,
+    shard: Option<[u32; 2]>,
+    time_s: Option<f32>,
+) -> Result<u8, Failure> {
     let view = View {
         camera: arguments.camera.clone(),
-        time_s: arguments.model.time,
+        time_s,
+        shutter_s: arguments.frames.shutter.map(|part| part / arguments.frames.fps),
+        moments: arguments.frames.shutter.and(Some(arguments.frames.moments)),
         variant: arguments.model.variant.clone(),
         scene: arguments.model.scene.clone(),
     };

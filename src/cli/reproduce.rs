@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use serde_json::json;
@@ -42,8 +43,8 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     } else {
         (record(path)?, None, load_text(path, DENOISED)?)
     };
-    let job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
-    let session = render(&job, &header, &arguments.work)
+    let mut job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
+    let session = render(&mut job, &header, &arguments.work)
         .ok_or_else(|| Failure(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
     let clean = denoised.as_ref().and_then(|_| session.denoised());
@@ -95,7 +96,7 @@ fn record(path: &Path) -> Result<Header, Failure> {
 }
 
 /// The samples of a film, once more; none if it names some that cannot be.
-fn render(job: &Job, header: &Header, work: &WorkOptions) -> Option<Session> {
+fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session> {
     let mut session = job.session(work);
     let most = |session: &Session| {
         session.film().pixels().iter().map(|pixel| pixel.count[0] + pixel.count[1]).max().unwrap_or(0)
@@ -113,7 +114,7 @@ fn render(job: &Job, header: &Header, work: &WorkOptions) -> Option<Session> {
         }
         session = session.with_samples(range);
         while !session.is_done() {
-            session.advance(16);
+            job.advance(&mut session, 16, &AtomicBool::new(false), &|_| ()).ok()?;
         }
     }
     let Some(begun) = &header.begun else { return Some(session) };
@@ -126,7 +127,7 @@ fn render(job: &Job, header: &Header, work: &WorkOptions) -> Option<Session> {
     let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
     let samples: SampleRanges = gathered.samples.clone();
     session.go_on_with(gathered).then_some(())?;
-    session.advance(1);
+    job.advance(&mut session, 1, &AtomicBool::new(false), &|_| ()).ok()?;
     let whole = Gathered { samples, ..session.gathered().clone() };
     session.go_on_with(whole).then_some(session)
 }

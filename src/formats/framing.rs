@@ -8,13 +8,14 @@ use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
 use crate::world::{
-    Background, Camera, ColorInput, Light, Material, Model, Name, Shape, Tonemap, Transform, Transport, World,
+    Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, Tonemap, Transform,
+    Transport, World,
 };
 
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
     let mut world = World::default();
-    let mut files = Files(world.assets.files.clone());
+    let mut files = Files { sources: world.assets.files.clone(), ..Files::default() };
     let mut mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
     mesh.source = Some(path.to_owned());
     let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
@@ -37,7 +38,13 @@ pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, Lo
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);
     }
-    frame(&mut world, model.bounds);
+    let has_camera = world.entities.query::<&Camera>().iter().next().is_some();
+    let bounds = match options.time_s {
+        // A camera that is added stands still while the model moves.
+        Some(_) if !has_camera => at_rest(path, options)?,
+        _ => model.bounds,
+    };
+    frame(&mut world, bounds);
     if is_dark(&world) {
         let image = world.assets.add_image(studio::image());
         let name = TakenNames::of(&world).unique("studio");
@@ -46,6 +53,13 @@ pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, Lo
         world.warnings.push("there is no light: a studio was put around it".into());
     }
     Ok(world)
+}
+
+/// Where a model is without its animations.
+fn at_rest(path: &Path, options: &LoadOptions) -> Result<Aabb, LoadError> {
+    let options = LoadOptions { time_s: None, ..options.clone() };
+    let model = gltf::load(path, &options, &mut Assets::default(), &mut Vec::new())?;
+    Ok(model.bounds)
 }
 
 /// The size with the same longer side whose width is `aspect` times its height.

@@ -43,15 +43,22 @@ pub fn load(path: &Path) -> Result<World, LoadError> {
 /// (`.ply`, `.obj`), which get the camera and light that they lack.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
     let extension = extension(path);
-    if !matches!(&extension[..], "gltf" | "glb") && *options != LoadOptions::default() {
-        let reason = "--time, --variant and --scene are for .gltf and .glb files";
+    let timeless = LoadOptions { time_s: None, ..options.clone() };
+    let refused = match &extension[..] {
+        "gltf" | "glb" => None,
+        "ron" if timeless == LoadOptions::default() => None,
+        "ron" => Some("--variant and --scene are for .gltf and .glb files"),
+        _ if *options == LoadOptions::default() => None,
+        _ => Some("--time, --variant and --scene are for .gltf and .glb files"),
+    };
+    if let Some(reason) = refused {
         return Err(LoadError::invalid(path, reason));
     }
     match &extension[..] {
         "ron" => {
-            let mut files = Files::default();
+            let mut files = Files { time_s: options.time_s, ..Files::default() };
             let world = ron::load(path, &mut files)?;
-            world.assets.files.extend(&files.0);
+            world.assets.files.extend(&files.sources);
             Ok(world)
         }
         "gltf" | "glb" => framing::load_model(path, options),
@@ -115,9 +122,14 @@ pub trait AssetFiles {
     }
 }
 
-/// Files on disk, and which have been read.
+/// Files on disk.
 #[derive(Default)]
-pub struct Files(pub SourceFiles);
+pub struct Files {
+    /// Which have been read.
+    pub sources: SourceFiles,
+    /// The moment of models' animations, in seconds; none: as their nodes stand without them.
+    pub time_s: Option<f32>,
+}
 
 impl AssetFiles for Files {
     fn mesh(
@@ -157,7 +169,10 @@ impl AssetFiles for Files {
         warnings: &mut Vec<String>,
     ) -> Result<gltf::Model, LoadError> {
         match extension(path).as_str() {
-            "gltf" | "glb" => gltf::load(path, &LoadOptions::default(), assets, warnings),
+            "gltf" | "glb" => {
+                let options = LoadOptions { time_s: self.time_s, ..LoadOptions::default() };
+                gltf::load(path, &options, assets, warnings)
+            }
             other => {
                 let hint = did_you_mean(other, ["gltf", "glb"]);
                 let reason = format!("models are .gltf or .glb files, not \".{other}\"{hint}");
@@ -167,14 +182,14 @@ impl AssetFiles for Files {
     }
 
     fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
-        picture::load(path, &self.0)
+        picture::load(path, &self.sources)
     }
 
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
-        paths.par_iter().map(|path| picture::load(path, &self.0)).collect()
+        paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
     }
 
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
-        self.0.read(path).map_err(LoadError::io(path))
+        self.sources.read(path).map_err(LoadError::io(path))
     }
 }

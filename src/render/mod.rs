@@ -169,6 +169,13 @@ impl Session {
         missing.iter().next().map(|range| range.start)
     }
 
+    /// From now on renders the scene at another moment, with the same settings.
+    pub fn set_frame(&mut self, frame: Arc<Frame>) {
+        // Their buffers are made for the other one.
+        lock(&self.workers).clear();
+        self.frame = frame;
+    }
+
     /// Whether every sample has been rendered.
     pub fn is_done(&self) -> bool {
         self.gathered.pass.is_none() && self.next_pass(1).is_none()
@@ -356,6 +363,11 @@ impl Session {
     /// What has been done so far.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
+    }
+
+    /// The scene and its settings.
+    pub fn frame(&self) -> &Arc<Frame> {
+        &self.frame
     }
 
     /// How it renders.

@@ -383,11 +383,10 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     let verified = json(here, "verify scene.ron --adaptive --size 48x40 --spp 32");
     assert_eq!(verified["mismatches"], 0, "{verified}");
     assert_eq!(json(here, "reproduce a.exr")["identical"], true);
-    // Interrupted in its rounds, and gone on with.
+    // Killed, and gone on with.
     let longer = "scene.ron --adaptive --aov samples --size 120x80 --spp 64 -o long.film";
     let whole = hash(here, longer);
-    let (mut in_rounds, mut moment) = (0, 5);
-    while in_rounds < 3 && moment < 4000 {
+    for moment in [0, 50, 150] {
         std::fs::remove_file(here.join("long.film")).expect("a film");
         let arguments = format!("{longer} --checkpoint 2ms --quiet");
         let arguments: Vec<_> = arguments.split_whitespace().collect();
@@ -398,14 +397,146 @@ fn adaptive_samples_are_chosen_alike_by_all() {
         std::thread::sleep(Duration::from_millis(moment));
         child.kill().expect("killed");
         child.wait().expect("an end");
-        let found = rayfront::formats::film_file::load_header(&here.join("long.film")).expect("a film");
-        in_rounds += u32::from(found.begun.is_some_and(|begun| begun.blocks.is_some()));
         assert_eq!(hash(here, "resume long.film"), whole, "after {moment} ms");
-        moment += moment / 2;
     }
-    assert!(in_rounds > 0, "no rendering was killed within a round");
     for line in ["scene.ron --adaptive --spp 32 --shard 0/2", "resume long.film --spp 128", "merge long.film"]
     {
         assert!(failure(here, line).contains("adaptive"), "{line}");
+    }
+}
+
+/// A square of one metre that shines (2) and moves from x = -1 to 1 within a second, before an orthographic camera
+/// that sees 4 × 4 metres.
+fn moving() -> String {
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
+    let corners = floats(&[-0.5, -0.5, 0.0, 0.5, -0.5, 0.0, 0.5, 0.5, 0.0, -0.5, 0.5, 0.0]);
+    let indices: Vec<u8> = [0u16, 1, 2, 0, 2, 3].iter().flat_map(|n| n.to_le_bytes()).collect();
+    let (times, places) = (floats(&[0.0, 1.0]), floats(&[-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]));
+    let bytes = [corners, indices, times, places].concat();
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "extensionsUsed": ["KHR_materials_emissive_strength"], "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
+        "nodes": [{{"mesh": 0}}, {{"camera": 0, "translation": [0, 0, 5]}}],
+        "cameras": [{{"type": "orthographic", "orthographic": {{"xmag": 2, "ymag": 2, "znear": 0.1, "zfar": 10}}}}],
+        "materials": [{{"emissiveFactor": [1, 1, 1], "extensions": {{"KHR_materials_emissive_strength": {{"emissiveStrength": 2}}}},
+                        "pbrMetallicRoughness": {{"baseColorFactor": [0, 0, 0, 1]}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "material": 0}}]}}],
+        "animations": [{{"channels": [{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}],
+                         "samplers": [{{"input": 2, "output": 3}}]}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-0.5, -0.5, 0], "max": [0.5, 0.5, 0]}},
+            {{"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}},
+            {{"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]}},
+            {{"bufferView": 3, "componentType": 5126, "count": 2, "type": "VEC3"}}],
+        "bufferViews": [
+            {{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 12}},
+            {{"buffer": 0, "byteOffset": 60, "byteLength": 8}}, {{"buffer": 0, "byteOffset": 68, "byteLength": 24}}],
+        "buffers": [{{"byteLength": 92, "uri": "data:application/octet-stream;base64,{}"}}]}}"#,
+        base64_of(&bytes)
+    )
+}
+
+fn base64_of(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::new();
+    for three in bytes.chunks(3) {
+        let word =
+            three.iter().enumerate().fold(0u32, |word, (i, byte)| word | u32::from(*byte) << (16 - 8 * i));
+        for i in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * i) & 63) as usize] as char;
+            out.push(if i <= three.len() { letter } else { '=' });
+        }
+    }
+    out
+}
+
+#[test]
+fn what_moves_is_blurred_by_how_long_it_is_where() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("moving.gltf"), moving()).expect("a model");
+    let scene = r#"(settings: (transport: Path), entities: [(gltf: "moving.gltf")])"#;
+    std::fs::write(here.join("scene.ron"), scene).expect("a scene");
+    let red = |name: &str| {
+        let (width, _, pixels) = rayfront::formats::picture::load_linear(&here.join(name)).expect(name);
+        let row = pixels[8 * width as usize..9 * width as usize].to_vec();
+        row.iter().map(|pixel| pixel.r / 2.0).collect::<Vec<f32>>()
+    };
+    for file in ["moving.gltf", "scene.ron"] {
+        // Pixels are a quarter of a metre wide. At half a second the square is in the middle.
+        let options = "--size 16x16 --spp 32";
+        let name = file.replace('.', "-");
+        let frames = run(here, &format!("{file} {options} --fps 4 --frames 0-4x2 -o {name}.##.exr --quiet"));
+        assert_eq!(frames.status.code(), Some(0), "{}", String::from_utf8_lossy(&frames.stderr));
+        let (first, middle) = (red(&format!("{name}.00.exr")), red(&format!("{name}.02.exr")));
+        assert!(first[4] > 0.99 && first[9] < 0.01, "{first:?}");
+        assert!(middle[8] > 0.99 && middle[3] < 0.01, "{middle:?}");
+        // While the shutter is open for the whole second each place within is covered for half of it.
+        let blur = format!("{file} {options} --time 0 --fps 1 --shutter 1");
+        let whole = hash(here, &format!("{blur} -o {name}.exr -o {name}.film"));
+        let blurred = red(&format!("{name}.exr"));
+        for (x, expected) in [(7, 0.5), (8, 0.5), (5, 0.4375), (10, 0.4375), (0, 0.0), (15, 0.0)] {
+            assert!((blurred[x] - expected).abs() < 0.07, "{file} at {x}: {blurred:?}");
+        }
+        // In parts, and once more.
+        for index in 0..3 {
+            json(here, &format!("{blur} --shard {index}/3 -o {name}-{index}.film --overwrite"));
+        }
+        let parts = (0..3).map(|i| format!("{name}-{i}.film")).collect::<Vec<_>>().join(" ");
+        assert_eq!(hash(here, &format!("merge {parts} --audit 100%")), whole);
+        assert_eq!(json(here, &format!("reproduce {name}.exr"))["identical"], true);
+        assert_eq!(hash(here, &format!("resume {name}.film")), whole);
+    }
+    // Frames that are there stay.
+    let before =
+        std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
+    let output = run(here, "moving.gltf --size 16x16 --spp 32 --fps 4 --frames 2 -o moving-gltf.##.exr");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("frame 2 is there"));
+    let after =
+        std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
+    assert_eq!(before, after);
+    let error = failure(here, "moving.gltf --frames 1-2 -o a.png");
+    assert!(error.contains("####"), "{error}");
+}
+
+/// However many tiles a pass or a round came to: what goes on with it ends where it would have ended.
+#[test]
+fn any_tile_may_be_the_last() {
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+    use rayfront::integrator::Frame;
+    use rayfront::render::{Options, Session};
+
+    for adaptive in [false, true] {
+        let folder = folder();
+        let mut world = rayfront::formats::load(&folder.path().join("scene.ron")).expect("a scene");
+        world.settings.size = [40, 30];
+        (world.settings.samples, world.settings.adaptive) = (48, adaptive);
+        let scene = rayfront::compile::compile(&world, None).expect("a scene");
+        let frame = std::sync::Arc::new(Frame::new(scene, &world.settings));
+        let session =
+            || Session::of(frame.clone(), 48, Options { tile: 16, variance: true, ..Options::default() });
+        let finish = |mut session: Session| {
+            while !session.is_done() {
+                session.advance(16);
+            }
+            session.gathered().clone()
+        };
+        let whole = finish(session());
+        let mut in_rounds = 0;
+        for tiles in 1..24 {
+            let (stop, done) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let mut interrupted = session();
+            while !stop.load(Ordering::Relaxed) && !interrupted.is_done() {
+                interrupted.advance_until(16, &stop, &|_| {
+                    stop.store(done.fetch_add(1, Ordering::Relaxed) + 1 >= tiles, Ordering::Relaxed);
+                });
+            }
+            let gathered = interrupted.gathered().clone();
+            in_rounds += u32::from(gathered.pass.as_ref().is_some_and(|pass| pass.blocks.is_some()));
+            let mut again = session();
+            assert!(again.go_on_with(gathered));
+            assert!(finish(again) == whole, "after {tiles} tiles, adaptive {adaptive}");
+        }
+        assert_eq!(in_rounds > 5, adaptive, "{in_rounds}");
     }
 }

@@ -100,6 +100,10 @@ pub struct View {
     pub camera: Option<String>,
     /// Of a model's animations.
     pub time_s: Option<f32>,
+    /// For how many seconds the shutter is open from then on, if what moves is to be blurred.
+    pub shutter_s: Option<f32>,
+    /// At how many moments within these the scene is rendered.
+    pub moments: Option<u32>,
     /// Of a model's materials.
     pub variant: Option<String>,
     /// Of a model.
@@ -107,6 +111,30 @@ pub struct View {
 }
 
 impl View {
+    /// How many moments there are.
+    pub fn moments(&self) -> u32 {
+        self.shutter_s.and(self.moments).unwrap_or(1).max(1)
+    }
+
+    /// Which moment a sample of so many is of: all parts of the samples are as long, as even as can be.
+    pub fn moment_of(&self, sample: u32, samples: u32) -> u32 {
+        let moment = u64::from(sample) * u64::from(self.moments()) / u64::from(samples.max(1));
+        (moment as u32).min(self.moments() - 1)
+    }
+
+    /// The first sample that is not of this moment.
+    pub fn end_of(&self, moment: u32, samples: u32) -> u32 {
+        let end = (u64::from(moment) + 1) * u64::from(samples);
+        end.div_ceil(u64::from(self.moments())) as u32
+    }
+
+    /// What is looked at in a moment, by itself: the middle of its part of the time.
+    pub fn at(&self, moment: u32) -> View {
+        let part = (moment as f32 + 0.5) / self.moments() as f32;
+        let time_s = self.shutter_s.map(|shutter| self.time_s.unwrap_or(0.0) + shutter * part);
+        View { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
+    }
+
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
         let View { time_s, variant, scene, .. } = self;

@@ -1,0 +1,114 @@
+//! Frames of an animation: which, when, and the names of their files.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::Failure;
+use super::job_args::Outputs;
+
+/// Which moments are rendered.
+#[derive(Args, Debug)]
+pub struct FrameOptions {
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; #### in -o stands for the number
+    #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
+    pub frames: Option<Frames>,
+    /// Frames a second: frame N is at N / fps seconds
+    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_fps)]
+    pub fps: f32,
+    /// Blur what moves while the shutter is open: for that part of the time from frame to frame, such as 0.5
+    #[arg(long, value_name = "PART", value_parser = parse_shutter)]
+    pub shutter: Option<f32>,
+    /// At how many moments of that time the scene is rendered, each with its part of the samples
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub moments: u32,
+}
+
+/// Ranges: first, last, step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frames(Vec<[u32; 3]>);
+
+/// More than anybody wants, and fewer than what one digit too many asks for.
+const MOST: u32 = 1_000_000;
+
+impl Frames {
+    /// Their numbers, in the order in which they were named.
+    pub fn numbers(&self) -> impl Iterator<Item = u32> {
+        self.0.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
+    }
+}
+
+fn parse(text: &str) -> Result<Frames, String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|number| *number <= MOST);
+    let range = |part: &str| {
+        let (range, step) = match part.split_once('x') {
+            Some((range, step)) => (range, number(step)?),
+            None => (part, 1),
+        };
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        let range = [number(first)?, number(last)?, step];
+        (range[0] <= range[1] && step > 0).then_some(range)
+    };
+    let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
+    ranges.map(Frames).ok_or_else(|| "expected frames, such as 1-48, 1-48x2 or 1,3,7-9".into())
+}
+
+fn parse_fps(text: &str) -> Result<f32, String> {
+    let fps = text.parse().ok().filter(|fps: &f32| (0.001..=100_000.0).contains(fps));
+    fps.ok_or_else(|| "expected frames a second, such as 24".into())
+}
+
+fn parse_shutter(text: &str) -> Result<f32, String> {
+    let part = text.parse().ok().filter(|part: &f32| *part > 0.0 && *part <= 1.0);
+    part.ok_or_else(|| "expected a part of the time from frame to frame, above 0 and at most 1".into())
+}
+
+/// Files with a frame's number in their names.
+pub(super) fn named(outputs: &Outputs, frame: u32, several: bool) -> Result<Outputs, Failure> {
+    let name = |path: &PathBuf| with_number(path, frame, several);
+    Ok(Outputs {
+        images: outputs.images.iter().map(name).collect::<Result<_, _>>()?,
+        film: outputs.film.as_ref().map(name).transpose()?,
+        to_stdout: outputs.to_stdout,
+    })
+}
+
+/// The last run of # in the file's name becomes the number, with as many digits. Several frames need one.
+fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failure> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let Some(last) = name.rfind('#') else {
+        if !several {
+            return Ok(path.to_owned());
+        }
+        let path = path.display();
+        return Err(Failure(format!(
+            "{path}: for several frames the name needs #### where their numbers go, such as shot.####.png"
+        )));
+    };
+    let start = name[..=last].trim_end_matches('#').len();
+    let width = last + 1 - start;
+    Ok(path.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[last + 1..])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_frames() {
+        let numbers = |text: &str| parse(text).map(|frames| frames.numbers().collect::<Vec<_>>());
+        assert_eq!(numbers("1-5"), Ok(vec![1, 2, 3, 4, 5]));
+        assert_eq!(numbers("0-10x4, 3"), Ok(vec![0, 4, 8, 3]));
+        for wrong in ["", "a", "5-1", "1-5x0", "1-", "-3", "1,,2", "1-99999999"] {
+            assert!(numbers(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_stand_where_the_signs_are() {
+        let name = |path: &str, several| with_number(Path::new(path), 7, several).ok();
+        assert_eq!(name("out#/shot.####.png", true), Some("out#/shot.0007.png".into()));
+        assert_eq!(name("é#.png", true), Some("é7.png".into()));
+        assert_eq!((name("a.png", false), name("a.png", true)), (Some("a.png".into()), None));
+    }
+}
