@@ -70,17 +70,18 @@ impl Checkpoint {
         }
     }
 
-    /// Saves the end: a film that was asked for; of others one that is worth going on with.
-    pub fn finish(self, header: &Header, gathered: &Gathered, interrupted: bool) -> Result<(), Failure> {
+    /// Saves the end: a film that was asked for; of others one that there is something left of, if it has taken
+    /// long.
+    pub fn finish(self, header: &Header, gathered: &Gathered, has_more: bool) -> Result<(), Failure> {
         let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
         self.end(&mut saving);
         if self.is_wanted {
             save(&self.path, header, gathered)?;
-        } else if interrupted && (saving.saved || self.begun.elapsed() >= self.every) {
+        } else if has_more && (saving.saved || self.begun.elapsed() >= self.every) {
             save(&self.path, header, gathered)?;
             let path = self.path.display();
             eprintln!("to go on: rayfront resume {path}");
-        } else if !interrupted && is_ours(&self.path, header) {
+        } else if !has_more && is_ours(&self.path, header) {
             // Nothing is left to go on with. If it stays it does no harm.
             let _ = std::fs::remove_file(&self.path);
         }

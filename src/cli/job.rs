@@ -242,7 +242,9 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     job.check_memory(wanted.output.denoise)?;
     job.header.note.outputs = outputs.images.clone();
     let mut session = job.session(wanted.work);
-    let checkpoint_to = wanted.checkpoint();
+    let checkpoint_to = wanted
+        .checkpoint()
+        .filter(|(path, is_wanted, _)| *is_wanted || is_free(path, &job.header, wanted.work.quiet));
     let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
         let film = if *is_wanted { None } else { film_file::load(path).ok() }?;
         (film.header.difference(&job.header).is_none() && film.header.wanted == job.header.wanted)
@@ -279,7 +281,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     let start = Instant::now();
     // Before the images: these can be made of it again.
     if let Some(checkpoint) = checkpoint {
-        checkpoint.finish(&job.header, session.gathered(), code != 0)?;
+        checkpoint.finish(&job.header, session.gathered(), !session.is_done())?;
     } else if let Some(path) = &outputs.film {
         save(path, &job.header, session.gathered())?;
     }
@@ -289,6 +291,22 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     job.phases.save = start.elapsed();
     finish(job, wanted, &session, &images)?;
     Ok(code)
+}
+
+/// Whether a checkpoint that nobody asked for may go to a file: not where hours of another rendering wait to be
+/// gone on with.
+fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
+    let Ok(there) = film_file::load_header(path) else { return true };
+    let other = there
+        .difference(header)
+        .or_else(|| (there.wanted != header.wanted).then(|| "of other samples".into()));
+    if let Some(what) = other.as_ref().filter(|_| !quiet) {
+        let path = path.display();
+        eprintln!(
+            "warning: {path} is {what}: nothing is saved meanwhile (finish it with rayfront resume {path}, or remove it)"
+        );
+    }
+    other.is_none()
 }
 
 /// Writes the images and says what was done.

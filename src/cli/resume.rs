@@ -61,7 +61,9 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.ends_with(".checkpoint.film");
     let wanted = Wanted { outputs, output: &arguments.output, stop: &arguments.stop, work: &arguments.work };
     let code = carry_out(job, &wanted, Some(film))?;
-    if is_checkpoint && code == 0 && !wanted.outputs.images.is_empty() {
+    let is_whole = |header: Header| header.begun.is_none() && header.note.stopped_by.is_none();
+    let is_whole = code == 0 && film_file::load_header(&arguments.film).is_ok_and(is_whole);
+    if is_checkpoint && is_whole && !wanted.outputs.images.is_empty() {
         // Nobody asked for it. If it stays it does no harm.
         let _ = std::fs::remove_file(&arguments.film);
     }

@@ -405,6 +405,40 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     }
 }
 
+/// A checkpoint that nobody asked for by name: it is there as long as there is something to go on with.
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_goes_when_its_image_is_done() {
+    let folder = folder();
+    let here = folder.path();
+    let line = "scene.ron --size 160x120 --spp 64 -o a.png --checkpoint 2ms --threads 1 --quiet";
+    let checkpoint = here.join("a.checkpoint.film");
+    let mut child =
+        command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
+    while !checkpoint.exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("an end");
+    assert!(!here.join("a.png").exists());
+    // Another rendering of that name leaves it alone.
+    let before = std::fs::read(&checkpoint).expect("a film");
+    let other = run(here, "scene.ron --spp 2 -o a.png --checkpoint 1ms");
+    assert!(String::from_utf8_lossy(&other.stderr).contains("nothing is saved meanwhile"));
+    assert!(std::fs::read(&checkpoint).expect("a film") == before);
+    std::fs::remove_file(here.join("a.png")).expect("an image");
+    // Not to its end: it stays, and says so.
+    json(here, "resume a.checkpoint.film --max-time 1ms");
+    assert!(checkpoint.exists() && here.join("a.png").exists());
+    let whole = hash(here, "scene.ron --size 160x120 --spp 64 -o b.png");
+    // The same command goes on, too.
+    let again = run(here, &line.replace("--quiet", "--json"));
+    let found: Value = serde_json::from_slice(&again.stdout).expect("JSON");
+    assert_eq!(found["film_hash"], whole[..]);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("going on with"));
+    assert!(!checkpoint.exists());
+}
+
 /// A square of one metre that shines (2) and moves from x = -1 to 1 within a second, before an orthographic camera
 /// that sees 4 × 4 metres.
 fn moving() -> String {

@@ -12,7 +12,7 @@
 //!
 //! A block has as many rows as have about 65,536 pixels, at least one: 4 bytes with the length of its content,
 //! 16 with the XXH3 of the block's number, that length and the content, and the content: planes of bytes
-//! ([`planes`]) of the sums, even and odd, red, green, blue, of the counts, even and odd, and of the squares if
+//! (`planes.rs`) of the sums, even and odd, red, green, blue, of the counts, even and odd, and of the squares if
 //! there are any. All numbers are little-endian. Files that follow each other are read one by one.
 
 mod header;
@@ -52,7 +52,7 @@ pub struct FilmFile {
     pub moments: Option<Moments>,
 }
 
-/// Writes a film where there is none, or in place of an older one: see [`write_whole`].
+/// Writes a film where there is none, or in place of an older one, once it is complete.
 pub fn save(path: &Path, header: &Header, film: &Film, moments: Option<&Moments>) -> Result<(), SaveError> {
     write_whole(path, |mut writer| write(&mut writer, header, film, moments))
 }
