@@ -247,8 +247,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         .filter(|(path, is_wanted, _)| *is_wanted || is_free(path, &job.header, wanted.work.quiet));
     let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
         let film = if *is_wanted { None } else { film_file::load(path).ok() }?;
-        (film.header.difference(&job.header).is_none() && film.header.wanted == job.header.wanted)
-            .then_some(film)
+        film.header.difference_of_job(&job.header).is_none().then_some(film)
     };
     let found = found.or_else(|| checkpoint_to.as_ref().and_then(left_behind));
     if let Some(film) = found {
@@ -297,9 +296,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
 /// gone on with.
 fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
     let Ok(there) = film_file::load_header(path) else { return true };
-    let other = there
-        .difference(header)
-        .or_else(|| (there.wanted != header.wanted).then(|| "of other samples".into()));
+    let other = there.difference_of_job(header);
     if let Some(what) = other.as_ref().filter(|_| !quiet) {
         let path = path.display();
         eprintln!(

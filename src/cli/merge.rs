@@ -16,7 +16,7 @@ use super::{Failure, aov, command_line};
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
-use crate::render::Gathered;
+use crate::render::{Gathered, on_threads};
 
 /// `rayfront merge`.
 #[derive(Args, Debug)]
@@ -43,8 +43,7 @@ pub struct Merge {
 }
 
 pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
-    threads.install(|| merge(arguments)).map(ExitCode::from)
+    on_threads(arguments.work.threads, || merge(arguments))?.map(ExitCode::from)
 }
 
 /// What has been put together so far.

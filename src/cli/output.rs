@@ -16,7 +16,7 @@ pub const RECORD: &str = "rayfront";
 /// The name under which an image without noise carries its hash.
 pub const DENOISED: &str = "denoised_hash";
 /// Options that leave no trace in an image: how it was rendered, and where it went.
-const WITHOUT_TRACE: [&str; 14] = [
+const WITHOUT_TRACE: [&str; 16] = [
     "--schedule",
     "--wave",
     "--threads",
@@ -31,6 +31,8 @@ const WITHOUT_TRACE: [&str; 14] = [
     "--bits",
     "--quality",
     "--spp",
+    "--frames",
+    "--fps",
 ];
 
 /// A film as files show it.
@@ -134,7 +136,7 @@ impl<'a> Picture<'a> {
 pub fn samples(header: &Header) -> String {
     if header.settings.adaptive && header.most > header.samples.last().map_or(0, |[_, end]| *end) {
         let least: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
-        return format!("{} on average, {least} to {}", header.settings.samples, header.most);
+        return format!("{least} to {}, for the rays of {}", header.most, header.settings.samples);
     }
     let done: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
     match header.settings.samples {
@@ -146,7 +148,7 @@ pub fn samples(header: &Header) -> String {
 /// What to type for the samples that a film has.
 pub fn again(header: &Header) -> String {
     match (&header.samples[..], header.settings.samples) {
-        ([[0, end]], total) if *end < total => {
+        ([[0, end]], total) if *end < total && !header.settings.adaptive => {
             let words = command_line::without(
                 &header.note.command,
                 &["--until", "--max-time", "--samples", "--checkpoint", "--output", "-o"],
@@ -154,7 +156,7 @@ pub fn again(header: &Header) -> String {
             let words: Vec<_> = words.iter().map(|word| command_line::quoted(word)).collect();
             format!("rayfront {} --samples 0..{end}", words.join(" "))
         }
-        _ => "rayfront reproduce".into(),
+        _ => "rayfront reproduce with the image or film".into(),
     }
 }
 

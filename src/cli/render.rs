@@ -12,18 +12,18 @@ use super::{Failure, output};
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
+use crate::render::on_threads;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
     let shard = arguments.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
     // Everything, loading too, runs on the threads that were asked for.
-    let code = threads.install(|| match &arguments.frames.frames {
+    let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
         None => render(arguments, scene, outputs, shard, arguments.model.time),
         Some(frames) => all_frames(arguments, scene, &outputs, shard, frames),
-    })?;
+    })??;
     Ok(ExitCode::from(code))
 }
 
@@ -138,11 +138,7 @@ fn there_already(path: &Path, header: &Header, arguments: &Render) -> Result<Opt
     }
     let to_do = "--overwrite replaces it";
     let film = film_file::load(path).map_err(|error| Failure(format!("{error}; {to_do}")))?;
-    let other = film.header.difference(header).or_else(|| {
-        let ([start, end], [from, to]) = (film.header.wanted, header.wanted);
-        (film.header.wanted != header.wanted).then(|| format!("of samples {start}..{end}, not {from}..{to}"))
-    });
-    match other {
+    match film.header.difference_of_job(header) {
         Some(what) => Err(Failure(format!("{} is {what}: {to_do}", path.display()))),
         None => Ok(Some(film)),
     }

@@ -216,6 +216,7 @@ impl RenderReport<'_> {
             "region": [region.x0, region.y0, region.x1, region.y1],
             "samples": done,
             "samples_asked": asked,
+            "samples_most": self.header.most,
             "sample_ranges": self.header.samples,
             "stopped_by": self.header.note.stopped_by,
             "max_depth": self.header.settings.max_depth,

@@ -15,7 +15,7 @@ use super::resume::load_again;
 use crate::film::{Film, SampleRanges};
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
-use crate::render::{Gathered, Session};
+use crate::render::{Gathered, Session, on_threads};
 
 /// `rayfront reproduce`.
 #[derive(Args, Debug)]
@@ -31,8 +31,7 @@ pub struct Reproduce {
 }
 
 pub(super) fn run(arguments: &Reproduce) -> Result<ExitCode, Failure> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
-    threads.install(|| reproduce(arguments))
+    on_threads(arguments.work.threads, || reproduce(arguments))?
 }
 
 fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {

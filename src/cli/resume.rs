@@ -10,6 +10,7 @@ use super::job::{Job, Wanted, carry_out};
 use super::job_args::{OutputOptions, Outputs, StopOptions, WorkOptions};
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
+use crate::render::on_threads;
 
 /// `rayfront resume`.
 #[derive(Args, Debug)]
@@ -34,8 +35,7 @@ pub struct Resume {
 }
 
 pub(super) fn run(arguments: &Resume) -> Result<ExitCode, Failure> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.work.threads).build()?;
-    threads.install(|| resume(arguments)).map(ExitCode::from)
+    on_threads(arguments.work.threads, || resume(arguments))?.map(ExitCode::from)
 }
 
 fn resume(arguments: &Resume) -> Result<u8, Failure> {

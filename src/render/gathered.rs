@@ -38,9 +38,7 @@ impl Pass {
     pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
         Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()], blocks: None }
     }
-}
 
-impl Pass {
     /// What of a tile is rendered: all of it, or those of its blocks that get samples, with their numbers.
     pub(super) fn parts(&self, region: Region, tile: Region, by_block: bool) -> Vec<(Option<usize>, Region)> {
         if !by_block {

@@ -228,6 +228,14 @@ impl Header {
         let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).next()?;
         Some(format!("of other settings: {differs}"))
     }
+
+    /// The same where both were to have the same samples, too.
+    pub fn difference_of_job(&self, other: &Header) -> Option<String> {
+        let ([start, end], [from, to]) = (self.wanted, other.wanted);
+        let samples =
+            || (self.wanted != other.wanted).then(|| format!("of samples {start}..{end}, not {from}..{to}"));
+        self.difference(other).or_else(samples)
+    }
 }
 
 /// What two objects have different, `seed is 7, not 3` each.
