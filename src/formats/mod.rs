@@ -12,6 +12,7 @@ pub mod rays;
 pub mod ron;
 mod studio;
 pub mod study;
+mod track;
 pub mod triangulate;
 mod whole_file;
 
@@ -116,6 +117,12 @@ pub trait AssetFiles {
         std::fs::read(path).map_err(LoadError::io(path))
     }
 
+    /// The moment that a scene is read at, in seconds; none: values with keys as at 0, models as their nodes stand
+    /// without animations.
+    fn time_s(&self) -> Option<f32> {
+        None
+    }
+
     /// Reads and decodes several.
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
@@ -127,7 +134,7 @@ pub trait AssetFiles {
 pub struct Files {
     /// Which have been read.
     pub sources: SourceFiles,
-    /// The moment of models' animations, in seconds; none: as their nodes stand without them.
+    /// See [`AssetFiles::time_s`].
     pub time_s: Option<f32>,
 }
 
@@ -187,6 +194,10 @@ impl AssetFiles for Files {
 
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
         paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
+    }
+
+    fn time_s(&self) -> Option<f32> {
+        self.time_s
     }
 
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {

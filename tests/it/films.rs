@@ -480,12 +480,17 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
     std::fs::write(here.join("moving.gltf"), moving()).expect("a model");
     let scene = r#"(settings: (transport: Path), entities: [(gltf: "moving.gltf")])"#;
     std::fs::write(here.join("scene.ron"), scene).expect("a scene");
+    let scene = r#"(settings: (transport: Path), entities: [
+        (camera: Orthographic(height_m: 4), transform: (translate: (0, 0, 5))),
+        (shape: Plane(corners: ((-0.5, -0.5, 0), (-0.5, 0.5, 0), (0.5, 0.5, 0), (0.5, -0.5, 0))),
+         material: Principled(base_color: 0, emission: 2), transform: (translate: Keys([(0, (-1, 0, 0)), (1, (1, 0, 0))])))])"#;
+    std::fs::write(here.join("keys.ron"), scene).expect("a scene");
     let red = |name: &str| {
         let (width, _, pixels) = rayfront::formats::picture::load_linear(&here.join(name)).expect(name);
         let row = pixels[8 * width as usize..9 * width as usize].to_vec();
         row.iter().map(|pixel| pixel.r / 2.0).collect::<Vec<f32>>()
     };
-    for file in ["moving.gltf", "scene.ron"] {
+    for file in ["moving.gltf", "scene.ron", "keys.ron"] {
         // Pixels are a quarter of a metre wide. At half a second the square is in the middle.
         let options = "--size 16x16 --spp 32";
         let name = file.replace('.', "-");

@@ -7,6 +7,7 @@
 //! very value.
 
 mod fields;
+mod keys;
 mod locate;
 mod lower;
 mod schema;
@@ -44,5 +45,5 @@ pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError>
 pub fn parse(text: &str, path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     // A byte order mark is no part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    lower::scene(&Source::new(text, path), files)
+    lower::scene(&Source::new(text, path, files.time_s().unwrap_or(0.0)), files)
 }

@@ -12,6 +12,7 @@ use ron::extensions::Extensions;
 use serde::de::{Deserialize, IgnoredAny};
 
 use super::fields::{self, FieldError};
+use super::keys::Clock;
 use super::locate;
 use crate::error::{LoadError, did_you_mean};
 
@@ -33,12 +34,19 @@ pub(super) struct Source<'a> {
     text: &'a str,
     path: &'a Path,
     options: ron::Options,
+    clock: Clock,
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn new(text: &'a str, path: &'a Path) -> Self {
+    /// `time_s` is the moment that the scene is read at.
+    pub(super) fn new(text: &'a str, path: &'a Path, time_s: f32) -> Self {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        Self { text, path, options }
+        Self { text, path, options, clock: Clock { time_s, ..Clock::default() } }
+    }
+
+    /// When values with keys are looked at.
+    pub(super) fn clock(&self) -> &Clock {
+        &self.clock
     }
 
     pub(super) fn path(&self) -> &'a Path {

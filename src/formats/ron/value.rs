@@ -4,13 +4,14 @@ use std::str::FromStr;
 
 use serde::de::Deserialize;
 
+use super::keys::Keyed;
 use super::locate;
 use super::source::{Raw, Source};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3};
 
 /// A finite number of the type that it is stored as: parsed once, rounded once.
-pub(super) trait Float: Copy + Into<f64> + FromStr + for<'de> Deserialize<'de> {
+pub(super) trait Float: Copy + Keyed + Into<f64> + FromStr + for<'de> Deserialize<'de> {
     /// For messages.
     const LARGEST: &str;
 }
@@ -26,6 +27,10 @@ impl Float for f64 {
 impl<'a> Source<'a> {
     /// Any finite number.
     pub(super) fn number<F: Float>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
+        self.keyed(raw, |raw| self.single_number(raw))
+    }
+
+    fn single_number<F: Float>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
         // ron's own way to the same number takes ten times as long.
         let plain = raw.0.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
         let number = if plain { raw.0.parse().ok() } else { None };
@@ -132,18 +137,26 @@ impl<'a> Source<'a> {
 
     /// `(x, y, z)`.
     pub(super) fn vec3(&self, raw: Raw<'a>) -> Result<Vec3, LoadError> {
-        let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
-        Ok(Vec3::new(self.number(x)?, self.number(y)?, self.number(z)?))
+        self.keyed(raw, |raw| {
+            let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
+            Ok(Vec3::new(self.number(x)?, self.number(y)?, self.number(z)?))
+        })
     }
 
     /// `(u, v)`.
     pub(super) fn vec2(&self, raw: Raw<'a>) -> Result<Vec2, LoadError> {
-        let [x, y] = self.tuple(raw, "(u, v)")?;
-        Ok(Vec2::new(self.number(x)?, self.number(y)?))
+        self.keyed(raw, |raw| {
+            let [x, y] = self.tuple(raw, "(u, v)")?;
+            Ok(Vec2::new(self.number(x)?, self.number(y)?))
+        })
     }
 
     /// `(r, g, b)` or a grey, none below zero; `what` is its name in messages.
     pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
+        self.keyed(raw, |raw| self.single_color(raw, what))
+    }
+
+    fn single_color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
         if !raw.0.starts_with('(') {
             if self.try_read::<f64>(raw).is_none() {
                 return Err(self.expected(raw, &format!("{what}, as (r, g, b) or one number")));

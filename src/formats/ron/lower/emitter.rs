@@ -90,12 +90,13 @@ fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadErro
 fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
     let read: schema::Area = source.variant_fields(variant)?;
     let side = |raw| source.positive(raw, "a side of an area light");
-    let size_m = if read.size_m.0.starts_with('(') {
-        let [width, height] = source.tuple(read.size_m, "(width, height)")?;
-        Vec2::new(side(width)?, side(height)?)
-    } else {
-        Vec2::splat(side(read.size_m)?)
-    };
+    let size_m = source.keyed(read.size_m, |raw| {
+        if !raw.0.starts_with('(') {
+            return side(raw).map(Vec2::splat);
+        }
+        let [width, height] = source.tuple(raw, "(width, height)")?;
+        Ok(Vec2::new(side(width)?, side(height)?))
+    })?;
     let samples = read.samples.map_or(Ok(1), |raw| source.whole(raw, "samples", 1, MOST_SAMPLES))?;
     Ok(Light::Area {
         power_w: source.color(read.power_w, "a power")?,

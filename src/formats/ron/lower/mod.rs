@@ -44,7 +44,9 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
         materials: HashMap::new(),
     };
     if let Some(settings) = scene.settings {
+        source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
         lowering.world.settings = settings::settings(source, settings)?;
+        source.clock().refused.set(None);
     }
     if let Some(materials) = scene.materials {
         lowering.named_materials(materials)?;

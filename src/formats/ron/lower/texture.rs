@@ -29,7 +29,8 @@ struct Read<'a> {
 impl<'a> Lowering<'_, 'a> {
     /// A colour or a texture.
     pub(super) fn color_input(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
-        let Some(variant) = self.source.variant(raw) else {
+        let variant = self.source.variant(raw).filter(|_| !self.source.has_keys(raw));
+        let Some(variant) = variant else {
             return Ok(ColorInput::Constant(self.source.color(raw, what)?));
         };
         let mut read = self.texture(variant, ColorSpace::Srgb)?;
@@ -58,7 +59,8 @@ impl<'a> Lowering<'_, 'a> {
         what: &str,
         usual: Channel,
     ) -> Result<ScalarInput, LoadError> {
-        let Some(variant) = self.source.variant(raw) else {
+        let variant = self.source.variant(raw).filter(|_| !self.source.has_keys(raw));
+        let Some(variant) = variant else {
             return Ok(ScalarInput::constant(self.source.part(raw, what)?));
         };
         let read = self.texture(variant, ColorSpace::Linear)?;
@@ -158,8 +160,10 @@ impl<'a> Lowering<'_, 'a> {
             };
         }
         if let Some(raw) = read.scale {
-            texture.scale =
-                if raw.0.starts_with('(') { source.vec2(raw)? } else { Vec2::splat(source.number(raw)?) };
+            let read = |raw: Raw<'a>| {
+                if raw.0.starts_with('(') { source.vec2(raw) } else { source.number(raw).map(Vec2::splat) }
+            };
+            texture.scale = source.keyed(raw, read)?;
         }
         if let Some(raw) = read.rotation_degrees {
             texture.rotation = radians(source.number(raw)?);

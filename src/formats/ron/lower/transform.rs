@@ -21,6 +21,10 @@ pub(super) fn transform<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transfo
     match source.variant(raw) {
         Some(variant) if variant.name == "LookAt" => look_at(source, variant),
         Some(variant) if variant.name == "Matrix" => matrix(source, variant),
+        Some(Variant { name: "Keys", .. }) => {
+            let reason = "keys are for single values, as (translate: Keys([(0, (0, 0, 0)), (2, (1, 0, 0))]))";
+            Err(source.error(raw.0, reason))
+        }
         Some(Variant { name, body: Some(_) }) => {
             Err(source.unknown(name, "transform", &["LookAt", "Matrix", "(translate: …)"]))
         }
@@ -34,10 +38,13 @@ fn translate_rotate_scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Trans
     let rotation = match (read.rotate_degrees, read.rotate_quaternion) {
         (None, None) => Quat::IDENTITY,
         (Some(degrees), None) => {
-            let [x, y, z] = source.tuple(degrees, "(x, y, z)")?;
-            from_degrees([source.number(x)?, source.number(y)?, source.number(z)?])
+            let angles = source.keyed(degrees, |raw| {
+                let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
+                Ok([source.number(x)?, source.number(y)?, source.number(z)?])
+            });
+            from_degrees(angles?)
         }
-        (None, Some(quaternion)) => unit_quaternion(source, quaternion)?,
+        (None, Some(quaternion)) => source.keyed(quaternion, |raw| unit_quaternion(source, raw))?,
         (Some(degrees), Some(_)) => {
             return Err(source.error(degrees.0, "give rotate_degrees or rotate_quaternion, not both"));
         }
@@ -50,19 +57,21 @@ fn translate_rotate_scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Trans
 }
 
 fn scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
+    let flat = "a scale of 0 makes things flat: it must have an inverse";
+    let invertible = |factor: f32| factor.recip().is_finite();
     let factor = |raw: Raw<'a>| -> Result<f32, LoadError> {
-        let factor: f32 = source.number(raw)?;
-        if factor.recip().is_finite() {
-            Ok(factor)
-        } else {
-            Err(source.error(raw.0, "a scale of 0 makes things flat: it must have an inverse"))
-        }
+        let factor = source.number(raw)?;
+        if invertible(factor) { Ok(factor) } else { Err(source.error(raw.0, flat)) }
     };
-    if !raw.0.starts_with('(') {
-        return Ok(Vec3::splat(factor(raw)?));
-    }
-    let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
-    Ok(Vec3::new(factor(x)?, factor(y)?, factor(z)?))
+    let scale = source.keyed(raw, |raw| {
+        if !raw.0.starts_with('(') {
+            return factor(raw).map(Vec3::splat);
+        }
+        let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
+        Ok(Vec3::new(factor(x)?, factor(y)?, factor(z)?))
+    })?;
+    // Between two keys of different sign, too.
+    if scale.to_array().into_iter().all(invertible) { Ok(scale) } else { Err(source.error(raw.0, flat)) }
 }
 
 /// About the fixed X axis first, then Y, then Z.

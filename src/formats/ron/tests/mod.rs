@@ -1,6 +1,7 @@
 //! Whole scenes: what they become, what is wrong with them, and there and back again.
 
 mod errors;
+mod keys;
 mod models;
 mod principled;
 mod reading;

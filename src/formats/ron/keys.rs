@@ -1,0 +1,185 @@
+//! Values that change with time: `Keys([(time_s, value), …])` where a single value could stand.
+//!
+//! A scene is read at one moment: what stands for a value there is found while it is read, and nothing after
+//! that knows of keys.
+
+use std::cell::Cell;
+
+use super::source::{Raw, Source};
+use crate::error::LoadError;
+use crate::formats::track::{Interpolation, Track};
+use crate::math::{Quat, Rgb, Vec2, Vec3};
+
+const NAME: &str = "Keys";
+const FORM: &str = "Keys([(seconds, value), …])";
+const BETWEEN: &[(&str, Between)] =
+    &[("Linear", Between::Linear), ("Smooth", Between::Smooth), ("Step", Between::Step)];
+
+/// What is between two keys.
+#[derive(Clone, Copy)]
+enum Between {
+    Linear,
+    Smooth,
+    Step,
+}
+
+/// At which moment a scene is read.
+#[derive(Debug, Default)]
+pub(super) struct Clock {
+    /// In seconds.
+    pub time_s: f32,
+    /// Whether values may change here; where not, why.
+    pub refused: Cell<Option<&'static str>>,
+}
+
+/// What can lie between two others.
+pub(super) trait Keyed: Sized {
+    /// Whether these are unit quaternions.
+    const TURNS: bool = false;
+
+    /// As numbers, always as many.
+    fn numbers(self) -> Vec<f32>;
+
+    /// Of such numbers.
+    fn of(numbers: &[f32]) -> Self;
+}
+
+impl Keyed for f32 {
+    fn numbers(self) -> Vec<f32> {
+        vec![self]
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        numbers[0]
+    }
+}
+
+impl Keyed for f64 {
+    fn numbers(self) -> Vec<f32> {
+        vec![self as f32]
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        f64::from(numbers[0])
+    }
+}
+
+impl Keyed for [f64; 3] {
+    fn numbers(self) -> Vec<f32> {
+        self.map(|number| number as f32).to_vec()
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        std::array::from_fn(|i| f64::from(numbers[i]))
+    }
+}
+
+impl Keyed for Vec2 {
+    fn numbers(self) -> Vec<f32> {
+        self.to_array().to_vec()
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        Vec2::from_slice(numbers)
+    }
+}
+
+impl Keyed for Vec3 {
+    fn numbers(self) -> Vec<f32> {
+        self.to_array().to_vec()
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        Vec3::from_slice(numbers)
+    }
+}
+
+impl Keyed for Rgb {
+    fn numbers(self) -> Vec<f32> {
+        vec![self.r, self.g, self.b]
+    }
+
+    fn of(numbers: &[f32]) -> Self {
+        Rgb::new(numbers[0], numbers[1], numbers[2])
+    }
+}
+
+impl Keyed for Quat {
+    const TURNS: bool = true;
+
+    fn numbers(self) -> Vec<f32> {
+        self.to_array().to_vec()
+    }
+
+    /// Of a unit quaternion, or of what lies between several.
+    fn of(numbers: &[f32]) -> Self {
+        let exact = Quat::from_slice(numbers);
+        let precise = exact.as_dquat();
+        let length = precise.length_squared().sqrt();
+        if (length - 1.0).abs() < 1e-7 { exact } else { (precise / length).as_quat() }
+    }
+}
+
+impl<'a> Source<'a> {
+    /// Whether a value has keys.
+    pub(super) fn has_keys(&self, raw: Raw<'a>) -> bool {
+        raw.0.starts_with(NAME) && self.variant(raw).is_some_and(|variant| variant.name == NAME)
+    }
+
+    /// The value at the moment that the scene is read at, of keys or of a value that stays what it is. `read`
+    /// reads a single one.
+    pub(super) fn keyed<T: Keyed>(
+        &self,
+        raw: Raw<'a>,
+        read: impl Fn(Raw<'a>) -> Result<T, LoadError>,
+    ) -> Result<T, LoadError> {
+        if !self.has_keys(raw) {
+            return read(raw);
+        }
+        if let Some(reason) = self.clock().refused.get() {
+            return Err(self.error(raw.0, reason));
+        }
+        let body = self.variant(raw).and_then(|variant| variant.body).unwrap_or("()");
+        let (keys, between) = match super::locate::items(body)[..] {
+            [keys] => (keys, Between::Linear),
+            [keys, between] => (keys, self.choice(Raw(between), "interpolation", BETWEEN)?),
+            _ => return Err(self.expected(raw, FORM)),
+        };
+        let (mut times, mut values) = (Vec::new(), Vec::new());
+        for key in self.list(Raw(keys), FORM)? {
+            let [time, value] = self.tuple(key, "(seconds, value)")?;
+            let seconds: f32 = self.number(time)?;
+            if times.last().is_some_and(|last| *last >= seconds) {
+                return Err(self.error(time.0, "keys must come one after the other in time"));
+            }
+            if self.has_keys(value) {
+                return Err(self.error(value.0, "a key's value cannot have keys itself"));
+            }
+            times.push(seconds);
+            values.push(read(value)?.numbers());
+        }
+        let Some(first) = values.first() else { return Err(self.error(keys, "there is no key")) };
+        let width = first.len();
+        if T::TURNS {
+            shorter_ways(&mut values);
+        }
+        let values = values.concat();
+        let track = match between {
+            Between::Linear => Track { times, values, width, interpolation: Interpolation::Linear },
+            Between::Step => Track { times, values, width, interpolation: Interpolation::Step },
+            Between::Smooth => Track::smooth(times, &values, width),
+        };
+        Ok(T::of(&track.value(self.clock().time_s, T::TURNS)))
+    }
+}
+
+/// A quaternion and its negative are one rotation: of both the one that is nearer to the key before.
+fn shorter_ways(values: &mut [Vec<f32>]) {
+    for key in 1..values.len() {
+        let [before, after] = [&values[key - 1], &values[key]];
+        let cosine: f32 = before.iter().zip(after).map(|(a, b)| a * b).sum();
+        if cosine < 0.0 {
+            values[key].iter_mut().for_each(|number| *number = -*number);
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Values that change with time.
+
+use std::path::Path;
+
+use super::{Fake, only};
+use crate::error::LoadError;
+use crate::formats::AssetFiles;
+use crate::formats::ron::parse;
+use crate::math::{Quat, Rgb, Vec3};
+use crate::world::{Assets, Camera, ColorInput, Image, Light, Material, Mesh, Transform, World};
+
+/// Some moment and files that are never asked for.
+struct At(f32);
+
+impl AssetFiles for At {
+    fn mesh(&mut self, path: &Path, a: &mut Assets, w: &mut Vec<String>) -> Result<Mesh, LoadError> {
+        Fake::default().mesh(path, a, w)
+    }
+
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<crate::formats::gltf::Model, LoadError> {
+        Fake::default().model(path, assets, warnings)
+    }
+
+    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+        Fake::default().image(path)
+    }
+
+    fn time_s(&self) -> Option<f32> {
+        Some(self.0)
+    }
+}
+
+fn at(time_s: f32, text: &str) -> Result<World, LoadError> {
+    parse(text, Path::new("scenes/test.ron"), &mut At(time_s))
+}
+
+fn entity_at(time_s: f32, keys: &str) -> World {
+    at(time_s, &format!("(entities: [({keys})])")).unwrap()
+}
+
+fn parts(world: &World) -> (Vec3, Quat, Vec3) {
+    match only::<Transform>(world) {
+        Transform::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        Transform::Matrix(_) => panic!("a matrix"),
+    }
+}
+
+#[test]
+fn transforms_move() {
+    let keys = "transform: (translate: Keys([(1, (0, 0, 0)), (3, (4, 8, 2))]), \
+                rotate_degrees: (0, Keys([(0, 0), (4, 360)]), 0), \
+                scale: Keys([(0, 1), (2, (3, 1, 1))], Step))";
+    let (translation, rotation, scale) = parts(&entity_at(1.5, keys));
+    assert_eq!((translation, scale), (Vec3::new(1.0, 2.0, 0.5), Vec3::ONE));
+    assert!(rotation.abs_diff_eq(Quat::from_rotation_y(135_f32.to_radians()), 1e-6), "{rotation}");
+    let (before, _, _) = parts(&entity_at(-1.0, keys));
+    let (after, _, stepped) = parts(&entity_at(99.0, keys));
+    assert_eq!((before, after, stepped), (Vec3::ZERO, Vec3::new(4.0, 8.0, 2.0), Vec3::new(3.0, 1.0, 1.0)));
+    // Each number by itself, and smooth: half of the way at half of the time.
+    let smooth = "transform: (translate: (7, Keys([(0, 0), (2, 10)], Smooth), 0))";
+    assert_eq!(parts(&entity_at(1.0, smooth)).0, Vec3::new(7.0, 5.0, 0.0));
+    assert!(parts(&entity_at(0.1, smooth)).0.y < 0.1, "it sets off slowly");
+}
+
+#[test]
+fn turns_take_the_shorter_way() {
+    // The second is a quarter turn, written as its negative.
+    for between in ["Linear", "Smooth"] {
+        let keys = format!(
+            "transform: (rotate_quaternion: Keys([(0, (0, 0, 0, 1)), (1, (0, 0, -0.70710677, -0.70710677))], {between}))"
+        );
+        let (_, rotation, _) = parts(&entity_at(0.5, &keys));
+        assert!(rotation.abs_diff_eq(Quat::from_rotation_z(45_f32.to_radians()), 1e-6), "{rotation}");
+    }
+}
+
+#[test]
+fn lights_cameras_and_materials_change() {
+    let light = "light: Point(power_w: Keys([(0, 10), (2, (30, 10, 0))]))";
+    let Light::Point { power_w, .. } = only::<Light>(&entity_at(1.0, light)) else { panic!() };
+    assert_eq!(power_w, Rgb::new(20.0, 10.0, 5.0));
+    let camera = "camera: Pinhole(vertical_fov_degrees: Keys([(0, 90), (1, 30)]))";
+    let Camera::Pinhole { vertical_fov } = only::<Camera>(&entity_at(0.5, camera)) else { panic!() };
+    assert!((vertical_fov - 60_f32.to_radians()).abs() < 1e-6);
+    let scene = "(entities: [], materials: {\"paint\": Principled(base_color: Keys([(0, 0), (1, (1, 0.5, 0))]), \
+                 roughness: Keys([(0, 0.25), (1, 0.75)]))})";
+    let world = at(0.5, scene).unwrap();
+    let Some(Material::Principled(paint)) = world.assets.materials.last().map(|named| &named.material) else {
+        panic!()
+    };
+    assert_eq!(paint.base_color, ColorInput::Constant(Rgb::new(0.5, 0.25, 0.0)));
+    assert_eq!(paint.roughness.factor, 0.5);
+}
+
+#[test]
+fn mistakes_say_where() {
+    let fails = |marked: &str, reason: &str| {
+        let column = marked.find('^').unwrap() + 1;
+        let error = at(0.0, &marked.replacen('^', "", 1)).err().map(|error| error.to_string());
+        assert_eq!(error.unwrap(), format!("scenes/test.ron:1:{column}: {reason}"));
+    };
+    fails(
+        "(entities: [(light: Point(power_w: Keys([(1, 5), (^1, 6)])))])",
+        "keys must come one after the other in time",
+    );
+    fails("(entities: [(light: Point(power_w: Keys(^[])))])", "there is no key");
+    fails(
+        "(entities: [(light: Point(power_w: Keys([(0, 1), (1, ^-6)])))])",
+        "a power must be at least 0, not -6",
+    );
+    fails(
+        "(entities: [(light: Point(power_w: Keys([(0, ^Keys([(0, 1)]))])))])",
+        "a key's value cannot have keys itself",
+    );
+    fails(
+        "(entities: [(transform: ^Keys([(0, (translate: (0, 0, 0)))]))])",
+        "keys are for single values, as (translate: Keys([(0, (0, 0, 0)), (2, (1, 0, 0))]))",
+    );
+    fails(
+        "(settings: (exposure_ev: ^Keys([(0, 1), (1, 2)])), entities: [])",
+        "settings stay what they are: keys are for entities and materials",
+    );
+    fails(
+        "(entities: [(transform: (scale: ^Keys([(-1, 1), (1, -1)])))])",
+        "a scale of 0 makes things flat: it must have an inverse",
+    );
+    fails(
+        "(entities: [(light: Point(power_w: Keys([(0, 1)], ^Cubic)))])",
+        "unknown interpolation \"Cubic\"; interpolations: Linear, Smooth, Step",
+    );
+}
