@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::Failure;
 use super::job_args::Outputs;
+use super::{Failure, shard};
 
 /// Which moments are rendered.
 #[derive(Args, Debug)]
 pub struct FrameOptions {
-    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; #### in -o stands for the number
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; auto/1-48 takes the one of them that
+    /// the scheduler's number stands for; #### in -o stands for the frame's number
     #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
     pub frames: Option<Frames>,
     /// Frames a second: frame N is at N / fps seconds
@@ -24,9 +25,14 @@ pub struct FrameOptions {
     pub moments: u32,
 }
 
-/// Ranges: first, last, step.
+/// A list of frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frames(Vec<[u32; 3]>);
+pub struct Frames {
+    /// First, last, step.
+    ranges: Vec<[u32; 3]>,
+    /// Whether only one of them is meant, the one that a scheduler says.
+    by_scheduler: bool,
+}
 
 /// More than anybody wants, and fewer than what one digit too many asks for.
 const MOST: u32 = 1_000_000;
@@ -34,11 +40,40 @@ const MOST: u32 = 1_000_000;
 impl Frames {
     /// Their numbers, in the order in which they were named.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
-        self.0.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
+        self.ranges.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
+    }
+
+    /// Those that this process renders.
+    pub(super) fn resolve(&self) -> Result<Frames, Failure> {
+        if !self.by_scheduler {
+            return Ok(self.clone());
+        }
+        let count = self.numbers().count() as u32;
+        let task =
+            shard::number_of_task(count).map_err(|reason| Failure(format!("--frames auto: {reason}")))?;
+        let frame = self.numbers().nth(task as usize).unwrap_or_default();
+        Ok(Frames { ranges: vec![[frame, frame, 1]], by_scheduler: false })
+    }
+}
+
+impl std::fmt::Display for Frames {
+    /// As `--frames` takes it.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        for (place, [first, last, step]) in self.ranges.iter().enumerate() {
+            let comma = if place > 0 { "," } else { "" };
+            match (first == last, step) {
+                (true, _) => write!(f, "{comma}{first}")?,
+                (false, 1) => write!(f, "{comma}{first}-{last}")?,
+                (false, step) => write!(f, "{comma}{first}-{last}x{step}")?,
+            }
+        }
+        Ok(())
     }
 }
 
 fn parse(text: &str) -> Result<Frames, String> {
+    let list = text.strip_prefix("auto/");
+    let by_scheduler = list.is_some();
     let number = |text: &str| text.trim().parse().ok().filter(|number| *number <= MOST);
     let range = |part: &str| {
         let (range, step) = match part.split_once('x') {
@@ -49,8 +84,10 @@ fn parse(text: &str) -> Result<Frames, String> {
         let range = [number(first)?, number(last)?, step];
         (range[0] <= range[1] && step > 0).then_some(range)
     };
-    let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
-    ranges.map(Frames).ok_or_else(|| "expected frames, such as 1-48, 1-48x2 or 1,3,7-9".into())
+    let ranges: Option<Vec<_>> = list.unwrap_or(text).split(',').map(range).collect();
+    ranges
+        .map(|ranges| Frames { ranges, by_scheduler })
+        .ok_or_else(|| "expected frames, such as 1-48, 1-48x2 or 1,3,7-9".into())
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {
@@ -63,13 +100,27 @@ fn parse_shutter(text: &str) -> Result<f32, String> {
     part.ok_or_else(|| "expected a part of the time from frame to frame, above 0 and at most 1".into())
 }
 
+/// Frames a second as a fraction: whole numbers, the rates of television (24000/1001 and the like), or
+/// thousandths.
+pub(super) fn rate(fps: f32) -> [u32; 2] {
+    let whole = f64::from(fps).round();
+    let television = (f64::from(fps) * 1.001).round();
+    match f64::from(fps) {
+        fps if (fps - whole).abs() < 1e-6 => [whole as u32, 1],
+        fps if (fps * 1.001 - television).abs() < 0.001 && television > 0.0 => {
+            [1000 * television as u32, 1001]
+        }
+        fps => [(fps * 1000.0).round() as u32, 1000],
+    }
+}
+
 /// Files with a frame's number in their names.
 pub(super) fn named(outputs: &Outputs, frame: u32, several: bool) -> Result<Outputs, Failure> {
     let name = |path: &PathBuf| with_number(path, frame, several);
     Ok(Outputs {
         images: outputs.images.iter().map(name).collect::<Result<_, _>>()?,
         film: outputs.film.as_ref().map(name).transpose()?,
-        to_stdout: outputs.to_stdout,
+        ..outputs.clone()
     })
 }
 
@@ -99,9 +150,19 @@ mod tests {
         let numbers = |text: &str| parse(text).map(|frames| frames.numbers().collect::<Vec<_>>());
         assert_eq!(numbers("1-5"), Ok(vec![1, 2, 3, 4, 5]));
         assert_eq!(numbers("0-10x4, 3"), Ok(vec![0, 4, 8, 3]));
-        for wrong in ["", "a", "5-1", "1-5x0", "1-", "-3", "1,,2", "1-99999999"] {
+        assert_eq!(parse("0-10x4, 3,5-6").map(|frames| frames.to_string()), Ok("0-10x4,3,5-6".into()));
+        for wrong in ["", "auto", "a", "5-1", "1-5x0", "1-", "-3", "1,,2", "1-99999999"] {
             assert!(numbers(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn rates_are_fractions() {
+        assert_eq!(
+            [24.0, 23.976, 29.97, 59.94].map(rate),
+            [[24, 1], [24000, 1001], [30000, 1001], [60000, 1001]]
+        );
+        assert_eq!([12.5, 0.25].map(rate), [[12500, 1000], [250, 1000]]);
     }
 
     #[test]

@@ -320,6 +320,9 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     let channels = if images.is_empty() { Vec::new() } else { session.channels(&header.settings.aov) };
     let manifest = aov::manifest(&channels, &names, session.scene());
     picture.write(images, &channels, manifest)?;
+    if let Some(video) = wanted.outputs.video {
+        picture.write_to_video(video, denoised.as_ref())?;
+    }
     let clean = denoised.as_ref().map(|denoised| {
         let paths = picture.write_denoised(&wanted.outputs.images, denoised)?;
         Ok::<_, Failure>((denoised, paths))
@@ -341,7 +344,7 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         (false, false) => report.text(),
         (false, true) => String::new(),
     };
-    output::say(&text, wanted.outputs.to_stdout);
+    output::say(&text, wanted.outputs.takes_stdout());
     Ok(())
 }
 

@@ -37,7 +37,8 @@ pub struct WorkOptions {
 /// What comes out of it, and where it goes.
 #[derive(Args, Debug)]
 pub struct OutputOptions {
-    /// Where it goes: images .png, .exr or .hdr, a film to go on with .film, or - for a film to standard output;
+    /// Where it goes: images .png, .exr or .hdr, a film to go on with .film, or - for a film (of --frames: a video, as
+    /// YUV4MPEG2) to standard output;
     /// may be given several times [default: the scene's name with .png, here]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
@@ -85,9 +86,25 @@ pub struct Outputs {
     pub film: Option<PathBuf>,
     /// Whether a film goes to standard output.
     pub to_stdout: bool,
+    /// The video whose frames go there instead.
+    pub video: Option<Video>,
+}
+
+/// A stream of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Video {
+    /// Frames a second, as a fraction.
+    pub rate: [u32; 2],
+    /// Whether none has been written yet.
+    pub begins: bool,
 }
 
 impl Outputs {
+    /// Whether something else than words goes to standard output.
+    pub fn takes_stdout(&self) -> bool {
+        self.to_stdout || self.video.is_some()
+    }
+
     /// Of what was given.
     pub fn of(given: &[PathBuf]) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
@@ -172,8 +189,12 @@ mod tests {
     fn films_and_images_are_told_apart() {
         let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         let outputs = Outputs::of(&paths(&["a.png", "b.FILM", "-", "c.exr"])).ok();
-        let expected =
-            Outputs { images: paths(&["a.png", "c.exr"]), film: Some("b.FILM".into()), to_stdout: true };
+        let expected = Outputs {
+            images: paths(&["a.png", "c.exr"]),
+            film: Some("b.FILM".into()),
+            to_stdout: true,
+            video: None,
+        };
         assert_eq!(outputs, Some(expected));
         assert!(Outputs::of(&paths(&["a.film", "b.film"])).is_err());
     }

@@ -1,14 +1,16 @@
 //! What is made of a film: images, and what they say of themselves.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::job_args::Video;
 use super::{Failure, aov, command_line};
 use crate::denoise::Denoised;
 use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
 use crate::formats::film_file::{Header, Note};
-use crate::formats::picture::{Output, PngBits, save};
+use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
 
 /// The name under which an image carries its film's header, as JSON.
@@ -69,6 +71,20 @@ impl<'a> Picture<'a> {
         let whole = Output { metadata: &with_manifest, channels, ..output };
         paths.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
         Ok(())
+    }
+
+    /// Writes it to standard output as a frame of a video.
+    pub fn write_to_video(&self, video: Video, denoised: Option<&Denoised>) -> Result<(), Failure> {
+        let output = self.output(denoised.map_or(&self.radiance, |denoised| &denoised.radiance), &[]);
+        let mut out = std::io::stdout().lock();
+        let mut write = || {
+            if video.begins {
+                video::write_header(&mut out, [output.width, output.height], video.rate)?;
+            }
+            video::write_frame(&mut out, &output)?;
+            out.flush()
+        };
+        write().map_err(|error| Failure(format!("cannot write the video to standard output: {error}")))
     }
 
     /// Saves what is left without noise beside the images, as bright as these; returns where.

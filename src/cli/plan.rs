@@ -1,5 +1,5 @@
 //! `rayfront plan SCENE`: job files for engines that there are, which render a scene in parts and put these
-//! together.
+//! together, or render the frames of an animation.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,7 +8,9 @@ use clap::{Args, Parser, ValueEnum};
 use serde_json::{Value, json};
 
 use super::args::Arguments;
-use super::command_line::quoted;
+use super::command_line::{self, quoted};
+use super::frames::{self, Frames};
+use super::job_args::Outputs;
 use super::{Failure, output};
 use crate::film::SampleRanges;
 
@@ -17,13 +19,14 @@ use crate::film::SampleRanges;
 pub struct Plan {
     /// The scene
     pub scene: PathBuf,
-    /// How many parts
+    /// How many parts of the samples; with -- --frames there is a task for each frame instead
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub shards: u32,
+    pub shards: Option<u32>,
     /// For which engine
     #[arg(long = "for", value_name = "ENGINE", value_enum)]
     pub engine: Engine,
-    /// Where the image goes, may be given several times [default: the scene's name with .png, here]
+    /// Where the image goes, may be given several times [default: the scene's name with .png, here; of frames with
+    /// .####.png]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Where the job files and the parts go [default: the scene's name with .jobs, here]
@@ -58,9 +61,20 @@ pub enum Engine {
     Commands,
 }
 
+/// What the tasks are.
+enum Tasks {
+    /// Parts of the samples, to be merged.
+    Shards(u32),
+    /// Frames, each by itself.
+    Frames(Frames),
+}
+
 /// What all engines are told.
 struct Jobs<'a> {
     plan: &'a Plan,
+    tasks: Tasks,
+    /// Options of the rendering, but for which frames.
+    options: Vec<String>,
     program: String,
     scene: String,
     folder: PathBuf,
@@ -111,8 +125,20 @@ impl<'a> Jobs<'a> {
         let mut world = crate::formats::load_with(&scene, &(&arguments.render.model).into())?;
         arguments.render.apply(&mut world.settings);
         let samples = world.settings.samples;
-        if (0..plan.shards).any(|index| SampleRanges::shard(samples, index, plan.shards).is_empty()) {
-            return Err(Failure(format!("--shards {}: there are {samples} samples: see --spp", plan.shards)));
+        let tasks = match (plan.shards, arguments.render.frames.frames) {
+            (Some(shards), None) => Tasks::Shards(shards),
+            (None, Some(frames)) => Tasks::Frames(frames),
+            (Some(_), Some(_)) => {
+                return Err(Failure("--shards: frames are tasks already, one each: leave it out".into()));
+            }
+            (None, None) => {
+                return Err(Failure("say how many tasks: --shards N, or -- --frames LIST".into()));
+            }
+        };
+        if let Tasks::Shards(shards) = tasks
+            && (0..shards).any(|index| SampleRanges::shard(samples, index, shards).is_empty())
+        {
+            return Err(Failure(format!("--shards {shards}: there are {samples} samples: see --spp")));
         }
         let program = match &plan.program {
             Some(program) => program.clone(),
@@ -126,8 +152,15 @@ impl<'a> Jobs<'a> {
         let name: String = stem.chars().map(letter).take(40).collect();
         let folder =
             plan.folder.clone().unwrap_or_else(|| output::default_image(&scene).with_extension("jobs"));
-        let images =
-            if plan.output.is_empty() { vec![output::default_image(&scene)] } else { plan.output.clone() };
+        let image = match tasks {
+            Tasks::Shards(_) => output::default_image(&scene),
+            Tasks::Frames(_) => output::default_image(&scene).with_extension("####.png"),
+        };
+        let images = if plan.output.is_empty() { vec![image] } else { plan.output.clone() };
+        if let Tasks::Frames(frames) = &tasks {
+            let outputs = Outputs { images: images.clone(), ..Outputs::default() };
+            frames::named(&outputs, 0, frames.numbers().count() > 1)?;
+        }
         let here = absolute(Path::new("."))?;
         let files = [scene.clone(), absolute(&folder)?];
         if plan.engine == Engine::Kubernetes && files.iter().any(|file| !file.starts_with(&here)) {
@@ -140,6 +173,8 @@ impl<'a> Jobs<'a> {
         let images = images?.iter().map(|image| image.to_string_lossy().into_owned()).collect();
         Ok(Self {
             plan,
+            tasks,
+            options: command_line::without(&plan.options, &["--frames"]),
             program,
             scene: scene.to_string_lossy().into_owned(),
             folder: absolute(&folder)?,
@@ -156,14 +191,38 @@ impl<'a> Jobs<'a> {
     /// The words that render a part.
     fn render(&self, shard: &str, film: &str) -> Vec<String> {
         let mut words = vec![self.program.clone(), self.scene.clone()];
-        words.extend(self.plan.options.iter().cloned());
+        words.extend(self.options.iter().cloned());
         words.extend(["--shard", shard, "--quiet", "-o", film].map(String::from));
         words
     }
 
-    /// The same for any part of an array.
+    /// The words that render frames.
+    fn render_frames(&self, frames: &str) -> Vec<String> {
+        let mut words = vec![self.program.clone(), self.scene.clone()];
+        words.extend(self.options.iter().cloned());
+        words.extend(["--frames", frames, "--quiet"].map(String::from));
+        words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
+        words
+    }
+
+    /// What any task of an array does: it asks its scheduler which one it is.
     fn render_any(&self) -> Vec<String> {
-        self.render(&format!("auto/{}", self.plan.shards), &self.path("part-{shard}.film"))
+        match &self.tasks {
+            Tasks::Shards(count) => self.render(&format!("auto/{count}"), &self.path("part-{shard}.film")),
+            Tasks::Frames(frames) => self.render_frames(&format!("auto/{frames}")),
+        }
+    }
+
+    /// How many there are.
+    fn count(&self) -> u32 {
+        match &self.tasks {
+            Tasks::Shards(count) => *count,
+            Tasks::Frames(frames) => frames.numbers().count() as u32,
+        }
+    }
+
+    fn merges(&self) -> bool {
+        matches!(self.tasks, Tasks::Shards(_))
     }
 
     /// What puts the parts together, as a shell takes it: all that are there, so that it says what is missing.
@@ -174,7 +233,7 @@ impl<'a> Jobs<'a> {
     }
 
     fn last(&self) -> u32 {
-        self.plan.shards - 1
+        self.count().saturating_sub(1)
     }
 
     fn slurm(&self) -> Vec<JobFile> {
@@ -192,6 +251,12 @@ impl<'a> Jobs<'a> {
         let merge = format!(
             "#!/bin/sh\n#SBATCH --job-name={name}-merge\n#SBATCH --output={merge_log}\nexec {merge}\n"
         );
+        if !self.merges() {
+            return vec![
+                ("render.sbatch", array),
+                ("submit.sh", format!("#!/bin/sh\nexec sbatch --parsable {render_file}\n")),
+            ];
+        }
         // After any end of the parts: the merge itself says what is missing.
         let submit = format!(
             "#!/bin/sh\nset -e\nparts=$(sbatch --parsable {render_file})\n\
@@ -201,31 +266,52 @@ impl<'a> Jobs<'a> {
     }
 
     fn commands(&self) -> Vec<JobFile> {
-        let parts = (0..self.plan.shards).map(|index| {
-            let shard = format!("{index}/{}", self.plan.shards);
-            line(&self.render(&shard, &self.path(&format!("part-{index}.film")))) + "\n"
-        });
-        vec![("parts.txt", parts.collect()), ("merge.sh", format!("#!/bin/sh\nexec {}\n", self.merge()))]
+        let part = |index: u32, count: u32| {
+            self.render(&format!("{index}/{count}"), &self.path(&format!("part-{index}.film")))
+        };
+        let commands: Vec<Vec<String>> = match &self.tasks {
+            Tasks::Shards(count) => (0..*count).map(|index| part(index, *count)).collect(),
+            Tasks::Frames(frames) => {
+                frames.numbers().map(|frame| self.render_frames(&frame.to_string())).collect()
+            }
+        };
+        let mut files = vec![("parts.txt", commands.iter().map(|words| line(words) + "\n").collect())];
+        if self.merges() {
+            files.push(("merge.sh", format!("#!/bin/sh\nexec {}\n", self.merge())));
+        }
+        files
     }
 
     fn hyperqueue(&self) -> String {
         let (name, last, merge) = (&self.name, self.last(), quoted(&self.merge()));
         let render = line(&self.render_any());
         let log = quoted(&self.path("part-%{TASK_ID}.log"));
-        format!(
-            "#!/bin/sh\n# Waits for the parts; the merge says what is missing, if anything.\n\
-             hq submit --name {name} --array 0-{last} --stdout none --stderr {log} --wait -- {render}\n\
-             hq submit --name {name}-merge --wait -- sh -c {merge}\n"
-        )
+        let array = format!(
+            "hq submit --name {name} --array 0-{last} --stdout none --stderr {log} --wait -- {render}\n"
+        );
+        match self.merges() {
+            false => format!("#!/bin/sh\n{array}"),
+            true => format!(
+                "#!/bin/sh\n# Waits for the parts; the merge says what is missing, if anything.\n{array}\
+                 hq submit --name {name}-merge --wait -- sh -c {merge}\n"
+            ),
+        }
     }
 
     /// (Open Job Description 2023-09.)
     fn openjd(&self) -> String {
         let parameter = |name: &str, value: &str, description: &str| json!({ "name": name, "type": "STRING", "default": value, "description": description });
-        let words = self.render(
-            &format!("{{{{Task.Param.Shard}}}}/{}", self.plan.shards),
-            "{{Param.Folder}}/part-{{Task.Param.Shard}}.film",
-        );
+        // What a task renders, by its number.
+        let (name, range, words) = match &self.tasks {
+            Tasks::Shards(count) => {
+                let film = "{{Param.Folder}}/part-{{Task.Param.Shard}}.film";
+                let words = self.render(&format!("{{{{Task.Param.Shard}}}}/{count}"), film);
+                ("Shard", format!("0-{}", self.last()), words)
+            }
+            Tasks::Frames(frames) => {
+                ("Frame", frames.to_string().replace('x', ":"), self.render_frames("{{Task.Param.Frame}}"))
+            }
+        };
         let mut render: Vec<Value> = words[2..].iter().map(|word| json!(word)).collect();
         render.insert(0, json!("{{Param.Scene}}"));
         let images = self.images.iter().map(|image| format!(" -o {}", quoted(image)));
@@ -233,39 +319,40 @@ impl<'a> Jobs<'a> {
             "\"{{{{Param.Program}}}}\" merge \"{{{{Param.Folder}}}}\"/part-*.film{}",
             images.collect::<String>()
         );
+        let mut parameters = vec![
+            parameter("Program", &self.program, "What renders"),
+            parameter("Scene", &self.scene, "What is rendered"),
+        ];
+        let mut steps = vec![json!({
+            "name": "Render",
+            "parameterSpace": { "taskParameterDefinitions": [{ "name": name, "type": "INT", "range": range }]},
+            "script": { "actions": { "onRun": {
+                "command": "{{Param.Program}}", "args": render,
+                // Told to end, it saves what it has.
+                "cancelation": { "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 },
+            }}},
+        })];
+        if self.merges() {
+            let folder = self.folder.to_string_lossy();
+            parameters.push(parameter("Folder", &folder, "Where the parts go: shared by all workers"));
+            steps.push(json!({
+                "name": "Merge",
+                "dependencies": [{ "dependsOn": "Render" }],
+                "script": { "actions": { "onRun": { "command": "sh", "args": ["-c", merge] } } },
+            }));
+        }
         let template = json!({
             "specificationVersion": "jobtemplate-2023-09",
             "name": self.name,
-            "parameterDefinitions": [
-                parameter("Program", &self.program, "What renders"),
-                parameter("Scene", &self.scene, "What is rendered"),
-                parameter("Folder", &self.folder.to_string_lossy(), "Where the parts go: shared by all workers"),
-            ],
-            "steps": [
-                {
-                    "name": "Render",
-                    "parameterSpace": { "taskParameterDefinitions": [
-                        { "name": "Shard", "type": "INT", "range": format!("0-{}", self.last()) },
-                    ]},
-                    "script": { "actions": { "onRun": {
-                        "command": "{{Param.Program}}", "args": render,
-                        // Told to end, it saves what it has.
-                        "cancelation": { "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 },
-                    }}},
-                },
-                {
-                    "name": "Merge",
-                    "dependencies": [{ "dependsOn": "Render" }],
-                    "script": { "actions": { "onRun": { "command": "sh", "args": ["-c", merge] } } },
-                },
-            ],
+            "parameterDefinitions": parameters,
+            "steps": steps,
         });
         serde_json::to_string_pretty(&template).unwrap_or_default() + "\n"
     }
 
     fn kubernetes(&self) -> Vec<JobFile> {
         let Self { name, here, .. } = self;
-        let Plan { image, volume, shards, .. } = self.plan;
+        let (Plan { image, volume, .. }, count) = (self.plan, self.count());
         let string = |text: &str| Value::from(text).to_string();
         let list = |words: &[String]| Value::from(words.to_vec()).to_string();
         let here = string(&here.to_string_lossy());
@@ -281,34 +368,39 @@ impl<'a> Jobs<'a> {
             )
         };
         let array = format!(
-            "  completionMode: Indexed\n  completions: {shards}\n  parallelism: {shards}\n  backoffLimitPerIndex: 3\n  maxFailedIndexes: {shards}\n"
+            "  completionMode: Indexed\n  completions: {count}\n  parallelism: {count}\n  backoffLimitPerIndex: 3\n  maxFailedIndexes: {count}\n"
         );
-        let merge = ["sh".to_owned(), "-c".to_owned(), self.merge()];
-        vec![
-            ("render.yaml", job(name, &array, &list(&self.render_any()))),
-            ("merge.yaml", job(&format!("{name}-merge"), "", &list(&merge))),
-        ]
+        let mut files = vec![("render.yaml", job(name, &array, &list(&self.render_any())))];
+        if self.merges() {
+            let merge = ["sh".to_owned(), "-c".to_owned(), self.merge()];
+            files.push(("merge.yaml", job(&format!("{name}-merge"), "", &list(&merge))));
+        }
+        files
     }
 
     /// What to type next.
     fn what_to_do(&self) -> String {
         let file = |name: &str| quoted(&self.path(name));
+        let then = |command: String| if self.merges() { command } else { String::new() };
         match self.plan.engine {
             Engine::Slurm | Engine::Hyperqueue => format!("to submit: sh {}\n", file("submit.sh")),
             Engine::Openjd => format!(
-                "to check: openjd check {template}\nto run here: openjd run {template} --step Merge --run-dependencies\n",
-                template = file("template.json")
+                "to check: openjd check {template}\nto run here: openjd run {template} --step {step} --run-dependencies\n",
+                template = file("template.json"),
+                step = if self.merges() { "Merge" } else { "Render" },
             ),
-            Engine::Kubernetes => format!(
-                "to submit: kubectl apply -f {render}\nthen: kubectl wait --for=condition=complete --timeout=-1s job/{name} && kubectl apply -f {merge}\n",
-                render = file("render.yaml"),
-                name = self.name,
-                merge = file("merge.yaml"),
-            ),
+            Engine::Kubernetes => {
+                let merge = file("merge.yaml");
+                let wait = format!(
+                    "then: kubectl wait --for=condition=complete --timeout=-1s job/{} && kubectl apply -f {merge}\n",
+                    self.name
+                );
+                format!("to submit: kubectl apply -f {}\n{}", file("render.yaml"), then(wait))
+            }
             Engine::Commands => format!(
-                "to run: xargs -P 2 -d '\\n' -I {{}} sh -c {{}} < {}\nthen: sh {}\n",
+                "to run: xargs -P 2 -d '\\n' -I {{}} sh -c {{}} < {}\n{}",
                 file("parts.txt"),
-                file("merge.sh")
+                then(format!("then: sh {}\n", file("merge.sh")))
             ),
         }
     }

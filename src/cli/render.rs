@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use super::args::Render;
 use super::frames::{self, Frames};
 use super::job::{Job, Wanted, carry_out};
-use super::job_args::Outputs;
+use super::job_args::{Outputs, Video};
 use super::output::default_image;
 use super::{Failure, output};
 use crate::film::SampleRanges;
@@ -35,9 +35,16 @@ fn all_frames(
     shard: Option<[u32; 2]>,
     frames: &Frames,
 ) -> Result<u8, Failure> {
+    let several = frames.numbers().count() > 1;
+    let frames = frames.resolve()?;
+    // A part of the samples is no picture yet.
+    let shows = outputs.to_stdout && shard.is_none() && arguments.samples.is_none();
+    let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
     for frame in frames.numbers() {
-        let outputs = frames::named(outputs, frame, frames.numbers().count() > 1)?;
-        let are_there = outputs.film.is_none() && outputs.images.iter().all(|image| image.exists());
+        let named = frames::named(outputs, frame, several)?;
+        let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
+        let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
+        let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
         if are_there && !arguments.output.overwrite {
             if !arguments.work.quiet {
                 eprintln!("frame {frame} is there (--overwrite renders it again)");
@@ -49,6 +56,7 @@ fn all_frames(
         if code != 0 {
             return Ok(code);
         }
+        video = video.map(|video| Video { begins: false, ..video });
     }
     Ok(0)
 }
@@ -118,7 +126,7 @@ fn render(
     let found = found.transpose()?.flatten();
     let is_whole =
         |film: &FilmFile| film.header.begun.is_none() && film.header.samples == [job.header.wanted];
-    let film_alone = outputs.images.is_empty() && !outputs.to_stdout && !arguments.work.json;
+    let film_alone = outputs.images.is_empty() && !outputs.takes_stdout() && !arguments.work.json;
     if film_alone && found.as_ref().is_some_and(is_whole) {
         if !arguments.work.quiet {
             let film = outputs.film.as_deref().unwrap_or(path).display();

@@ -54,6 +54,29 @@ pub(super) fn parse(text: &str) -> Result<ShardOption, String> {
     shard.ok_or_else(|| "expected I/N with I from 0 to N - 1, such as 3/64, or auto/N, or auto".into())
 }
 
+/// Which of so many tasks this process is, from 0, as its scheduler says; else why that cannot be told.
+pub(super) fn number_of_task(count: u32) -> Result<u32, String> {
+    number_by(Some(count), &|name| std::env::var(name).ok()).map(|[index, _]| index)
+}
+
+/// The number of a task and how many there are, by a scheduler's variables.
+fn number_by(known: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<[u32; 2], String> {
+    let number = |name: &str| variable(name).and_then(|text| text.trim().parse::<u32>().ok());
+    let found = SCHEDULERS.iter().find_map(|scheduler| Some((scheduler, number(scheduler.index)?)));
+    let Some((scheduler, number_of_task)) = found else {
+        let names: Vec<_> = SCHEDULERS.iter().map(|scheduler| scheduler.index).collect();
+        return Err(format!("none of {} is a number: say which", names.join(", ")));
+    };
+    let Scheduler { index: name, first, .. } = scheduler;
+    let count = known
+        .or_else(|| number(scheduler.count?))
+        .ok_or_else(|| format!("{name} does not say how many there are: auto/N"))?;
+    match number_of_task.wrapping_sub(*first) {
+        index if index < count => Ok([index, count]),
+        _ => Err(format!("{name} is {number_of_task}, but there are {count}, from {first} on")),
+    }
+}
+
 impl ShardOption {
     /// The part's number and how many there are.
     pub(super) fn resolve(&self) -> Result<[u32; 2], Failure> {
@@ -64,27 +87,7 @@ impl ShardOption {
         if let ShardOption { index: Some(index), count: Some(count) } = *self {
             return Ok([index, count]);
         }
-        let number = |name: &str| variable(name).and_then(|text| text.trim().parse::<u32>().ok());
-        let found = SCHEDULERS.iter().find_map(|scheduler| Some((scheduler, number(scheduler.index)?)));
-        let Some((scheduler, number_of_task)) = found else {
-            let names: Vec<_> = SCHEDULERS.iter().map(|scheduler| scheduler.index).collect();
-            let names = names.join(", ");
-            return Err(Failure(format!(
-                "--shard auto: none of {names} is a number: say it, such as --shard 0/64"
-            )));
-        };
-        let index = number_of_task.wrapping_sub(scheduler.first);
-        let name = scheduler.index;
-        let count = self.count.or_else(|| number(scheduler.count?)).ok_or_else(|| {
-            Failure(format!("--shard auto: {name} does not say how many parts there are: --shard auto/N"))
-        })?;
-        if index >= count {
-            return Err(Failure(format!(
-                "--shard: {name} is {number_of_task}, but there are {count} parts, from {}: say how many with --shard auto/N",
-                scheduler.first
-            )));
-        }
-        Ok([index, count])
+        number_by(self.count, variable).map_err(|reason| Failure(format!("--shard auto: {reason}")))
     }
 }
 
@@ -119,7 +122,7 @@ mod tests {
         for wrong in ["", "3", "64/64", "-1/4", "1/0", "auto/", "a/b", "1/99999999"] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
-        assert!(resolved("auto/8", &[("SGE_TASK_ID", "undefined")]).is_err_and(|e| e.contains("say it")));
+        assert!(resolved("auto/8", &[("SGE_TASK_ID", "undefined")]).is_err_and(|e| e.contains("say which")));
         assert!(resolved("auto", &[("HQ_TASK_ID", "2")]).is_err_and(|e| e.contains("auto/N")));
         // One of an array that is submitted again by itself.
         let again = [("SLURM_ARRAY_TASK_ID", "3"), ("SLURM_ARRAY_TASK_COUNT", "1")];

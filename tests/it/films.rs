@@ -361,6 +361,28 @@ fn planned_commands_are_what_a_shell_takes() {
     let parts = (0..3).map(|i| format!("scene.jobs/part-{i}.film")).collect::<Vec<_>>().join(" ");
     let whole = hash(&here, "scene.ron --spp 6 --size 40x30 -o whole.png");
     assert_eq!(hash(&here, &format!("merge {parts}")), whole);
+    // Frames need no merging, and every one of them is some task's.
+    let plan = "plan scene.ron --for commands -o f.##.png -- --frames 3-7x4,12 --spp 2 --size 40x30";
+    assert_eq!(run(&here, plan).status.code(), Some(0));
+    let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
+    for line in lines.lines() {
+        let status = Command::new("sh").args(["-c", line]).current_dir(folder.path()).status();
+        assert!(status.expect("a shell").success(), "{line}");
+    }
+    for frame in ["f.03.png", "f.07.png", "f.12.png"] {
+        assert!(here.join(frame).is_file(), "{frame}");
+    }
+    let task = |number: &str| {
+        let arguments: Vec<&str> =
+            "scene.ron --frames auto/3-7x4,12 --spp 2 --size 40x30 -o g.##.png".split(' ').collect();
+        command(&here, &arguments).env("SLURM_ARRAY_TASK_ID", number).output().expect("a run")
+    };
+    assert_eq!(task("1").status.code(), Some(0));
+    let pixels = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name).2;
+    assert!(pixels("g.07.png") == pixels("f.07.png") && !here.join("g.03.png").exists());
+    assert!(String::from_utf8_lossy(&task("3").stderr).contains("there are 3, from 0 on"));
+    let error = failure(&here, "plan scene.ron --for slurm -o f.png -- --frames 1-2");
+    assert!(error.contains("####"), "{error}");
     let error = failure(&here, "plan scene.ron --shards 25 --for slurm");
     assert!(error.contains("there are 24 samples"), "{error}");
     let error = failure(&here, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
@@ -514,6 +536,22 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         assert_eq!(hash(here, &format!("merge {parts} --audit 100%")), whole);
         assert_eq!(json(here, &format!("reproduce {name}.exr"))["identical"], true);
         assert_eq!(hash(here, &format!("resume {name}.film")), whole);
+    }
+    // All frames as a video: each is what its image shows.
+    let video = run(here, "keys.ron --size 16x16 --spp 32 --fps 4 --frames 0-4x2 -o - -o again.#.png");
+    let header = b"YUV4MPEG2 W16 H16 F4:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
+    let stream = video.stdout.strip_prefix(header).expect("a video");
+    let frames: Vec<&[u8]> = stream.chunks(6 + 3 * 256).collect();
+    assert_eq!((frames.len(), stream.len()), (3, 3 * (6 + 3 * 256)));
+    for (frame, number) in frames.iter().zip([0, 2, 4]) {
+        let (_, _, pixels) =
+            rayfront::formats::picture::load_linear(&here.join(format!("again.{number}.png")))
+                .expect("an image");
+        let luma = frame.strip_prefix(b"FRAME\n").expect("a frame");
+        for (luma, pixel) in luma.iter().zip(&pixels) {
+            let shown = rayfront::film::tonemap::srgb_encode(pixel.r);
+            assert!((f32::from(*luma) - 16.0 - 219.0 * shown).abs() < 1.0, "{luma} for {pixel:?}");
+        }
     }
     // Frames that are there stay.
     let before =

@@ -18,6 +18,7 @@ mod encode_radiance;
 pub mod limits;
 mod openexr;
 mod texts;
+pub mod video;
 
 use std::path::Path;
 

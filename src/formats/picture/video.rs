@@ -1,0 +1,71 @@
+//! Frames of a film in a stream: YUV4MPEG2, which ffmpeg, x264 and most players of raw video read.
+
+use std::io::{self, Write};
+
+use super::Output;
+
+/// What stands in front of the first frame: size, frames a second as a fraction, no interlacing, square pixels,
+/// colour at full resolution in the range of television.
+pub fn write_header(
+    out: &mut dyn Write,
+    [width, height]: [u32; 2],
+    [frames, seconds]: [u32; 2],
+) -> io::Result<()> {
+    writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames}:{seconds} Ip A1:1 C444 XCOLORRANGE=LIMITED")
+}
+
+/// One frame, as a PNG of 8 bits shows it.
+pub fn write_frame(out: &mut dyn Write, image: &Output<'_>) -> io::Result<()> {
+    out.write_all(b"FRAME\n")?;
+    let pixels: Vec<[u8; 3]> =
+        image.radiance.iter().map(|radiance| y_cb_cr(image.display.apply_8_bit(*radiance))).collect();
+    for component in 0..3 {
+        let plane: Vec<u8> = pixels.iter().map(|pixel| pixel[component]).collect();
+        out.write_all(&plane)?;
+    }
+    Ok(())
+}
+
+/// Of the colour on the screen (Rec. ITU-R BT.709-6, items 3.2 to 3.4, 8 bits).
+fn y_cb_cr(rgb: [u8; 3]) -> [u8; 3] {
+    let [r, g, b] = rgb.map(|component| f64::from(component) / 255.0);
+    let luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let [blue, red] = [(b - luma) / 1.8556, (r - luma) / 1.5748];
+    [16.0 + 219.0 * luma, 128.0 + 224.0 * blue, 128.0 + 224.0 * red].map(|value| value.round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tonemap::DisplayTransform;
+    use crate::formats::picture::PngBits;
+    use crate::math::Rgb;
+    use crate::world::Tonemap;
+
+    #[test]
+    fn colours_are_those_of_the_recommendation() {
+        assert_eq!(y_cb_cr([0, 0, 0]), [16, 128, 128]);
+        assert_eq!(y_cb_cr([255, 255, 255]), [235, 128, 128]);
+        assert_eq!(y_cb_cr([255, 0, 0]), [63, 102, 240]);
+        assert_eq!(y_cb_cr([0, 0, 255]), [32, 240, 118]);
+    }
+
+    #[test]
+    fn planes_come_one_after_the_other() {
+        let radiance = [Rgb::WHITE, Rgb::BLACK, Rgb::new(1.0, 0.0, 0.0)];
+        let output = Output {
+            width: 3,
+            height: 1,
+            radiance: &radiance,
+            display: DisplayTransform::new(Tonemap::Clamp, 0.0, &radiance),
+            bits: PngBits::Eight,
+            metadata: &[],
+            channels: &[],
+        };
+        let mut bytes = Vec::new();
+        write_header(&mut bytes, [3, 1], [24, 1]).expect("room");
+        write_frame(&mut bytes, &output).expect("room");
+        let expected = b"YUV4MPEG2 W3 H1 F24:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\nFRAME\n\xeb\x10\x3f\x80\x80\x66\x80\x80\xf0";
+        assert_eq!(bytes, expected);
+    }
+}
