@@ -13,7 +13,7 @@ use crate::film::Region;
 use crate::formats::LoadOptions;
 use crate::integrator::Schedule;
 use crate::simd::Level;
-use crate::world::{BuildQuality, DepthLimits, Sampler, Settings, Sharing, Tonemap, Transport};
+use crate::world::{Adaptive, BuildQuality, DepthLimits, Sampler, Settings, Sharing, Tonemap, Transport};
 
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
@@ -158,6 +158,13 @@ pub struct Render {
     /// the number from the scheduler that runs this
     #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
     pub shard: Option<ShardOption>,
+    /// Of --adaptive=unbiased: a film with what the pilot has chosen; if it is not there, the pilot is rendered and
+    /// saved in it
+    #[arg(long, value_name = "FILE")]
+    pub pilot: Option<PathBuf>,
+    /// Render nothing but the pilot
+    #[arg(long, requires = "pilot")]
+    pub pilot_only: bool,
     /// Render only these samples of all, such as 0..16
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
     pub samples: Option<[u32; 2]>,
@@ -196,11 +203,11 @@ pub struct LightOptions {
     /// Pixels that share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
     #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
     pub sharing: Option<Sharing>,
-    /// Give blocks of pixels more samples where they lessen the error most, --spp on average: on or off [default:
-    /// the scene's]
-    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", require_equals = true,
-          value_parser = parse_switch)]
-    pub adaptive: Option<bool>,
+    /// Give blocks of pixels more samples where they lessen the error most, for the rays of --spp: on, off, or
+    /// unbiased, which chooses beforehand by samples that do not count [default: the scene's]
+    #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
+          value_parser = parse_adaptive)]
+    pub adaptive: Option<Adaptive>,
 }
 
 impl LightOptions {
@@ -442,11 +449,12 @@ fn parse_sharing(text: &str) -> Result<Sharing, String> {
     }
 }
 
-fn parse_switch(text: &str) -> Result<bool, String> {
+fn parse_adaptive(text: &str) -> Result<Adaptive, String> {
     match text {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err("expected on or off".into()),
+        "on" => Ok(Adaptive::On),
+        "off" => Ok(Adaptive::Off),
+        "unbiased" => Ok(Adaptive::Unbiased),
+        _ => Err("expected on, off or unbiased".into()),
     }
 }
 

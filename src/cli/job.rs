@@ -24,7 +24,7 @@ use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{Gathered, OnProgress, Options, Pass, Progress, Session, adaptive};
 use crate::scene::CompiledScene;
-use crate::world::{Aov, Settings, World};
+use crate::world::{Adaptive, Aov, Settings, World};
 
 /// A scene that is ready to be rendered.
 pub struct Job {
@@ -79,7 +79,7 @@ impl Job {
         if !quiet {
             scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         }
-        if settings.adaptive && view.moments() > 1 {
+        if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
         }
@@ -97,6 +97,7 @@ impl Job {
             most: 0,
             begun: None,
             rays: None,
+            allocation: None,
             shard: None,
             film_hash: String::new(),
             moments_hash: None,
@@ -176,8 +177,13 @@ impl Job {
             variance: self.header.variance,
             ..defaults
         };
-        let [start, end] = self.header.wanted;
-        Session::of(self.frame.clone(), self.header.settings.samples, options).with_samples(start..end)
+        let Header { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;
+        let allocation = allocation
+            .as_ref()
+            .and_then(|allocation| adaptive::allocation_of_part(allocation, *whole, region));
+        Session::of(self.frame.clone(), settings.samples, options)
+            .with_samples(*start..*end)
+            .with_allocation(allocation)
     }
 
     /// Whether memory will do.
@@ -397,7 +403,11 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
         }
     };
     let rays = header.rays.clone();
-    Some(Gathered { film, moments, samples, pass, rays })
+    let allocation = header.allocation.clone();
+    if allocation.as_ref().is_some_and(|allocation| !allocation.is_sound()) {
+        return None;
+    }
+    Some(Gathered { film, moments, samples, pass, rays, allocation })
 }
 
 /// Says of a film what is in it.
@@ -405,6 +415,7 @@ pub fn describe(header: &mut Header, gathered: &Gathered) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
     header.rays.clone_from(&gathered.rays);
+    header.allocation.clone_from(&gathered.allocation);
     header.begun = gathered.pass.as_ref().map(|pass| Begun {
         samples: [pass.samples.start, pass.samples.end],
         tile: pass.tile,

@@ -17,6 +17,7 @@ use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 use crate::render::{Gathered, on_threads};
+use crate::world::Adaptive;
 
 /// `rayfront merge`.
 #[derive(Args, Debug)]
@@ -83,7 +84,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     }
     let Some(mut merged) = merged else { return Err(Failure("standard input: there is no film".into())) };
     describe(&mut merged.header, &merged.gathered);
-    let whole = 0..merged.header.settings.samples;
+    let whole = 0..merged.header.total();
     let missing = merged.gathered.samples.missing(whole.clone());
     let unfinished = merged.parts.iter().any(|(_, _, header)| header.begun.is_some());
     if missing.count() > 0 && !arguments.partial {
@@ -97,7 +98,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
         let reason = "a film of films that are unfinished could not be gone on with";
         return Err(Failure(format!("{reason}: finish them with rayfront resume, or ask for images alone")));
     }
-    merged.header.wanted = [whole.start, whole.end];
+    merged.header.wanted = [0, merged.header.settings.samples];
     merged.header.shard = None;
     merged.header.note.stopped_by = None;
     if let Some(path) = &outputs.film {
@@ -117,9 +118,11 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
         let path = path.display();
         return Err(wrong(format!("it is unfinished: rayfront resume {path}")));
     }
-    if header.settings.adaptive {
+    if header.settings.adaptive == Adaptive::On {
         let path = path.display();
-        return Err(wrong(format!("adaptive samples are in one film: rayfront resume {path} -o image.png")));
+        return Err(wrong(format!(
+            "adaptive samples that are chosen in rounds are in one film: rayfront resume {path} -o image.png"
+        )));
     }
     if let Some(first) = merged
         && let Some(what) = header.difference(&first.header)
@@ -174,7 +177,7 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
 
 /// Which samples are not there, and what to type to get them.
 fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
-    let total = merged.header.settings.samples;
+    let total = merged.header.total();
     let mut lines =
         vec![format!("samples {missing} of {total} are missing (--partial makes the image of the others):")];
     let unfinished = |(_, _, header): &&(PathBuf, SampleRanges, Header)| {
@@ -190,7 +193,7 @@ fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     match header.shard {
         Some([_, count]) => {
             let lost = |index: &u32| {
-                let part = SampleRanges::of(SampleRanges::shard(total, *index, count));
+                let part = SampleRanges::of(header.part(*index, count));
                 missing.common(&part).is_some()
             };
             let commands = (0..count).filter(lost);
@@ -261,7 +264,10 @@ fn write_images(
         }
         audited.iter().for_each(|audited| text += &format!("audit     {}\n", audited.line()));
         if let Some(noise) = noise {
-            text += &format!("noise     {}\n", super::report::noise_line(noise, gathered.samples.count()));
+            text += &format!(
+                "noise     {}\n",
+                super::report::noise_line(noise, gathered.film.samples_per_pixel())
+            );
         }
         text + &format!("film      {}\n", header.film_hash)
     };

@@ -17,6 +17,7 @@ mod job;
 mod job_args;
 mod merge;
 mod output;
+mod pilot;
 mod plan;
 mod profile;
 mod profile_report;

@@ -12,6 +12,7 @@ use crate::film::{Channel, Film};
 use crate::formats::film_file::{Header, Note};
 use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
+use crate::world::Adaptive;
 
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
@@ -150,7 +151,16 @@ impl<'a> Picture<'a> {
 
 /// Samples that all pixels have, and how many there were to be.
 pub fn samples(header: &Header) -> String {
-    if header.settings.adaptive && header.most > header.samples.last().map_or(0, |[_, end]| *end) {
+    if let Some(allocation) = &header.allocation {
+        let least = allocation.samples().iter().min().copied().unwrap_or(0);
+        let (most, asked) = (allocation.most(), header.settings.samples);
+        let done: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
+        let part = if done == most { String::new() } else { format!("{done} of ") };
+        return format!("{part}{least} to {most}, for the rays of {asked}");
+    }
+    if header.settings.adaptive != Adaptive::Off
+        && header.most > header.samples.last().map_or(0, |[_, end]| *end)
+    {
         let least: u32 = header.samples.iter().map(|[start, end]| end - start).sum();
         return format!("{least} to {}, for the rays of {}", header.most, header.settings.samples);
     }
@@ -164,7 +174,7 @@ pub fn samples(header: &Header) -> String {
 /// What to type for the samples that a film has.
 pub fn again(header: &Header) -> String {
     match (&header.samples[..], header.settings.samples) {
-        ([[0, end]], total) if *end < total && !header.settings.adaptive => {
+        ([[0, end]], total) if *end < total && header.settings.adaptive == Adaptive::Off => {
             let words = command_line::without(
                 &header.note.command,
                 &["--until", "--max-time", "--samples", "--checkpoint", "--output", "-o"],

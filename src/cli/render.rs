@@ -8,11 +8,11 @@ use super::frames::{self, Frames};
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
 use super::output::default_image;
-use super::{Failure, output};
-use crate::film::SampleRanges;
+use super::{Failure, output, pilot};
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
+use crate::world::Adaptive;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
@@ -100,9 +100,23 @@ fn render(
     };
     let mut job = Job::load(path, view, arguments.work.quiet, |settings| arguments.apply(settings))?;
     job.crop(arguments.crop)?;
-    let total = job.header.settings.samples;
+    if job.header.settings.adaptive == Adaptive::Unbiased
+        && (shard.is_some() || arguments.samples.is_some() || arguments.pilot.is_some())
+    {
+        let code = pilot::allocate(&mut job, arguments)?;
+        if code != 0 || arguments.pilot_only {
+            return Ok(code);
+        }
+    } else if arguments.pilot.is_some() {
+        return Err(Failure("--pilot is for --adaptive=unbiased".into()));
+    }
+    let total = job.header.total();
     if let Some([index, count]) = shard {
-        let part = SampleRanges::shard(total, index, count);
+        let part = job.header.part(index, count);
+        if part.is_empty() && job.header.allocation.is_some() {
+            output::say(&format!("part {index} of {count} has no samples: nothing to do\n"), true);
+            return Ok(0);
+        }
         if part.is_empty() {
             return Err(Failure(format!(
                 "--shard {index}/{count}: of {total} samples nothing is left for this part: use at most {total} parts"
@@ -116,7 +130,7 @@ fn render(
         }
         job.header.wanted = [start, end];
     }
-    if job.header.settings.adaptive && job.header.wanted != [0, total] {
+    if job.header.settings.adaptive == Adaptive::On && job.header.wanted != [0, total] {
         let reason = "adaptive samples are chosen by the film of all samples up to then";
         return Err(Failure(format!(
             "--shard and --samples: {reason}: add --adaptive=off, or render it whole"

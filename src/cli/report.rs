@@ -35,9 +35,9 @@ fn count(n: u64) -> String {
 }
 
 /// Noise for people: beside the brightness, and what it takes to halve it.
-pub fn noise_line(noise: f64, samples: u32) -> String {
+pub fn noise_line(noise: f64, samples: f64) -> String {
     // The error falls with the root of their number.
-    let more = 3 * u64::from(samples);
+    let more = (3.0 * samples).round() as u64;
     format!(
         "{:.2} % of the brightness, estimated; about {} samples more halve it",
         100.0 * noise,
@@ -160,7 +160,7 @@ impl RenderReport<'_> {
             line(&mut out, "stopped", format!("by {rule}; the same image: {again}"));
         }
         if let Some(noise) = self.session.film().relative_noise() {
-            line(&mut out, "noise", noise_line(noise, self.session.gathered().samples.count()));
+            line(&mut out, "noise", noise_line(noise, self.session.film().samples_per_pixel()));
         }
         if let Some((denoised, paths)) = self.denoised {
             let paths: Vec<_> = paths.iter().map(|path| path.display().to_string()).collect();

@@ -16,6 +16,7 @@ use crate::film::{Film, SampleRanges};
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
 use crate::render::{Gathered, Session, on_threads};
+use crate::world::Adaptive;
 
 /// `rayfront reproduce`.
 #[derive(Args, Debug)]
@@ -100,7 +101,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
     let most = |session: &Session| {
         session.film().pixels().iter().map(|pixel| pixel.count[0] + pixel.count[1]).max().unwrap_or(0)
     };
-    if header.settings.adaptive {
+    if header.settings.adaptive == Adaptive::On {
         // Round by round, up to where it came.
         let up_to = header.begun.as_ref().map_or(header.most, |begun| begun.samples[0]);
         while !session.is_done() && most(&session) < up_to {
@@ -108,7 +109,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
         }
     }
     for range in header.ranges()?.iter() {
-        if header.settings.adaptive {
+        if header.settings.adaptive == Adaptive::On {
             break;
         }
         session = session.with_samples(range);

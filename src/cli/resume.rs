@@ -103,6 +103,7 @@ pub(super) fn load_again(
         Job::load(&scene, header.view.clone(), quiet, |settings| *settings = header.settings.clone())?;
     job.header.region = header.region;
     job.header.variance = header.variance;
+    job.header.allocation.clone_from(&header.allocation);
     match header.difference(&job.header) {
         Some(what) => Err(Failure(format!("{} is {what}", film_path.display()))),
         None => Ok(job),

@@ -73,7 +73,10 @@ fn number_by(known: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> R
         .ok_or_else(|| format!("{name} does not say how many there are: auto/N"))?;
     match number_of_task.wrapping_sub(*first) {
         index if index < count => Ok([index, count]),
-        _ => Err(format!("{name} is {number_of_task}, but there are {count}, from {first} on")),
+        _ => {
+            let hint = if known.is_none() { ": say how many with auto/N" } else { "" };
+            Err(format!("{name} is {number_of_task}, but there are {count}, from {first} on{hint}"))
+        }
     }
 }
 

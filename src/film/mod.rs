@@ -1,5 +1,6 @@
 //! Samples to pixels with exact sums, and pixels to what a screen shows.
 
+pub mod allocation;
 pub mod channel;
 pub mod exposure;
 pub mod features;
@@ -9,6 +10,7 @@ pub mod ranges;
 pub mod tonemap;
 
 use crate::math::Rgb;
+pub use allocation::Allocation;
 pub use channel::{Channel, Values};
 pub use features::{Features, FirstHit, Gathering};
 pub use moments::Moments;
@@ -183,6 +185,12 @@ impl Film {
                 }
             }
         }
+    }
+
+    /// Samples that a pixel has, on average.
+    pub fn samples_per_pixel(&self) -> f64 {
+        let all: u64 = self.pixels.iter().map(|p| u64::from(p.count[0]) + u64::from(p.count[1])).sum();
+        all as f64 / self.pixels.len().max(1) as f64
     }
 
     /// Mean radiance of each pixel, row by row from the top; black where there is no sample.

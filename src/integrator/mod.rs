@@ -25,7 +25,7 @@ use crate::sampling::pattern::Grid;
 use crate::scene::{CompiledScene, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::simd::Level;
-use crate::world::{Pattern, Sampler, Settings, Sharing, Transport};
+use crate::world::{Adaptive, Pattern, Sampler, Settings, Sharing, Transport};
 use observe::{Nobody, Observer};
 use sharing::{Grouping, pilot::Pilot};
 pub use statistics::{RayCounts, Stage, Statistics};
@@ -61,8 +61,8 @@ pub struct Frame {
     pub clamp: Option<f32>,
     /// How paths are shared, if they are.
     pub sharing: Option<Grouping>,
-    /// Whether samples go where they lessen the error most, as many as this on average.
-    pub adaptive: Option<u32>,
+    /// Whether samples go where they lessen the error most.
+    pub adaptive: Adaptive,
     /// What is rendered beforehand, if blocks of pixels choose how many of them share.
     pub pilot: Option<Arc<Pilot>>,
     /// Albedos of the lobes that its materials have under the path transport.
@@ -96,7 +96,7 @@ impl Frame {
             roulette_depth: settings.roulette_depth,
             clamp: settings.clamp,
             sharing,
-            adaptive: settings.adaptive.then_some(settings.samples),
+            adaptive: settings.adaptive,
             pilot: None,
             unit,
             lobes,
@@ -114,7 +114,7 @@ impl Frame {
                 "{what} spread all samples over a grid, so that those of a longer rendering are other ones"
             ))
         };
-        if self.adaptive.is_some() {
+        if self.adaptive != Adaptive::Off {
             return Err("adaptive samples are given by how many there are on average".into());
         }
         if self.transport == Transport::Path {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::film::{Film, Moments, Region, SampleRanges, Unit};
+use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 
 /// Samples of a film and which these are: all that a rendering needs to be gone on with.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,9 @@ pub struct Gathered {
     /// Rays that the first samples of each block have taken, where blocks get as many as they are worth: see
     /// [`super::adaptive`].
     pub rays: Option<Vec<u64>>,
+    /// How many samples blocks get, where that was decided beforehand. `samples` are then those that the pixels have
+    /// which get them.
+    pub allocation: Option<Allocation>,
 }
 
 /// Samples that some tiles have already and others have not.
@@ -64,6 +67,7 @@ impl Gathered {
             samples: SampleRanges::default(),
             pass: None,
             rays: None,
+            allocation: None,
         }
     }
 

@@ -30,24 +30,23 @@
 pub mod adaptive;
 mod aov;
 mod gathered;
+mod observed;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::film::{Film, Moments, Region, SampleRanges};
-use crate::integrator::observe::{Event, Somebody, Timekeeper};
+use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
 use crate::integrator::sharing::BLOCK;
-use crate::integrator::wavefront::Wave;
-use crate::integrator::{Frame, Schedule, Sorting, Stage, Statistics, Worker};
+use crate::integrator::{Frame, Schedule, Sorting, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
-use crate::world::Settings;
+use crate::world::{Adaptive, Settings};
 pub use aov::film_channels;
 pub use gathered::{Gathered, Pass};
+pub use observed::Span;
 
 /// Paths of a wave unless told otherwise. Measured: 256 to 16,384 are equal, 65,536 is up to 1.28 times slower.
 pub const DEFAULT_WAVE: usize = 4096;
@@ -94,21 +93,10 @@ pub struct Session {
     workers: Mutex<Vec<Worker>>,
     /// Samples to render.
     wanted: Range<u32>,
-}
-
-/// What a thread did and when, counted from the beginning.
-#[derive(Clone, Copy, Debug)]
-pub struct Span {
-    /// Which thread.
-    pub thread: usize,
-    /// Where in the image.
-    pub tile: Region,
-    /// Which stage of the wave; none for a whole tile of the recursive schedule.
-    pub stage: Option<Stage>,
-    /// When it began.
-    pub start: Duration,
-    /// When it ended.
-    pub end: Duration,
+    /// How many there are in all.
+    total: u32,
+    /// Whether it is a pilot, of which the rays of each block are wanted.
+    is_pilot: bool,
 }
 
 /// What has happened since the last time.
@@ -138,12 +126,20 @@ impl Session {
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
             wanted: 0..samples,
+            total: samples,
+            is_pilot: false,
         }
     }
 
     /// Renders only some of the samples: films of disjoint ranges can be merged.
     pub fn with_samples(self, samples: Range<u32>) -> Self {
         Self { wanted: samples, ..self }
+    }
+
+    /// With what was decided beforehand about how many samples blocks get; none: it is decided here, if at all.
+    pub fn with_allocation(mut self, allocation: Option<Allocation>) -> Self {
+        self.gathered.allocation = allocation;
+        self
     }
 
     /// Goes on with what has been gathered of the same region before; false, and nothing is changed, if it
@@ -156,7 +152,9 @@ impl Session {
         let alike = (old.film.region(), old.film.unit(), old.moments.is_some())
             == (new.film.region(), new.film.unit(), new.moments.is_some());
         let rays = new.rays.as_ref().is_none_or(|rays| rays.len() == count);
-        let fits = alike && rays && new.pass.as_ref().is_none_or(|pass| tiles(pass) && blocks(pass));
+        let allocation = new.allocation.as_ref().is_none_or(|given| given.samples().len() == count);
+        let fits =
+            alike && rays && allocation && new.pass.as_ref().is_none_or(|pass| tiles(pass) && blocks(pass));
         if fits {
             self.gathered = gathered;
         }
@@ -165,7 +163,7 @@ impl Session {
 
     /// The first sample that not every pixel has.
     pub fn next_sample(&self) -> Option<u32> {
-        let missing = self.gathered.samples.missing(self.wanted.clone());
+        let missing = self.gathered.samples.missing(self.wanted());
         missing.iter().next().map(|range| range.start)
     }
 
@@ -178,12 +176,62 @@ impl Session {
 
     /// Whether every sample has been rendered.
     pub fn is_done(&self) -> bool {
-        self.gathered.pass.is_none() && self.next_pass(1).is_none()
+        self.gathered.pass.is_none() && !self.needs_allocation() && self.next_pass(1).is_none()
+    }
+
+    /// Samples to render, some of which may be only for some blocks.
+    fn wanted(&self) -> Range<u32> {
+        match &self.gathered.allocation {
+            Some(allocation) if self.wanted == (0..self.total) => 0..allocation.most(),
+            _ => self.wanted.clone(),
+        }
+    }
+
+    /// Whether it is still to be decided how many samples blocks get.
+    fn needs_allocation(&self) -> bool {
+        let is_enough = self.total >= 2 * adaptive::PILOT;
+        let is_wanted = self.frame.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
+        is_wanted && self.gathered.allocation.is_none()
+    }
+
+    /// Decides how many samples blocks get, where that is wanted beforehand and not known yet; false if it was
+    /// stopped.
+    pub fn allocate(&mut self, stop: &AtomicBool, progress: OnProgress) -> bool {
+        if !self.needs_allocation() {
+            return true;
+        }
+        let (first, count) = (adaptive::FIRST_OF_PILOT, adaptive::pilot(self.total));
+        let region = self.gathered.film.region();
+        let options = Options { variance: false, region: Some(region), ..self.options };
+        let mut pilot = Session {
+            is_pilot: true,
+            workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
+            ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
+        };
+        let nothing = || self.gathered.clone();
+        let watch =
+            |rendered: &Progress| progress(&Progress { samples: rendered.samples, gathered: &nothing });
+        pilot.advance_until(count, stop, &watch);
+        self.statistics.add(&pilot.statistics);
+        if !pilot.is_done() {
+            return false;
+        }
+        let rays = pilot.gathered.rays.as_deref().unwrap_or_default();
+        self.gathered.allocation = adaptive::allocation(pilot.film(), rays, self.total);
+        self.workers = pilot.workers;
+        self.gathered.allocation.is_some()
     }
 
     /// What is rendered next, `count` samples if all pixels get them.
     fn next_pass(&self, count: u32) -> Option<Pass> {
         let (region, size) = (self.gathered.film.region(), self.tile_size());
+        if let Some(allocation) = &self.gathered.allocation {
+            let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
+            // As many at once as there are: a few samples of a few blocks would fill no wave.
+            let samples = allocation.first_round(next);
+            let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
+            return Some(Pass { blocks, ..Pass::new(samples, size, region) });
+        }
         let of_all = match self.rounds() {
             Some(_) => self.wanted.start..self.wanted.end.min(adaptive::PILOT),
             None => self.wanted.clone(),
@@ -199,7 +247,8 @@ impl Session {
 
     /// How many samples there are on average, where they come in rounds.
     fn rounds(&self) -> Option<u32> {
-        self.frame.adaptive.filter(|budget| *budget >= 2 * adaptive::PILOT && self.wanted == (0..*budget))
+        let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
+        (self.frame.adaptive == Adaptive::On && is_whole).then_some(self.total)
     }
 
     /// Renders the next `count` samples of every pixel, at most those that are left; or finishes the pass
@@ -211,11 +260,15 @@ impl Session {
     /// The same, but starts no further tile once `stop` is set. The film then holds more samples in some
     /// pixels than in others, and [`Gathered::pass`] says where.
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
+        if !self.allocate(stop, progress) {
+            return;
+        }
         let region = self.gathered.film.region();
         let Some(pass) = self.gathered.pass.take().or_else(|| self.next_pass(count)) else { return };
         let (samples, all) = (pass.samples.clone(), pass.blocks.is_none());
-        let by_block = self.rounds().is_some();
-        if by_block {
+        let counts_rays = self.rounds().is_some() || self.is_pilot;
+        let by_block = counts_rays || !all;
+        if counts_rays {
             let blocks = adaptive::blocks(region).len();
             self.gathered.rays.get_or_insert_with(|| vec![0; blocks]);
         }
@@ -245,7 +298,7 @@ impl Session {
                     }
                 };
                 let samples = SampleRanges::default();
-                (Gathered { film, moments, samples, pass: None, rays: None }, own)
+                (Gathered { film, moments, samples, pass: None, rays: None, allocation: None }, own)
             };
             let rendered: Vec<(Gathered, Statistics)> = parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
@@ -268,7 +321,8 @@ impl Session {
         });
         if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
             self.gathered.pass = None;
-            if all {
+            // Rounds that follow each other are known by their counts.
+            if all || self.gathered.allocation.is_some() {
                 self.gathered.samples.insert(samples);
             }
         }
@@ -282,67 +336,6 @@ impl Session {
     /// All that has been gathered so far.
     pub fn gathered(&self) -> &Gathered {
         &self.gathered
-    }
-
-    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
-    /// is told what happens. The session's own film stays as it is; returned is the last tile's.
-    pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
-        let (frame, options) = (&self.frame, &self.options);
-        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 }, frame.unit);
-        for tile in self.tiles() {
-            let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
-            if pixel.is_none_or(holds) {
-                let (samples, mut ignored) = (self.wanted.clone(), Statistics::default());
-                let mut observer = Somebody(&mut *look);
-                film = worker.observe(frame, options.level, tile, samples, &mut ignored, &mut observer);
-            }
-        }
-        film
-    }
-
-    /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
-    /// called at the end of each stage.
-    pub fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
-        let (frame, options) = (&self.frame, &self.options);
-        let mut wave = Wave::new(frame, options.wave, options.sorting);
-        let mut ignored = Statistics::default();
-        for tile in self.tiles() {
-            let (mut film, samples) = (Film::new(tile, frame.unit), self.wanted.clone());
-            let mut observer = Timekeeper(&mut *mark);
-            wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
-        }
-    }
-
-    /// Renders all samples on all threads and says when each thread did what.
-    pub fn spans(&self) -> Vec<Span> {
-        let (frame, options, start) = (&self.frame, &self.options, Instant::now());
-        let spans = Mutex::new(Vec::new());
-        self.tiles().into_par_iter().for_each(|tile| {
-            let thread = rayon::current_thread_index().unwrap_or(0);
-            let mut own = Vec::new();
-            let (mut last, samples, mut ignored) =
-                (start.elapsed(), self.wanted.clone(), Statistics::default());
-            match options.schedule {
-                Schedule::Wavefront => {
-                    let mut observer = Timekeeper(|stage| {
-                        let end = start.elapsed();
-                        own.push(Span { thread, tile, stage: Some(stage), start: last, end });
-                        last = end;
-                    });
-                    let (mut wave, mut film) =
-                        (Wave::new(frame, options.wave, options.sorting), Film::new(tile, frame.unit));
-                    wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
-                }
-                Schedule::Recursive => {
-                    let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-                    worker.render(frame, options.level, tile, samples, &mut ignored);
-                    own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
-                }
-            }
-            lock(&spans).append(&mut own);
-        });
-        spans.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     fn tiles(&self) -> Vec<Region> {
@@ -382,8 +375,9 @@ impl Session {
 
     /// Samples that every pixel has, and how many there were to be.
     pub fn samples_done(&self) -> (u32, u32) {
-        let wanted = self.wanted.len() as u32;
-        (wanted - self.gathered.samples.missing(self.wanted.clone()).count(), wanted)
+        let wanted = self.wanted();
+        let count = wanted.len() as u32;
+        (count - self.gathered.samples.missing(wanted).count(), count)
     }
 }
 

@@ -32,9 +32,8 @@ pub struct Settings {
     pub sampler: Sampler,
     /// Whether pixels share the paths of their neighbours, under the path transport.
     pub sharing: Sharing,
-    /// Whether blocks of pixels get samples where they lessen the error most, as many as `samples` on average
-    /// (see [`crate::render::adaptive`]).
-    pub adaptive: bool,
+    /// Whether blocks of pixels get samples where they lessen the error most, as many as `samples` on average.
+    pub adaptive: Adaptive,
     /// How light travels.
     pub transport: Transport,
     /// Which random numbers: another seed, another (equally right) noise.
@@ -80,7 +79,7 @@ impl Default for Settings {
             clamp: None,
             sampler: Sampler::Sobol,
             sharing: Sharing::Auto,
-            adaptive: false,
+            adaptive: Adaptive::Off,
             transport: Transport::Whitted,
             seed: 0,
             filter: PixelFilter::default(),
@@ -209,6 +208,18 @@ pub enum Sharing {
 impl Sharing {
     /// Pixels that a group may have.
     pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
+}
+
+/// Whether blocks of pixels get samples where they lessen the error most (see [`crate::render::adaptive`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Adaptive {
+    /// All pixels get the same number.
+    #[default]
+    Off,
+    /// In rounds, chosen by the samples up to then.
+    On,
+    /// Chosen beforehand, by samples that do not count.
+    Unbiased,
 }
 
 /// How much work goes into the acceleration structure: what it costs to build against what

@@ -1,13 +1,14 @@
 //! What a film file says of itself.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::film::{Film, Moments, Region, SampleRanges, Unit};
+use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 use crate::formats::LoadOptions;
 use crate::world::{Settings, SourceFiles};
 
@@ -44,6 +45,9 @@ pub struct Header {
     pub begun: Option<Begun>,
     /// Rays that each block's first samples have taken, where samples are adaptive.
     pub rays: Option<Vec<u64>>,
+    /// How many samples blocks get, where that was decided beforehand: `samples` are then those that the pixels have
+    /// which get them.
+    pub allocation: Option<Allocation>,
     /// Which part of how many was asked for.
     pub shard: Option<[u32; 2]>,
     /// [`Film::hash`], in hexadecimal digits.
@@ -190,10 +194,23 @@ const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "a
 impl Header {
     /// The samples that all pixels have; none if the ranges make no sense.
     pub fn ranges(&self) -> Option<SampleRanges> {
-        let total = self.settings.samples;
+        let total = self.total();
         let ranges = SampleRanges::disjoint(self.samples.iter().map(|[start, end]| *start..*end))?;
         let fits = ranges.iter().all(|range| range.end <= total);
         fits.then_some(ranges)
+    }
+
+    /// How many samples there are in all: numbers behind the last one.
+    pub fn total(&self) -> u32 {
+        self.allocation.as_ref().map_or(self.settings.samples, Allocation::most)
+    }
+
+    /// The samples of a part of several.
+    pub fn part(&self, index: u32, count: u32) -> Range<u32> {
+        match &self.allocation {
+            Some(allocation) => allocation.shard(index, count),
+            None => SampleRanges::shard(self.settings.samples, index, count),
+        }
     }
 
     /// Says which samples all pixels have.
@@ -224,6 +241,11 @@ impl Header {
             let rest = serde_json::json!({ "region": header.region, "variance": header.variance });
             [view, settings, rest]
         };
+        if let (Some(own), Some(other)) = (&self.allocation, &other.allocation)
+            && own != other
+        {
+            return Some("of blocks that get other numbers of samples".into());
+        }
         let pairs = parts(self).into_iter().zip(parts(other));
         let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).next()?;
         Some(format!("of other settings: {differs}"))

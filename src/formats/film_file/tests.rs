@@ -35,6 +35,7 @@ fn film(region: Region, variance: bool) -> FilmFile {
         most: 0,
         begun: None,
         rays: None,
+        allocation: None,
         shard: Some([0, 2]),
         film_hash: String::new(),
         moments_hash: None,

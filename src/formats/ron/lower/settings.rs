@@ -4,8 +4,8 @@ use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{
-    Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Sharing, Tonemap,
-    Transport,
+    Adaptive, Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Sharing,
+    Tonemap, Transport,
 };
 
 /// Image width and height in pixels.
@@ -23,6 +23,8 @@ pub(super) const PATTERNS: &[(&str, Pattern)] = &[
 
 const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted), ("Path", Transport::Path)];
 
+const ADAPTIVE: &[(&str, Adaptive)] =
+    &[("On", Adaptive::On), ("Off", Adaptive::Off), ("Unbiased", Adaptive::Unbiased)];
 const SAMPLERS: &[(&str, Sampler)] =
     &[("Sobol", Sampler::Sobol), ("Jittered", Sampler::Jittered), ("Independent", Sampler::Independent)];
 
@@ -99,7 +101,7 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
         settings.sharing = sharing(source, raw)?;
     }
     if let Some(raw) = read.adaptive {
-        settings.adaptive = source.choice(raw, "adaptive", &[("On", true), ("Off", false)])?;
+        settings.adaptive = source.choice(raw, "adaptive", ADAPTIVE)?;
     }
     if let Some(raw) = read.seed {
         settings.seed = source.whole(raw, "seed", 0, u64::MAX)?;

@@ -30,7 +30,7 @@ fn settings_are_read_and_default() {
             clamp: Some(20.0),
             sampler: Sampler::Independent,
             sharing: Sharing::Groups(16),
-            adaptive: true,
+            adaptive: Adaptive::On,
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
             auto_exposure: true,

@@ -377,7 +377,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 clamp,
                 sampler,
                 sharing,
-                adaptive: seed % 2 == 0,
+                adaptive: [Adaptive::Off, Adaptive::On, Adaptive::Unbiased][seed as usize % 3],
                 aov,
             }
         },

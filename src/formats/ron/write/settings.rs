@@ -51,9 +51,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
             other => format!("{other:?}"),
         })
     })?;
-    keys.push_unless(*adaptive == default.adaptive, "adaptive", || {
-        Ok(if *adaptive { "On" } else { "Off" }.to_owned())
-    })?;
+    keys.push_unless(*adaptive == default.adaptive, "adaptive", || Ok(format!("{adaptive:?}")))?;
     keys.push_unless(*seed == default.seed, "seed", || Ok(seed.to_string()))?;
     keys.push_unless(*filter == default.filter, "filter", || pixel_filter(*filter))?;
     let is_default = *pixel_pattern == default.pixel_pattern;

@@ -1,11 +1,12 @@
 //! `rayfront plan SCENE`: job files for engines that there are, which render a scene in parts and put these
 //! together, or render the frames of an animation.
 
+mod engines;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, ValueEnum};
-use serde_json::{Value, json};
 
 use super::args::Arguments;
 use super::command_line::{self, quoted};
@@ -13,6 +14,7 @@ use super::frames::{self, Frames};
 use super::job_args::Outputs;
 use super::{Failure, output};
 use crate::film::SampleRanges;
+use crate::world::Adaptive;
 
 /// `rayfront plan`.
 #[derive(Args, Debug)]
@@ -75,6 +77,8 @@ struct Jobs<'a> {
     tasks: Tasks,
     /// Options of the rendering, but for which frames.
     options: Vec<String>,
+    /// Whether a pilot decides first how many samples blocks get.
+    has_pilot: bool,
     program: String,
     scene: String,
     folder: PathBuf,
@@ -140,6 +144,16 @@ impl<'a> Jobs<'a> {
         {
             return Err(Failure(format!("--shards {shards}: there are {samples} samples: see --spp")));
         }
+        let has_pilot = match (world.settings.adaptive, &tasks) {
+            (Adaptive::On, Tasks::Shards(_)) => {
+                let reason = "adaptive samples that are chosen in rounds are in one film";
+                return Err(Failure(format!(
+                    "--shards: {reason}: add --adaptive=unbiased or --adaptive=off behind --"
+                )));
+            }
+            (adaptive, Tasks::Shards(_)) => adaptive == Adaptive::Unbiased,
+            (_, Tasks::Frames(_)) => false,
+        };
         let program = match &plan.program {
             Some(program) => program.clone(),
             None if plan.engine == Engine::Kubernetes => "rayfront".into(),
@@ -175,6 +189,7 @@ impl<'a> Jobs<'a> {
             plan,
             tasks,
             options: command_line::without(&plan.options, &["--frames"]),
+            has_pilot,
             program,
             scene: scene.to_string_lossy().into_owned(),
             folder: absolute(&folder)?,
@@ -188,18 +203,35 @@ impl<'a> Jobs<'a> {
         self.folder.join(name).to_string_lossy().into_owned()
     }
 
-    /// The words that render a part.
-    fn render(&self, shard: &str, film: &str) -> Vec<String> {
+    /// The words that every task begins with; `folder` is where the parts go.
+    fn command(&self, folder: &Path) -> Vec<String> {
         let mut words = vec![self.program.clone(), self.scene.clone()];
         words.extend(self.options.iter().cloned());
+        if self.has_pilot {
+            let film = folder.join("pilot.film").to_string_lossy().into_owned();
+            words.extend(["--pilot".to_owned(), film]);
+        }
+        words
+    }
+
+    /// The words that render the pilot; if it fails, every part renders one for itself.
+    fn pilot(&self, folder: &Path) -> Vec<String> {
+        let mut words = self.command(folder);
+        words.extend(["--pilot-only", "--quiet"].map(String::from));
+        words
+    }
+
+    /// The words that render a part.
+    fn render(&self, shard: &str, film: &str) -> Vec<String> {
+        let folder = Path::new(film).parent().unwrap_or(Path::new("."));
+        let mut words = self.command(folder);
         words.extend(["--shard", shard, "--quiet", "-o", film].map(String::from));
         words
     }
 
     /// The words that render frames.
     fn render_frames(&self, frames: &str) -> Vec<String> {
-        let mut words = vec![self.program.clone(), self.scene.clone()];
-        words.extend(self.options.iter().cloned());
+        let mut words = self.command(&self.folder);
         words.extend(["--frames", frames, "--quiet"].map(String::from));
         words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
         words
@@ -234,175 +266,6 @@ impl<'a> Jobs<'a> {
 
     fn last(&self) -> u32 {
         self.count().saturating_sub(1)
-    }
-
-    fn slurm(&self) -> Vec<JobFile> {
-        let (name, last, merge) = (&self.name, self.last(), self.merge());
-        let [log, merge_log] = ["part-%a.log", "merge.log"].map(|log| quoted(&self.path(log)));
-        let [render_file, merge_file] =
-            ["render.sbatch", "merge.sbatch"].map(|file| quoted(&self.path(file)));
-        let render = line(&self.render_any());
-        // The signal goes to the program, which takes the shell's place: it saves what it has and, queued again,
-        // goes on with it.
-        let array = format!(
-            "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --array=0-{last}\n#SBATCH --output={log}\n\
-             #SBATCH --signal=B:TERM@30\n#SBATCH --requeue\nexec {render}\n"
-        );
-        let merge = format!(
-            "#!/bin/sh\n#SBATCH --job-name={name}-merge\n#SBATCH --output={merge_log}\nexec {merge}\n"
-        );
-        if !self.merges() {
-            return vec![
-                ("render.sbatch", array),
-                ("submit.sh", format!("#!/bin/sh\nexec sbatch --parsable {render_file}\n")),
-            ];
-        }
-        // After any end of the parts: the merge itself says what is missing.
-        let submit = format!(
-            "#!/bin/sh\nset -e\nparts=$(sbatch --parsable {render_file})\n\
-             sbatch --parsable --dependency=afterany:\"$parts\" {merge_file}\n"
-        );
-        vec![("render.sbatch", array), ("merge.sbatch", merge), ("submit.sh", submit)]
-    }
-
-    fn commands(&self) -> Vec<JobFile> {
-        let part = |index: u32, count: u32| {
-            self.render(&format!("{index}/{count}"), &self.path(&format!("part-{index}.film")))
-        };
-        let commands: Vec<Vec<String>> = match &self.tasks {
-            Tasks::Shards(count) => (0..*count).map(|index| part(index, *count)).collect(),
-            Tasks::Frames(frames) => {
-                frames.numbers().map(|frame| self.render_frames(&frame.to_string())).collect()
-            }
-        };
-        let mut files = vec![("parts.txt", commands.iter().map(|words| line(words) + "\n").collect())];
-        if self.merges() {
-            files.push(("merge.sh", format!("#!/bin/sh\nexec {}\n", self.merge())));
-        }
-        files
-    }
-
-    fn hyperqueue(&self) -> String {
-        let (name, last, merge) = (&self.name, self.last(), quoted(&self.merge()));
-        let render = line(&self.render_any());
-        let log = quoted(&self.path("part-%{TASK_ID}.log"));
-        let array = format!(
-            "hq submit --name {name} --array 0-{last} --stdout none --stderr {log} --wait -- {render}\n"
-        );
-        match self.merges() {
-            false => format!("#!/bin/sh\n{array}"),
-            true => format!(
-                "#!/bin/sh\n# Waits for the parts; the merge says what is missing, if anything.\n{array}\
-                 hq submit --name {name}-merge --wait -- sh -c {merge}\n"
-            ),
-        }
-    }
-
-    /// (Open Job Description 2023-09.)
-    fn openjd(&self) -> String {
-        let parameter = |name: &str, value: &str, description: &str| json!({ "name": name, "type": "STRING", "default": value, "description": description });
-        // What a task renders, by its number.
-        let (name, range, words) = match &self.tasks {
-            Tasks::Shards(count) => {
-                let film = "{{Param.Folder}}/part-{{Task.Param.Shard}}.film";
-                let words = self.render(&format!("{{{{Task.Param.Shard}}}}/{count}"), film);
-                ("Shard", format!("0-{}", self.last()), words)
-            }
-            Tasks::Frames(frames) => {
-                ("Frame", frames.to_string().replace('x', ":"), self.render_frames("{{Task.Param.Frame}}"))
-            }
-        };
-        let mut render: Vec<Value> = words[2..].iter().map(|word| json!(word)).collect();
-        render.insert(0, json!("{{Param.Scene}}"));
-        let images = self.images.iter().map(|image| format!(" -o {}", quoted(image)));
-        let merge = format!(
-            "\"{{{{Param.Program}}}}\" merge \"{{{{Param.Folder}}}}\"/part-*.film{}",
-            images.collect::<String>()
-        );
-        let mut parameters = vec![
-            parameter("Program", &self.program, "What renders"),
-            parameter("Scene", &self.scene, "What is rendered"),
-        ];
-        let mut steps = vec![json!({
-            "name": "Render",
-            "parameterSpace": { "taskParameterDefinitions": [{ "name": name, "type": "INT", "range": range }]},
-            "script": { "actions": { "onRun": {
-                "command": "{{Param.Program}}", "args": render,
-                // Told to end, it saves what it has.
-                "cancelation": { "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 },
-            }}},
-        })];
-        if self.merges() {
-            let folder = self.folder.to_string_lossy();
-            parameters.push(parameter("Folder", &folder, "Where the parts go: shared by all workers"));
-            steps.push(json!({
-                "name": "Merge",
-                "dependencies": [{ "dependsOn": "Render" }],
-                "script": { "actions": { "onRun": { "command": "sh", "args": ["-c", merge] } } },
-            }));
-        }
-        let template = json!({
-            "specificationVersion": "jobtemplate-2023-09",
-            "name": self.name,
-            "parameterDefinitions": parameters,
-            "steps": steps,
-        });
-        serde_json::to_string_pretty(&template).unwrap_or_default() + "\n"
-    }
-
-    fn kubernetes(&self) -> Vec<JobFile> {
-        let Self { name, here, .. } = self;
-        let (Plan { image, volume, .. }, count) = (self.plan, self.count());
-        let string = |text: &str| Value::from(text).to_string();
-        let list = |words: &[String]| Value::from(words.to_vec()).to_string();
-        let here = string(&here.to_string_lossy());
-        let job = |name: &str, array: &str, command: &str| {
-            format!(
-                "apiVersion: batch/v1\nkind: Job\nmetadata:\n  name: {name}\nspec:\n{array}  template:\n    spec:\n      \
-                 restartPolicy: {restart}\n      containers:\n        - name: rayfront\n          image: {image}\n          \
-                 command: {command}\n          volumeMounts:\n            - {{ name: files, mountPath: {here} }}\n      volumes:\n        - name: files\n          \
-                 persistentVolumeClaim: {{ claimName: {volume} }}\n",
-                restart = if array.is_empty() { "OnFailure" } else { "Never" },
-                image = string(image),
-                volume = string(volume),
-            )
-        };
-        let array = format!(
-            "  completionMode: Indexed\n  completions: {count}\n  parallelism: {count}\n  backoffLimitPerIndex: 3\n  maxFailedIndexes: {count}\n"
-        );
-        let mut files = vec![("render.yaml", job(name, &array, &list(&self.render_any())))];
-        if self.merges() {
-            let merge = ["sh".to_owned(), "-c".to_owned(), self.merge()];
-            files.push(("merge.yaml", job(&format!("{name}-merge"), "", &list(&merge))));
-        }
-        files
-    }
-
-    /// What to type next.
-    fn what_to_do(&self) -> String {
-        let file = |name: &str| quoted(&self.path(name));
-        let then = |command: String| if self.merges() { command } else { String::new() };
-        match self.plan.engine {
-            Engine::Slurm | Engine::Hyperqueue => format!("to submit: sh {}\n", file("submit.sh")),
-            Engine::Openjd => format!(
-                "to check: openjd check {template}\nto run here: openjd run {template} --step {step} --run-dependencies\n",
-                template = file("template.json"),
-                step = if self.merges() { "Merge" } else { "Render" },
-            ),
-            Engine::Kubernetes => {
-                let merge = file("merge.yaml");
-                let wait = format!(
-                    "then: kubectl wait --for=condition=complete --timeout=-1s job/{} && kubectl apply -f {merge}\n",
-                    self.name
-                );
-                format!("to submit: kubectl apply -f {}\n{}", file("render.yaml"), then(wait))
-            }
-            Engine::Commands => format!(
-                "to run: xargs -P 2 -d '\\n' -I {{}} sh -c {{}} < {}\n{}",
-                file("parts.txt"),
-                then(format!("then: sh {}\n", file("merge.sh")))
-            ),
-        }
     }
 }
 

@@ -1,0 +1,53 @@
+//! What is decided before a rendering whose samples go where they are worth it: by a pilot, or by the film in which
+//! one was saved.
+
+use std::path::Path;
+
+use super::args::Render;
+use super::interrupt::Interrupt;
+use super::job::{Job, describe, save};
+use super::{Failure, output};
+use crate::film::Allocation;
+use crate::formats::film_file;
+
+/// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
+pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
+    let saved = arguments.pilot.as_deref();
+    if let Some(path) = saved.filter(|path| path.exists()) {
+        job.header.allocation = Some(load(job, path)?);
+        return Ok(0);
+    }
+    saved.map_or(Ok(()), film_file::writable)?;
+    let interrupt = Interrupt::watch();
+    let mut session = job.session(&arguments.work);
+    if !session.allocate(interrupt.flag(), &|_| ()) {
+        return Ok(interrupt.exit_code());
+    }
+    job.header.allocation.clone_from(&session.gathered().allocation);
+    if let Some(path) = saved {
+        let mut header = job.header.clone();
+        describe(&mut header, session.gathered());
+        save(path, &header, session.gathered())?;
+        if arguments.pilot_only && !arguments.work.quiet {
+            output::say(
+                &format!("pilot     {}: {} samples\n", path.display(), output::samples(&header)),
+                false,
+            );
+        }
+    }
+    Ok(0)
+}
+
+/// What a pilot of the same rendering has chosen.
+fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
+    let header = film_file::load_header(path)?;
+    let wrong = |reason: String| {
+        Failure(format!("{}: {reason}: remove it, or choose another --pilot", path.display()))
+    };
+    if let Some(what) = header.difference(&job.header) {
+        return Err(wrong(format!("it is {what}")));
+    }
+    let blocks = crate::render::adaptive::blocks(job.header.region).len();
+    let sound = |allocation: &Allocation| allocation.is_sound() && allocation.samples().len() == blocks;
+    header.allocation.filter(sound).ok_or_else(|| wrong("it is no pilot's".into()))
+}
