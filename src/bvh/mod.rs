@@ -50,7 +50,7 @@ mod tests;
 
 pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
-pub use layout::{BuildStatistics, Bvh, Instance, Root, SPHERE};
+pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE};
 pub use presence::{Asker, Crossing, Presence, Surfaces};
 pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
 

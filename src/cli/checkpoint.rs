@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::Failure;
-use super::job::{describe, save};
+use super::films::{describe, save};
 use crate::error::SaveError;
 use crate::formats::film_file::{self, Header};
 use crate::render::Gathered;

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::checkpoint::Checkpoint;
+use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::output::{self, Picture};
@@ -16,15 +17,14 @@ use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, usage};
 use crate::denoise;
-use crate::error::SaveError;
-use crate::film::{Features, PixelSum, Region, SampleRanges};
-use crate::formats::film_file::{self, Begun, FilmFile, Header, Note, PROGRAM, Source, View};
+use crate::film::{Features, PixelSum, Region};
+use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, Source, View};
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::math::Rgb;
-use crate::render::{Gathered, OnProgress, Options, Pass, Progress, Session, adaptive};
+use crate::render::{OnProgress, Options, Progress, Session, adaptive};
 use crate::scene::CompiledScene;
-use crate::world::{Adaptive, Aov, Settings, World};
+use crate::world::{Adaptive, Aov, Kept, Settings, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
 pub struct Job {
@@ -36,8 +36,26 @@ pub struct Job {
     pub names: HashMap<u32, String>,
     /// How long it took up to here.
     pub phases: Phases,
+    /// What other moments of it have in common with this one.
+    reuse: Reuse,
     /// Which moment the frame is of, where the shutter is open for some time.
     moment: u32,
+}
+
+/// What moments of a scene have in common, and need not read and build again.
+#[derive(Clone, Default)]
+pub struct Reuse {
+    /// What its files were decoded to; none where there is only one moment.
+    kept: Option<Kept>,
+    /// The moment before.
+    before: Option<Arc<CompiledScene>>,
+}
+
+impl Reuse {
+    /// For a scene of which there is more than one moment, if so.
+    pub fn new(several: bool) -> Reuse {
+        Reuse { kept: several.then(Kept::default), before: None }
+    }
 }
 
 /// A scene's file at one moment, compiled.
@@ -50,14 +68,20 @@ struct Compiled {
 }
 
 /// Reads and compiles. `change` is what is said elsewhere about the scene's settings.
-fn compiled(path: &Path, view: &View, change: impl FnOnce(&mut Settings)) -> Result<Compiled, Failure> {
+fn compiled(
+    path: &Path,
+    view: &View,
+    reuse: &Reuse,
+    change: impl FnOnce(&mut Settings),
+) -> Result<Compiled, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
-    let mut world = crate::formats::load_with(path, &view.load_options())?;
+    let sources = reuse.kept.as_ref().map(SourceFiles::keeping).unwrap_or_default();
+    let mut world = crate::formats::load_again(path, &view.load_options(), &sources)?;
     change(&mut world.settings);
     phases.load = start.elapsed();
     let start = Instant::now();
-    let scene = crate::compile::compile(&world, view.camera.as_deref())
+    let scene = crate::compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
         .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
     phases.compile = start.elapsed();
     let World { settings, assets, .. } = &world;
@@ -75,7 +99,19 @@ impl Job {
         quiet: bool,
         change: impl FnOnce(&mut Settings),
     ) -> Result<Job, Failure> {
-        let Compiled { scene, settings, source, names, phases } = compiled(path, &view.at(0), change)?;
+        let mut reuse = Reuse::new(view.moments() > 1);
+        Self::load_frame(path, view, quiet, &mut reuse, change)
+    }
+
+    /// The same for one of several frames, which tells the next one what it can use.
+    pub fn load_frame(
+        path: &Path,
+        view: View,
+        quiet: bool,
+        reuse: &mut Reuse,
+        change: impl FnOnce(&mut Settings),
+    ) -> Result<Job, Failure> {
+        let Compiled { scene, settings, source, names, phases } = compiled(path, &view.at(0), reuse, change)?;
         if !quiet {
             scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         }
@@ -84,6 +120,9 @@ impl Job {
             return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
         }
         let frame = Arc::new(Frame::new(scene, &settings));
+        if reuse.kept.is_some() {
+            reuse.before = Some(frame.scene.clone());
+        }
         let header = Header {
             program: PROGRAM.into(),
             scene: source,
@@ -103,7 +142,7 @@ impl Job {
             moments_hash: None,
             note: Note { command: std::env::args().skip(1).collect(), ..Note::default() },
         };
-        Ok(Job { header, frame, names, phases, moment: 0 })
+        Ok(Job { header, frame, names, phases, reuse: reuse.clone(), moment: 0 })
     }
 
     /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
@@ -133,13 +172,14 @@ impl Job {
             return Ok(());
         }
         let Header { scene, view, settings, .. } = &self.header;
-        let found = compiled(&scene.path, &view.at(moment), |read| *read = settings.clone())?;
+        let found = compiled(&scene.path, &view.at(moment), &self.reuse, |read| *read = settings.clone())?;
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
         // One film counts in one unit.
         let frame = Frame { unit: self.frame.unit, ..Frame::new(found.scene, settings) };
         (self.frame, self.moment) = (Arc::new(frame), moment);
+        self.reuse.before = Some(self.frame.scene.clone());
         self.phases.load += found.phases.load;
         self.phases.compile += found.phases.compile;
         Ok(())
@@ -377,67 +417,6 @@ fn go_on_with(
     header.note.hosts = note.hosts;
     header.note.seconds = note.seconds;
     Ok(())
-}
-
-/// What a film file says, as a rendering has it; none where that makes no sense.
-pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
-    let FilmFile { header, film, moments } = file;
-    let samples = header.ranges()?;
-    let pass = match &header.begun {
-        None => None,
-        Some(Begun { samples: [start, end], tile, tiles, blocks }) => {
-            let range = *start..*end;
-            let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
-            let mut pass = Pass::new(range, (*tile).max(1), header.region);
-            for number in tiles {
-                *pass.done.get_mut(*number as usize)? = true;
-            }
-            if let Some(blocks) = blocks {
-                let mut chosen = vec![false; adaptive::blocks(header.region).len()];
-                for number in blocks {
-                    *chosen.get_mut(*number as usize)? = true;
-                }
-                pass.blocks = Some(chosen);
-            }
-            Some(sound.then_some(pass)?)
-        }
-    };
-    let rays = header.rays.clone();
-    let allocation = header.allocation.clone();
-    if allocation.as_ref().is_some_and(|allocation| !allocation.is_sound()) {
-        return None;
-    }
-    Some(Gathered { film, moments, samples, pass, rays, allocation })
-}
-
-/// Says of a film what is in it.
-pub fn describe(header: &mut Header, gathered: &Gathered) {
-    header.set_film(&gathered.film, gathered.moments.as_ref());
-    header.set_ranges(&gathered.samples);
-    header.rays.clone_from(&gathered.rays);
-    header.allocation.clone_from(&gathered.allocation);
-    header.begun = gathered.pass.as_ref().map(|pass| Begun {
-        samples: [pass.samples.start, pass.samples.end],
-        tile: pass.tile,
-        tiles: numbers(&pass.done),
-        blocks: pass.blocks.as_ref().map(|blocks| numbers(blocks)),
-    });
-}
-
-/// Which are set.
-fn numbers(flags: &[bool]) -> Vec<u32> {
-    (0..).zip(flags).filter(|(_, is_set)| **is_set).map(|(number, _)| number).collect()
-}
-
-/// Saves a film. The header must say what is in it: see [`describe`].
-pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), SaveError> {
-    film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
-}
-
-/// Writes a film to standard output, where its header says what is in it.
-pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
-    film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
-        .map_err(|error| Failure(format!("cannot write the film to standard output: {error}")))
 }
 
 /// Renders pass after pass until done, told to stop or interrupted; says with which code the program ends, and

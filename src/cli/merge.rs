@@ -8,7 +8,8 @@ use clap::Args;
 use serde_json::json;
 
 use super::audit::{self, Audited};
-use super::job::{Job, describe, gathered_of, save, write_to_stdout};
+use super::films::{describe, gathered_of, save, write_to_stdout};
+use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
 use super::output::{self, Picture};
 use super::resume::load_again;

@@ -10,6 +10,7 @@ mod checkpoint;
 mod command_line;
 mod compare;
 mod explain;
+mod films;
 mod frames;
 mod info;
 mod interrupt;

@@ -4,8 +4,9 @@
 use std::path::Path;
 
 use super::args::Render;
+use super::films::{describe, save};
 use super::interrupt::Interrupt;
-use super::job::{Job, describe, save};
+use super::job::Job;
 use super::{Failure, output};
 use crate::film::Allocation;
 use crate::formats::film_file;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use super::args::Render;
 use super::frames::{self, Frames};
-use super::job::{Job, Wanted, carry_out};
+use super::job::{Job, Reuse, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
 use super::output::default_image;
 use super::{Failure, output, pilot};
@@ -21,7 +21,10 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     outputs.images.iter().try_for_each(|path| supported(path))?;
     // Everything, loading too, runs on the threads that were asked for.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
-        None => render(arguments, scene, outputs, shard, arguments.model.time),
+        None => {
+            let mut reuse = Reuse::new(arguments.frames.shutter.is_some());
+            render(arguments, scene, outputs, shard, arguments.model.time, &mut reuse)
+        }
         Some(frames) => all_frames(arguments, scene, &outputs, shard, frames),
     })??;
     Ok(ExitCode::from(code))
@@ -40,6 +43,7 @@ fn all_frames(
     // A part of the samples is no picture yet.
     let shows = outputs.to_stdout && shard.is_none() && arguments.samples.is_none();
     let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
+    let mut reuse = Reuse::new(several || arguments.frames.shutter.is_some());
     for frame in frames.numbers() {
         let named = frames::named(outputs, frame, several)?;
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
@@ -52,7 +56,7 @@ fn all_frames(
             continue;
         }
         let time_s = frame as f32 / arguments.frames.fps;
-        let code = render(arguments, scene, outputs, shard, Some(time_s))?;
+        let code = render(arguments, scene, outputs, shard, Some(time_s), &mut reuse)?;
         if code != 0 {
             return Ok(code);
         }
@@ -89,6 +93,7 @@ fn render(
     outputs: Outputs,
     shard: Option<[u32; 2]>,
     time_s: Option<f32>,
+    reuse: &mut Reuse,
 ) -> Result<u8, Failure> {
     let view = View {
         camera: arguments.camera.clone(),
@@ -98,7 +103,8 @@ fn render(
         variant: arguments.model.variant.clone(),
         scene: arguments.model.scene.clone(),
     };
-    let mut job = Job::load(path, view, arguments.work.quiet, |settings| arguments.apply(settings))?;
+    let quiet = arguments.work.quiet;
+    let mut job = Job::load_frame(path, view, quiet, reuse, |settings| arguments.apply(settings))?;
     job.crop(arguments.crop)?;
     if job.header.settings.adaptive == Adaptive::Unbiased
         && (shard.is_some() || arguments.samples.is_some() || arguments.pilot.is_some())

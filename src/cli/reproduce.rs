@@ -8,7 +8,8 @@ use clap::Args;
 use serde_json::json;
 
 use super::Failure;
-use super::job::{Job, gathered_of};
+use super::films::gathered_of;
+use super::job::Job;
 use super::job_args::WorkOptions;
 use super::output::{DENOISED, RECORD};
 use super::resume::load_again;

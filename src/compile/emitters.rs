@@ -421,7 +421,7 @@ mod tests {
         let placed = transforms::compile(&world, &order).expect("transforms");
         let (mut records, mut names) = materials::compile(&world.assets);
         let sheets = &mut materials::Sheets::new(&mut records, &mut names);
-        let compiled = geometry::compile(&world, &order, &placed, &[], sheets).expect("triangles");
+        let compiled = geometry::compile(&world, &order, &placed, &[], sheets, None).expect("triangles");
         let surfaces = Surfaces {
             geometry: &compiled.geometry,
             materials: &records,

@@ -7,23 +7,25 @@
 //!
 //! [`Settings::copied_triangles`]: crate::world::Settings::copied_triangles
 
+use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use hecs::Entity;
 
 use super::lights::Rectangle;
 use super::materials::Sheets;
 use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
-use crate::bvh::{Bvh, Instance, Root};
+use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
-use crate::scene::{Geometry, Part};
-use crate::world::{MaterialId, Mesh, MeshId, Shape, World, check_plane};
+use crate::scene::{CompiledScene, Geometry, Part};
+use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 /// What shapes come to.
 pub(super) struct CompiledGeometry {
     pub geometry: Geometry,
-    pub bvh: Bvh,
+    pub bvh: Arc<Bvh>,
     /// The triangles of each instance.
     pub placed: Vec<Range<u32>>,
     /// Those of each mesh that is placed several times and copied, place by place.
@@ -36,6 +38,7 @@ pub(super) fn compile(
     transforms: &WorldTransforms,
     rectangles: &[Rectangle],
     sheets: &mut Sheets,
+    before: Option<&CompiledScene>,
 ) -> Result<CompiledGeometry, CompileError> {
     let mut builder = GeometryBuilder::default();
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
@@ -86,7 +89,7 @@ pub(super) fn compile(
         let part = Part { entity: rectangle.entity.id(), ..plain_part(MaterialId(rectangle.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
-    Ok(CompiledGeometry { copies, ..builder.finish(world, placed)? })
+    Ok(CompiledGeometry { copies, ..builder.finish(world, placed, before) })
 }
 
 /// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
@@ -260,23 +263,29 @@ impl GeometryBuilder {
         }
     }
 
-    /// Adds the subtrees of what has instances, then the world's tree.
+    /// Adds what has instances and builds the trees, unless those of `before` are over the same.
     fn finish(
         mut self,
         world: &World,
         placed: Vec<(InstancedTree, DAffine3, MaterialId, u32)>,
-    ) -> Result<CompiledGeometry, CompileError> {
+        before: Option<&CompiledScene>,
+    ) -> CompiledGeometry {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
-        let quality = world.settings.build_quality;
-        let mut bvh = Bvh { quality, ..Bvh::default() };
-        let mut subtrees = std::collections::HashMap::new();
-        let (mut boxes, mut ranges) = (Vec::new(), Vec::new());
+        let mut numbers = HashMap::new();
+        let mut subtrees: Vec<[Range<u32>; 2]> = Vec::new();
+        let mut instances = Vec::with_capacity(placed.len());
         for (subtree, matrix, material, entity) in placed {
-            let built = subtrees.entry(subtree).or_insert_with(|| self.subtree(world, subtree, &mut bvh));
-            let (Some(root), range) = built.clone() else { continue };
-            ranges.push(range);
-            let instance = Instance::new(&matrix, root.child);
+            let number = *numbers.entry(subtree).or_insert_with(|| {
+                subtrees.push(self.subtree(world, subtree));
+                subtrees.len() - 1
+            });
+            // Of nothing there is no tree.
+            if subtrees[number].iter().all(|range| range.is_empty()) {
+                continue;
+            }
+            // Where its tree begins is known once that is built.
+            let instance = Instance::new(&matrix, Child::new(ChildKind::Node, 0));
             let mut rows = [0.0; 24];
             rows[..12].copy_from_slice(instance.to_world.as_flattened());
             rows[12..].copy_from_slice(instance.to_local.as_flattened());
@@ -284,20 +293,47 @@ impl GeometryBuilder {
             self.geometry.instance_signs.push(if matrix.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 });
             self.geometry.instance_materials.push(material.0);
             self.geometry.instance_entities.push(entity);
-            bvh.instances.push(instance);
-            boxes.push(root.bounds);
+            instances.push((number, instance));
         }
-        bvh.add_root(&self.geometry.shapes(), 0..triangles, 0..spheres, &boxes);
-        Ok(CompiledGeometry { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() })
+        let ranges = instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
+        let quality = world.settings.build_quality;
+        let is_same = |before: &&CompiledScene| {
+            before.bvh.quality == quality
+                && self.geometry.has_the_tree_of(&before.geometry)
+                && subtrees_in_order(&before.bvh.instances).eq(instances.iter().map(|(number, _)| *number))
+        };
+        let bvh = match before.filter(is_same) {
+            Some(before) => before.bvh.clone(),
+            None => Arc::new(self.trees(quality, &subtrees, &instances)),
+        };
+        CompiledGeometry { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() }
     }
 
-    /// A tree and its triangles.
-    fn subtree(
-        &mut self,
-        world: &World,
-        subtree: InstancedTree,
-        bvh: &mut Bvh,
-    ) -> (Option<Root>, Range<u32>) {
+    /// The trees of what has instances, then the world's.
+    fn trees(
+        &self,
+        quality: BuildQuality,
+        subtrees: &[[Range<u32>; 2]],
+        instances: &[(usize, Instance)],
+    ) -> Bvh {
+        let mut bvh = Bvh { quality, ..Bvh::default() };
+        let shapes = self.geometry.shapes();
+        let mut build = |[triangles, spheres]: &[Range<u32>; 2]| {
+            bvh.add_tree(&shapes, triangles.clone(), spheres.clone())
+        };
+        let roots: Vec<Option<Root>> = subtrees.iter().map(&mut build).collect();
+        let mut boxes = Vec::with_capacity(instances.len());
+        for (number, instance) in instances {
+            let Some(root) = &roots[*number] else { continue };
+            bvh.instances.push(Instance { root: root.child, ..instance.clone() });
+            boxes.push(root.bounds);
+        }
+        bvh.add_root(&shapes, 0..self.geometry.world_triangles, 0..self.geometry.world_spheres, &boxes);
+        bvh
+    }
+
+    /// Adds what a tree is to be over: its triangles and its spheres.
+    fn subtree(&mut self, world: &World, subtree: InstancedTree) -> [Range<u32>; 2] {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
             InstancedTree::UnitSphere => {
@@ -306,8 +342,17 @@ impl GeometryBuilder {
             InstancedTree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
         }
         let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
-        (bvh.add_tree(&self.geometry.shapes(), triangles..t, spheres..s), triangles..t)
+        [triangles..t, spheres..s]
     }
+}
+
+/// Numbers for the subtrees of instances, in the order in which they are first placed.
+fn subtrees_in_order(instances: &[Instance]) -> impl Iterator<Item = usize> {
+    let mut numbers = HashMap::new();
+    instances.iter().map(move |instance| {
+        let next = numbers.len();
+        *numbers.entry(instance.root.0).or_insert(next)
+    })
 }
 
 /// The matrix divided by its largest scale, so that floats hold what it makes of unit vectors.

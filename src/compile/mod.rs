@@ -13,6 +13,8 @@ mod materials;
 mod textures;
 pub mod transforms;
 
+use std::sync::Arc;
+
 use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
@@ -24,17 +26,27 @@ pub use lights::light_names;
 
 /// Makes a world ready for rendering, looking through its first camera or the one named.
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
+    compile_after(world, camera, None)
+}
+
+/// The same after another moment of the world was compiled: what is made of the same pictures and shapes is
+/// shared with it, not made again.
+pub fn compile_after(
+    world: &World,
+    camera: Option<&str>,
+    before: Option<&CompiledScene>,
+) -> Result<CompiledScene, CompileError> {
     let order = world.in_order();
     let transforms = transforms::compile(world, &order)?;
     let camera = camera::compile(world, &order, &transforms, camera)?;
-    let textures = textures::compile(&world.assets)?;
+    let textures = textures::compile(&world.assets, before.map(|before| &before.textures))?;
     let (mut materials, mut material_names) = materials::compile(&world.assets);
     let lights::CompiledLights { lamps, rectangles } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
     let geometry::CompiledGeometry { geometry, mut bvh, placed, copies } =
-        geometry::compile(world, &order, &transforms, &rectangles, &mut sheets)?;
-    set_presence(&mut bvh, &geometry, &materials);
+        geometry::compile(world, &order, &transforms, &rectangles, &mut sheets, before)?;
+    set_presence(&mut bvh, &geometry, &materials, before);
     let environment = environment::compile(world, &order, &transforms);
     let surfaces = emitters::Surfaces {
         geometry: &geometry,
@@ -72,14 +84,33 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
 }
 
 /// Says from where each surface is there, by its material.
-fn set_presence(bvh: &mut Bvh, geometry: &Geometry, materials: &[Material]) {
+fn set_presence(
+    bvh: &mut Arc<Bvh>,
+    geometry: &Geometry,
+    materials: &[Material],
+    before: Option<&CompiledScene>,
+) {
+    let presence = |materials: &[Material]| -> Vec<_> {
+        materials.iter().flat_map(|m| [false, true].map(|mirrored| m.presence(mirrored))).collect()
+    };
+    let is_as_before = |before: &CompiledScene| {
+        let [old, new] = [&before.geometry, geometry];
+        Arc::ptr_eq(bvh, &before.bvh)
+            && presence(materials) == presence(&before.materials)
+            && (&old.parts.material, &old.parts.sign) == (&new.parts.material, &new.parts.sign)
+            && (&old.triangle_parts, &old.sphere_parts) == (&new.triangle_parts, &new.sphere_parts)
+            && old.instance_materials == new.instance_materials
+    };
+    if before.is_some_and(is_as_before) {
+        return;
+    }
     let of = |primitive: u32| {
         let material = geometry.parts.material[geometry.part_of(primitive) as usize];
         materials[material as usize].presence(geometry.is_mirrored(primitive))
     };
     let given = geometry.instance_materials.iter();
     let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.presence(false))).collect();
-    bvh.set_presence(of, &placed);
+    Arc::make_mut(bvh).set_presence(of, &placed);
 }
 
 /// What a person should know before waiting for the image.
@@ -171,5 +202,105 @@ mod tests {
         });
         let expected = "the path transport makes no use of ambient (transport: Whitted does)";
         assert_eq!(path.as_deref(), Some(expected));
+    }
+
+    /// A world after another one is what it would be by itself, and shares what is the same.
+    #[test]
+    fn what_was_compiled_before_is_shared_where_it_is_the_same() {
+        use crate::math::Vec2;
+        use crate::world::{
+            AlphaMode, ColorInput, Image, Material, Mesh, Principled, Shape, Texels, Texture,
+        };
+
+        let world = |change: fn(&mut World)| {
+            let mut world = World::default();
+            world.settings.transport = Transport::Path;
+            world.settings.copied_triangles = 0;
+            let texels = Texels::Rgba8((0..64).map(|i| [i as u8 * 3, 7, 200 - i as u8, 255]).collect());
+            let image = world.assets.add_image(Image { source: None, width: 8, height: 8, texels });
+            let texture = world.assets.add_texture(Texture::new(image));
+            let base_color = ColorInput::Texture(texture);
+            let material = Material::Principled(Box::new(Principled { base_color, ..Principled::default() }));
+            let material = world.assets.add_material(None, material);
+            let meshes = [1.0, 2.0].map(|size| {
+                let positions = vec![Vec3::ZERO, Vec3::X * size, Vec3::Y * size];
+                let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::Y];
+                let mesh = Mesh { positions, uvs, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+                world.assets.add_mesh(mesh)
+            });
+            let at = |x: f32| Transform::Trs {
+                translation: Vec3::new(x, 0.0, 0.0),
+                rotation: crate::math::Quat::IDENTITY,
+                scale: Vec3::ONE,
+            };
+            for (x, mesh) in [(0.0, 0), (2.0, 1), (5.0, 0), (8.0, 1)] {
+                world.entities.spawn((Shape::Mesh(meshes[mesh]), at(x), material));
+            }
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+            change(&mut world);
+            world
+        };
+        let compiled = |change, before| compile_after(&world(change), None, before).expect("a scene");
+        let first = compiled(|_| (), None);
+        let third_is_of_the_second_mesh = |world: &mut World| {
+            let third = world.in_order()[2];
+            let Ok(second) = world.entities.get::<&Shape>(world.in_order()[1]).map(|shape| (*shape).clone())
+            else {
+                return;
+            };
+            let _ = world.entities.insert_one(third, second);
+        };
+        /// What changes, and whether trees and texels stay.
+        type Change = (fn(&mut World), bool, bool);
+        let changes: [Change; 6] = [
+            (|world| world.change_cameras(|c| *c = Camera::Orthographic { height_m: 2.0 }), true, true),
+            (
+                |world| {
+                    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY));
+                },
+                false,
+                true,
+            ),
+            (third_is_of_the_second_mesh, false, true),
+            (|world| world.assets.meshes[1].positions[1].x = 2.5, false, true),
+            (
+                |world| {
+                    if let Texels::Rgba8(t) = &mut world.assets.images[0].texels {
+                        t[9][1] = 8
+                    }
+                },
+                true,
+                false,
+            ),
+            (
+                |world| {
+                    if let Some(Material::Principled(paint)) =
+                        world.assets.materials.last_mut().map(|m| &mut m.material)
+                    {
+                        paint.double_sided = true;
+                        paint.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+                    }
+                },
+                false,
+                true,
+            ),
+        ];
+        for (number, (change, trees, texels)) in changes.into_iter().enumerate() {
+            let [after, alone] = [Some(&first), None].map(|before| compiled(change, before));
+            let shape = |scene: &CompiledScene| {
+                format!("{:?} {:?} {:?}", scene.bvh.root, scene.bvh.nodes, scene.bvh.instances)
+            };
+            let blocks = |scene: &CompiledScene| format!("{:?} {:?}", scene.bvh.triangles, scene.bvh.spheres);
+            assert_eq!(shape(&after), shape(&alone), "change {number}");
+            assert_eq!(blocks(&after), blocks(&alone), "change {number}");
+            assert_eq!(after.bvh.conditional, alone.bvh.conditional);
+            assert_eq!(format!("{:?}", after.textures), format!("{:?}", alone.textures), "change {number}");
+            assert_eq!(Arc::ptr_eq(&first.bvh, &after.bvh), trees, "change {number}");
+            assert_eq!(
+                Arc::ptr_eq(&first.textures.texels8, &after.textures.texels8),
+                texels,
+                "change {number}"
+            );
+        }
     }
 }

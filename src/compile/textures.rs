@@ -3,20 +3,23 @@
 mod mips;
 mod srgb;
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use self::mips::{TexelsOut, Work};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
-use crate::scene::textures::SampledTexture;
+use crate::scene::textures::{Kind, SampledTexture};
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
 
-pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
+/// `before` may have been made of the same images: their texels are shared.
+pub(super) fn compile(assets: &Assets, before: Option<&Textures>) -> Result<Textures, CompileError> {
     let unit = |i: u16| f32::from(i) / 255.0;
     let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i))));
     let mut out = Textures { decode: decode.collect(), ..Textures::default() };
-    let first_levels = levels(assets, &mut out)?;
+    let first_levels = levels(assets, &mut out, before)?;
     for texture in &assets.textures {
         let image = &assets.images[texture.image.0 as usize];
         push(&mut out, texture, image, &first_levels);
@@ -25,8 +28,9 @@ pub(super) fn compile(assets: &Assets) -> Result<Textures, CompileError> {
 }
 
 /// Texels of all images and their copies. Says where each image's levels begin.
-fn levels(assets: &Assets, out: &mut Textures) -> Result<Vec<u32>, CompileError> {
-    let uses = uses(assets);
+fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Result<Vec<u32>, CompileError> {
+    out.images = kinds(assets);
+    let uses = out.images.clone();
     let mut first_levels = Vec::with_capacity(assets.images.len());
     let mut sizes = Vec::with_capacity(assets.images.len());
     let (mut bytes, mut floats) = (0, 0);
@@ -52,8 +56,12 @@ fn levels(assets: &Assets, out: &mut Textures) -> Result<Vec<u32>, CompileError>
             "its textures have more than 2³¹ texels: use smaller ones".into(),
         ));
     }
-    (out.texels8, out.texels32) = (vec![0; bytes], vec![[0.0; 3]; floats]);
-    let (mut rest8, mut rest32) = (&mut out.texels8[..], &mut out.texels32[..]);
+    if let Some(before) = before.filter(|before| is_same(assets, out, before)) {
+        (out.texels8, out.texels32) = (before.texels8.clone(), before.texels32.clone());
+        return Ok(first_levels);
+    }
+    let (mut texels8, mut texels32) = (vec![0; bytes], vec![[0.0; 3]; floats]);
+    let (mut rest8, mut rest32) = (&mut texels8[..], &mut texels32[..]);
     let (linear, curved) = out.decode.split_at(256);
     let mut work = Vec::with_capacity(assets.images.len());
     for ((image, used), sizes) in assets.images.iter().zip(&uses).zip(sizes) {
@@ -68,26 +76,38 @@ fn levels(assets: &Assets, out: &mut Textures) -> Result<Vec<u32>, CompileError>
     let (large, small): (Vec<_>, Vec<_>) = work.into_iter().partition(Work::is_large);
     large.into_iter().for_each(Work::run);
     small.into_par_iter().for_each(Work::run);
+    (out.texels8, out.texels32) = (Arc::new(texels8), Arc::new(texels32));
     Ok(first_levels)
 }
 
-/// How the textures of an image look it up.
-#[derive(Clone, Copy, Default)]
-struct Used {
-    /// In smaller copies.
-    smaller: bool,
-    /// One image may be read both ways; what any texture says decides how copies are made.
-    srgb: bool,
+/// Whether levels that are to be made would be those that were made before: of the same images in the same way.
+fn is_same(assets: &Assets, new: &Textures, before: &Textures) -> bool {
+    let mut first = new.levels.first.iter();
+    new.images == before.images
+        && new.levels == before.levels
+        && assets.images.iter().zip(&new.images).all(|(image, kind)| {
+            let start = first.next().map_or(0, |first| *first as usize);
+            let levels = mips::sizes([image.width as usize, image.height as usize], kind.smaller).len();
+            first.by_ref().take(levels.saturating_sub(1)).for_each(drop);
+            match &image.texels {
+                Texels::Rgba8(texels) => {
+                    let known = &before.texels8[start..start + texels.len()];
+                    texels.iter().zip(known).all(|(texel, known)| u32::from_le_bytes(*texel) == *known)
+                }
+                Texels::Rgb32(texels) => before.texels32[start..start + texels.len()] == texels[..],
+            }
+        })
 }
 
-fn uses(assets: &Assets) -> Vec<Used> {
-    let mut uses = vec![Used::default(); assets.images.len()];
+fn kinds(assets: &Assets) -> Vec<Kind> {
+    let kind = |image: &Image| Kind { float: matches!(image.texels, Texels::Rgb32(_)), ..Kind::default() };
+    let mut kinds: Vec<Kind> = assets.images.iter().map(kind).collect();
     for texture in &assets.textures {
-        let used = &mut uses[texture.image.0 as usize];
-        used.smaller |= texture.filter == TextureFilter::Trilinear;
-        used.srgb |= texture.color_space == ColorSpace::Srgb;
+        let kind = &mut kinds[texture.image.0 as usize];
+        kind.smaller |= texture.filter == TextureFilter::Trilinear;
+        kind.srgb |= texture.color_space == ColorSpace::Srgb;
     }
-    uses
+    kinds
 }
 
 fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u32]) {

@@ -8,14 +8,15 @@ use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
 use crate::world::{
-    Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, Tonemap, Transform,
-    Transport, World,
+    Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, SourceFiles, Tonemap,
+    Transform, Transport, World,
 };
 
 /// Loads a mesh and adds camera and light.
-pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
+pub(super) fn load_mesh(path: &Path, sources: &SourceFiles) -> Result<World, LoadError> {
     let mut world = World::default();
-    let mut files = Files { sources: world.assets.files.clone(), ..Files::default() };
+    world.assets.files = sources.clone();
+    let mut files = Files { sources: sources.clone(), ..Files::default() };
     let mut mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
     mesh.source = Some(path.to_owned());
     let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
@@ -26,8 +27,13 @@ pub(super) fn load_mesh(path: &Path) -> Result<World, LoadError> {
 }
 
 /// Loads a model and adds camera and light where it has none.
-pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
+pub(super) fn load_model(
+    path: &Path,
+    options: &LoadOptions,
+    sources: &SourceFiles,
+) -> Result<World, LoadError> {
     let mut world = World::default();
+    world.assets.files = sources.clone();
     let model = gltf::load(path, options, &mut world.assets, &mut world.warnings)?;
     let root = world.entities.spawn((Transform::IDENTITY, Model(path.to_owned())));
     model.place(&mut world, Some(root));
@@ -41,7 +47,7 @@ pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, Lo
     let has_camera = world.entities.query::<&Camera>().iter().next().is_some();
     let bounds = match options.time_s {
         // A camera that is added stands still while the model moves.
-        Some(_) if !has_camera => at_rest(path, options)?,
+        Some(_) if !has_camera => at_rest(path, options, sources)?,
         _ => model.bounds,
     };
     frame(&mut world, bounds);
@@ -56,9 +62,10 @@ pub(super) fn load_model(path: &Path, options: &LoadOptions) -> Result<World, Lo
 }
 
 /// Where a model is without its animations.
-fn at_rest(path: &Path, options: &LoadOptions) -> Result<Aabb, LoadError> {
+fn at_rest(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<Aabb, LoadError> {
     let options = LoadOptions { time_s: None, ..options.clone() };
-    let model = gltf::load(path, &options, &mut Assets::default(), &mut Vec::new())?;
+    let mut assets = Assets { files: sources.clone(), ..Assets::default() };
+    let model = gltf::load(path, &options, &mut assets, &mut Vec::new())?;
     Ok(model.bounds)
 }
 

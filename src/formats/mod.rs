@@ -43,6 +43,12 @@ pub fn load(path: &Path) -> Result<World, LoadError> {
 /// Reads a scene by its file name's extension: `.ron`, or a model (`.gltf`, `.glb`) or mesh
 /// (`.ply`, `.obj`), which get the camera and light that they lack.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
+    load_again(path, options, &SourceFiles::default())
+}
+
+/// The same for a scene that is read again and again: `sources` may know what its files are decoded to (see
+/// [`SourceFiles::keeping`]).
+pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
     let timeless = LoadOptions { time_s: None, ..options.clone() };
     let refused = match &extension[..] {
@@ -57,13 +63,13 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
     }
     match &extension[..] {
         "ron" => {
-            let mut files = Files { time_s: options.time_s, ..Files::default() };
+            let mut files = Files { time_s: options.time_s, sources: sources.clone() };
             let world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
             Ok(world)
         }
-        "gltf" | "glb" => framing::load_model(path, options),
-        "ply" | "obj" => framing::load_mesh(path),
+        "gltf" | "glb" => framing::load_model(path, options, sources),
+        "ply" | "obj" => framing::load_mesh(path, sources),
         other => {
             let hint = did_you_mean(other, ["ron", "gltf", "glb", "ply", "obj"]);
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
@@ -146,7 +152,10 @@ impl AssetFiles for Files {
         warnings: &mut Vec<String>,
     ) -> Result<Mesh, LoadError> {
         match extension(path).as_str() {
-            "ply" => ply::parse(&self.read(path)?, path),
+            "ply" => {
+                let bytes = self.read(path)?;
+                self.sources.mesh(&bytes, path, || ply::parse(&bytes, path))
+            }
             "obj" => {
                 // The loader borrows the assets while it asks for images: they are added afterwards.
                 let mut images = Vec::new();
@@ -178,6 +187,7 @@ impl AssetFiles for Files {
         match extension(path).as_str() {
             "gltf" | "glb" => {
                 let options = LoadOptions { time_s: self.time_s, ..LoadOptions::default() };
+                assets.files = self.sources.clone();
                 gltf::load(path, &options, assets, warnings)
             }
             other => {

@@ -107,6 +107,16 @@ impl Geometry {
         self.parts.material.len() as u32 - 1
     }
 
+    /// Whether a tree over one is a tree over the other: all that can be hit is in the same places, in the same
+    /// order.
+    pub fn has_the_tree_of(&self, other: &Geometry) -> bool {
+        (self.world_triangles, self.world_spheres) == (other.world_triangles, other.world_spheres)
+            && self.triangles == other.triangles
+            && same_bits(&self.spheres, &other.spheres)
+            && same_bits(&self.instances, &other.instances)
+            && same_bits(&self.positions, &other.positions)
+    }
+
     /// What the acceleration structure is built from.
     pub fn shapes(&self) -> crate::bvh::Geometry<'_> {
         crate::bvh::Geometry {
@@ -165,4 +175,10 @@ impl Geometry {
             + size_of_val(&self.sphere_parts[..])
             + size_of_val(&self.instances[..])
     }
+}
+
+/// Whether columns are the same to the bit: a zero's sign counts, and so does what is no number.
+fn same_bits<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> bool {
+    let pairs = || a.as_flattened().iter().zip(b.as_flattened());
+    a.len() == b.len() && pairs().all(|(a, b)| a.to_bits() == b.to_bits())
 }

@@ -19,6 +19,8 @@ pub use lights::LightSamples;
 pub use material::Material;
 pub use textures::Textures;
 
+use std::sync::Arc;
+
 use crate::bvh::Bvh;
 use crate::math::{Aabb, Rgb, Vec3};
 use emitters::kind;
@@ -31,7 +33,7 @@ pub struct CompiledScene {
     /// Vertices, triangles and spheres with what shading needs of them.
     pub geometry: Geometry,
     /// The same geometry in the order of rays.
-    pub bvh: Bvh,
+    pub bvh: Arc<Bvh>,
     /// How surfaces answer light, by material id.
     pub materials: Vec<Material>,
     /// What people call them.

@@ -1,18 +1,34 @@
 //! Textures and texels.
 
+use std::sync::Arc;
+
 /// Pictures and how they are looked up, by texture id.
 #[derive(Debug, Default)]
 pub struct Textures {
     /// Eight bits a channel: red lowest, alpha highest.
-    pub texels8: Vec<u32>,
+    pub texels8: Arc<Vec<u32>>,
     /// Linear floats.
-    pub texels32: Vec<[f32; 3]>,
+    pub texels32: Arc<Vec<[f32; 3]>>,
     /// Value / 255 (0 to 255), then the same through the sRGB curve (256 to 511).
     pub decode: Vec<f32>,
     /// By texture id.
     pub sampled: Vec<SampledTexture>,
     /// Of all images.
     pub levels: Levels,
+    /// How each image's levels were made.
+    pub images: Vec<Kind>,
+}
+
+/// How an image's levels are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kind {
+    /// Of floats, else of bytes.
+    pub float: bool,
+    /// There are smaller copies.
+    pub smaller: bool,
+    /// These are means of light, not of what is stored. One image may be read both ways; what any texture says
+    /// decides.
+    pub srgb: bool,
 }
 
 /// How a texture is looked up: one record each, because all lanes that are shaded
@@ -42,7 +58,7 @@ pub struct SampledTexture {
 }
 
 /// Images in smaller and smaller copies.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Levels {
     /// The first texel.
     pub first: Vec<u32>,

@@ -231,7 +231,8 @@ mod tests {
             smaller_levels: sizes.len() as u32 - 1,
             texels_per_uv: (width * height).sqrt(),
         };
-        Textures { texels8, texels32, decode, levels, sampled: vec![sampled] }
+        let (texels8, texels32) = (texels8.into(), texels32.into());
+        Textures { texels8, texels32, decode, levels, sampled: vec![sampled], images: Vec::new() }
     }
 
     fn grey(byte: u8) -> u32 {

@@ -15,7 +15,7 @@ pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Textu
 pub use components::*;
 pub use material::*;
 pub use settings::*;
-pub use source_files::{Content, SourceFiles};
+pub use source_files::{Content, Kept, SourceFiles};
 
 /// Everything that a scene file says.
 #[derive(Default)]

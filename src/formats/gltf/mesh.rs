@@ -128,7 +128,7 @@ impl Import<'_> {
         document.charge(corners.len() as u64 * 16, at)?;
         each_triangle(mode, &corners, |triangle| part.triangles.push(triangle));
         if let Some(set) = generated {
-            tangent::generate(document, &mut part, set, at, self.warnings)?;
+            tangent::generate(document, &mut part, set, at, &self.assets.files, self.warnings)?;
         }
         let first = match found {
             Some((first, _)) => first,

@@ -8,7 +8,7 @@ use super::document::Document;
 use super::vertex::across;
 use crate::error::LoadError;
 use crate::math::{Vec2, Vec3, Vec4};
-use crate::world::Mesh;
+use crate::world::{Mesh, SourceFiles};
 
 /// Triangles around a vertex at most: the algorithm walks around it by recursion, and compares
 /// each two that share an edge.
@@ -100,6 +100,7 @@ pub(super) fn generate(
     mesh: &mut Mesh,
     set: u32,
     at: &str,
+    sources: &SourceFiles,
     warnings: &mut Vec<String>,
 ) -> Result<(), LoadError> {
     let uvs = if set == 0 { &mesh.uvs } else { &mesh.uvs1 };
@@ -108,19 +109,33 @@ pub(super) fn generate(
     }
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
-    let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
-    if !space.is_fit() {
-        let what = format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
-        warnings.push(document.warning(what));
-        return Ok(());
+    let made = sources.tangents(mesh, uvs, || {
+        let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
+        if !space.is_fit() {
+            return Err(Unfit::Crowded);
+        }
+        // What it refuses are meshes without any area to speak of.
+        bevy_mikktspace::generate_tangents(&mut space).map_err(|_| Unfit::Flat)?;
+        Ok(space.tangents)
+    });
+    match made {
+        Ok(tangents) => split(mesh, &tangents, |bytes| document.charge(bytes, at)),
+        Err(Unfit::Flat) => Ok(()),
+        Err(Unfit::Crowded) => {
+            let what =
+                format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
+            warnings.push(document.warning(what));
+            Ok(())
+        }
     }
-    // What it refuses are meshes without any area to speak of.
-    let made = bevy_mikktspace::generate_tangents(&mut space);
-    let tangents = space.tangents;
-    if made.is_ok() {
-        split(mesh, &tangents, |bytes| document.charge(bytes, at))?;
-    }
-    Ok(())
+}
+
+/// Why a mesh has no tangents.
+enum Unfit {
+    /// Too many triangles meet in a vertex.
+    Crowded,
+    /// There is no area.
+    Flat,
 }
 
 /// Gives each corner its tangent.

@@ -60,7 +60,10 @@ fn a_planted_fault_is_found_where_it_is() {
     let faults: [(Change, Stage, u32); 6] = [
         (|frame| scene(frame).camera.origin.x += 1e-6, Stage::Generate, 0),
         (
-            |frame| scene(frame).bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001),
+            |frame| {
+                let bvh = std::sync::Arc::make_mut(&mut scene(frame).bvh);
+                bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001);
+            },
             Stage::Intersect,
             0,
         ),

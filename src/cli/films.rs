@@ -1,0 +1,70 @@
+//! Between what a rendering has gathered and what film files say.
+
+use std::path::Path;
+
+use super::Failure;
+use crate::error::SaveError;
+use crate::film::SampleRanges;
+use crate::formats::film_file::{self, Begun, FilmFile, Header};
+use crate::render::{Gathered, Pass, adaptive};
+
+/// What a film file says, as a rendering has it; none where that makes no sense.
+pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
+    let FilmFile { header, film, moments } = file;
+    let samples = header.ranges()?;
+    let pass = match &header.begun {
+        None => None,
+        Some(Begun { samples: [start, end], tile, tiles, blocks }) => {
+            let range = *start..*end;
+            let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
+            let mut pass = Pass::new(range, (*tile).max(1), header.region);
+            for number in tiles {
+                *pass.done.get_mut(*number as usize)? = true;
+            }
+            if let Some(blocks) = blocks {
+                let mut chosen = vec![false; adaptive::blocks(header.region).len()];
+                for number in blocks {
+                    *chosen.get_mut(*number as usize)? = true;
+                }
+                pass.blocks = Some(chosen);
+            }
+            Some(sound.then_some(pass)?)
+        }
+    };
+    let rays = header.rays.clone();
+    let allocation = header.allocation.clone();
+    if allocation.as_ref().is_some_and(|allocation| !allocation.is_sound()) {
+        return None;
+    }
+    Some(Gathered { film, moments, samples, pass, rays, allocation })
+}
+
+/// Says of a film what is in it.
+pub fn describe(header: &mut Header, gathered: &Gathered) {
+    header.set_film(&gathered.film, gathered.moments.as_ref());
+    header.set_ranges(&gathered.samples);
+    header.rays.clone_from(&gathered.rays);
+    header.allocation.clone_from(&gathered.allocation);
+    header.begun = gathered.pass.as_ref().map(|pass| Begun {
+        samples: [pass.samples.start, pass.samples.end],
+        tile: pass.tile,
+        tiles: numbers(&pass.done),
+        blocks: pass.blocks.as_ref().map(|blocks| numbers(blocks)),
+    });
+}
+
+/// Which are set.
+fn numbers(flags: &[bool]) -> Vec<u32> {
+    (0..).zip(flags).filter(|(_, is_set)| **is_set).map(|(number, _)| number).collect()
+}
+
+/// Saves a film. The header must say what is in it: see [`describe`].
+pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), SaveError> {
+    film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
+}
+
+/// Writes a film to standard output, where its header says what is in it.
+pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
+    film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
+        .map_err(|error| Failure(format!("cannot write the film to standard output: {error}")))
+}
