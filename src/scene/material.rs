@@ -199,7 +199,8 @@ impl Material {
 
     /// Whether it reflects like a mirror, however blurred.
     pub fn is_specular(&self) -> bool {
-        let dielectric = self.f0 > 0.0 && !self.specular.is_zero() && !self.specular_color.is_black();
+        // What is black seen from the front has its rim still: F90 is `specular` alone.
+        let dielectric = self.f0 > 0.0 && !self.specular.is_zero();
         dielectric || !self.metallic.is_zero()
     }
 

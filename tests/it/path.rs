@@ -412,3 +412,38 @@ fn schedules_agree_within_limits() {
     free.settings.depth_limits = DepthLimits::default();
     assert_ne!(expected, support::film(&free, Options::default()).hash());
 }
+
+/// A sheet of frosted glass before a white wall is as white as the wall: what its microfacets do not let through at
+/// once they reflect, or let through later.
+#[test]
+fn frosted_sheets_lose_no_light() {
+    for roughness in [0.25, 0.5, 1.0] {
+        let picture = crate::support::picture(&format!(
+            "(settings: (size: (16, 16), samples: 256, transport: Path), entities: [
+                (camera: Orthographic(height_m: 1), transform: LookAt(from: (0, 1, 2), to: (0, 0, 0))),
+                (light: Environment(radiance: 1)),
+                (shape: Plane(corners: ((-2, -2, 0), (-2, 2, 0), (2, 2, 0), (2, -2, 0))),
+                 material: Principled(base_color: 1, metallic: 0, transmission: 1, roughness: {roughness}))])"
+        ));
+        let found = mean(&picture);
+        assert!((found - 1.0).abs() < 0.005, "roughness {roughness}: {found}");
+    }
+}
+
+/// F90 is `specular` alone: a specular colour of exactly zero leaves the rim, as one of nearly zero does.
+#[test]
+fn a_black_specular_colour_keeps_its_rim() {
+    let rim = |color: &str| {
+        let picture = crate::support::picture(&format!(
+            "(settings: (size: (16, 16), samples: 64, transport: Path), entities: [
+                (camera: Orthographic(height_m: 0.1), transform: LookAt(from: (0, 0.2, 2), to: (0, 0, 0))),
+                (light: Environment(radiance: 1)),
+                (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))),
+                 material: Principled(base_color: 0, metallic: 0, specular_color: {color}, roughness: 0.1))])"
+        ));
+        mean(&picture)
+    };
+    let [black, nearly] = ["0", "0.00001"].map(rim);
+    // Schlick's term at a cosine of 0.0995.
+    assert!((nearly - 0.592).abs() < 0.02 && (black - nearly).abs() < 0.001, "{black} {nearly}");
+}

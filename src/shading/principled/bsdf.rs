@@ -152,6 +152,10 @@ impl<F: Float> Bsdf<F> {
             let reflected = self.fresnel(self.wo.z.abs()).luminance();
             let through = p.through.luminance() * (F::one() - reflected);
             microfacets = through + if self.has.solid { reflected } else { microfacets };
+            if !self.has.solid {
+                let often = self.often_through().luminance() * (F::one() - self.own.whole());
+                back = back + F::select(self.smooth, zero, often);
+            }
         }
         if self.has.coat {
             coat = F::one() - self.below;
@@ -281,9 +285,7 @@ impl<F: Float> Bsdf<F> {
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let fresnel = self.fresnel(self.wo.dot(h).max(zero));
         let single = fresnel * (density * visible);
-        let lost = (F::one() - self.own.whole()) * (F::one() - other.whole());
-        let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
-        let multiple = self.multiple * (lost / lost_mean * wi.z * F::splat(1.0 / PI));
+        let multiple = self.multiple * (self.lost(&other) * wi.z * F::splat(1.0 / PI));
         let value = if self.has.solid { single * self.gain } else { single + multiple };
         let rough = !self.smooth;
         let pdf = density / (F::one() + self.lambda) * self.reflects(fresnel);
@@ -297,16 +299,35 @@ impl<F: Float> Bsdf<F> {
         let (mut value, mut pdf) = (Color::black(), zero);
         if self.has.back {
             value = value + p.back * self.left * lambert;
-            pdf = pdf + lambert * self.chance[1];
         }
+        pdf = pdf + lambert * self.chance[1];
         if !self.has.transmission || !(mask & !self.smooth).any() {
             return (value, pdf);
         }
-        let (lobe, density) = if self.has.solid { self.bent(wi) } else { self.straight(wi) };
+        let (mut lobe, density) = if self.has.solid { self.bent(wi) } else { self.straight(wi) };
+        if !self.has.solid {
+            let other = albedo::directional(self.tables.mirror, -wi.z, p.roughness, mask);
+            lobe = lobe + self.often_through() * (self.lost(&other) * lambert);
+        }
         let rough = !self.smooth;
         value = value + Color::select(rough, lobe, Color::black());
         pdf = pdf + F::select(rough, density, zero) * self.chance[2];
         (value, pdf)
+    }
+
+    /// Of light that thin sheets' microfacets neither reflect nor let through at once, the part that goes through
+    /// later: what does not come back.
+    #[inline(always)]
+    fn often_through(&self) -> Color<F> {
+        self.p.through * self.multiple.complement()
+    }
+
+    /// How light that bounced more than once is divided between directions, over that of a matte surface, for a
+    /// direction of that albedo (Kulla and Conty 2017).
+    #[inline(always)]
+    fn lost(&self, other: &Albedo<F>) -> F {
+        let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
+        (F::one() - self.own.whole()) * (F::one() - other.whole()) / lost_mean
     }
 
     /// Through a thin sheet: the mirror lobe turned over.
