@@ -9,6 +9,9 @@ use super::document::Document;
 use super::{extensions::draco::Compressed, words};
 use crate::error::LoadError;
 
+/// The extension.
+pub(super) const NAME: &str = "KHR_draco_mesh_compression";
+
 /// The vertices and triangles of a primitive.
 #[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
 pub(super) struct Decoded {
@@ -48,9 +51,8 @@ pub(super) fn decode(
     at: &str,
 ) -> Result<Option<Decoded>, LoadError> {
     let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-    let name = "KHR_draco_mesh_compression";
-    let Some(read) = document.extension::<Compressed>(extensions, name, at)? else { return Ok(None) };
-    let at = format!("{at}/extensions/{name}");
+    let Some(read) = document.extension::<Compressed>(extensions, NAME, at)? else { return Ok(None) };
+    let at = format!("{at}/extensions/{NAME}");
     let data = document.view(read.buffer_view, &at)?;
     let left = document.affordable();
     let limits = draco_core::DecodeLimits::default().with_max_decoded_bytes(left).with_max_faces(left / 12);

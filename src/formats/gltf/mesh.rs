@@ -16,7 +16,7 @@ use super::tangent;
 use super::vertex;
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
-use crate::world::{Mesh, MeshId};
+use crate::world::{MaterialId, Mesh, MeshId};
 
 /// How the node that shows a mesh bends it.
 #[derive(Clone, Copy, Default)]
@@ -25,6 +25,29 @@ pub(super) struct Shaping<'s> {
     pub weights: Option<&'s [f32]>,
     /// The node and its joints if it has a skin.
     pub joints: Option<(usize, &'s Joints)>,
+}
+
+/// A mesh of ours where a node shows it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedMesh {
+    pub id: MeshId,
+    /// Instead of the mesh's own.
+    pub material: Option<MaterialId>,
+}
+
+/// The same for meshes of one primitive whose triangles are the same, whatever they are made of.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct ShapeKey {
+    accessors: Vec<Option<usize>>,
+    indices: Option<usize>,
+    /// A [`Mode`].
+    mode: u32,
+    /// The set of texture coordinates that tangents follow.
+    tangents: Option<u32>,
+    /// Of the morph targets, by their bits.
+    weights: Option<Vec<u32>>,
+    /// The node that has a skin.
+    skinned: Option<usize>,
 }
 
 /// The same for the same mesh of ours: number, weights' bits, node with a skin.
@@ -41,7 +64,7 @@ impl Import<'_> {
         index: Index<json::Mesh>,
         shaping: Shaping,
         place: &str,
-    ) -> Result<Option<MeshId>, LoadError> {
+    ) -> Result<Option<PlacedMesh>, LoadError> {
         let document = self.document;
         let source = document.get(&document.root.meshes, index, place, "mesh")?;
         let morphs = source.primitives.iter().any(|primitive| primitive.targets.is_some());
@@ -54,6 +77,15 @@ impl Import<'_> {
         }
         let weights = weights.or(source.weights.as_deref());
         let shaping = Shaping { weights, ..shaping };
+        let shape = self.shape_key(source, shaping, index.value())?;
+        let known = shape.as_ref().and_then(|(key, material)| Some((*self.shapes.get(key)?, *material)));
+        if let Some((id, material)) = known {
+            // Exporters write a mesh anew for each of its materials, with the same accessors.
+            let own = self.assets.meshes.get(id.0 as usize).and_then(|mesh| mesh.triangle_materials.first());
+            let placed = PlacedMesh { id, material: (own != Some(&material)).then_some(material) };
+            self.meshes.insert(key, Some(placed));
+            return Ok(Some(placed));
+        }
         let (mut mesh, mut known) = (Mesh::default(), Known::new());
         for (number, primitive) in source.primitives.iter().enumerate() {
             let at = format!("/meshes/{}/primitives/{number}", index.value());
@@ -65,8 +97,38 @@ impl Import<'_> {
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));
         mesh.source = Some(document.path.to_owned());
         let id = (!mesh.triangles.is_empty()).then(|| self.assets.add_mesh(mesh));
-        self.meshes.insert(key, id);
-        Ok(id)
+        if let (Some((key, _)), Some(id)) = (shape, id) {
+            self.shapes.insert(key, id);
+        }
+        let placed = id.map(|id| PlacedMesh { id, material: None });
+        self.meshes.insert(key, placed);
+        Ok(placed)
+    }
+
+    /// What the triangles of a mesh are made of and which material it has, if it can be shared.
+    fn shape_key(
+        &mut self,
+        mesh: &json::Mesh,
+        shaping: Shaping,
+        number: usize,
+    ) -> Result<Option<(ShapeKey, MaterialId)>, LoadError> {
+        let [primitive] = &mesh.primitives[..] else { return Ok(None) };
+        let Checked::Valid(mode) = primitive.mode else { return Ok(None) };
+        let others = primitive.extensions.as_ref().map(|extensions| &extensions.others);
+        if others.is_some_and(|others| others.contains_key(draco::NAME)) {
+            return Ok(None);
+        }
+        let material = self.material_of(primitive, &format!("/meshes/{number}/primitives/0"))?;
+        let weights = shaping.weights.filter(|_| primitive.targets.is_some());
+        let key = ShapeKey {
+            accessors: vertex::accessors(primitive),
+            indices: primitive.indices.map(|index| index.value()),
+            mode: mode as u32,
+            tangents: material.tangents,
+            weights: weights.map(|weights| weights.iter().map(|weight| weight.to_bits()).collect()),
+            skinned: shaping.joints.map(|(node, _)| node),
+        };
+        Ok(Some((key, material.id)))
     }
 
     fn primitive(

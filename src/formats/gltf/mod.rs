@@ -49,7 +49,7 @@ use self::extensions::variants::Variants;
 use self::image::Images;
 use self::losses::Losses;
 use self::material::Lowered;
-use self::mesh::MeshKey;
+use self::mesh::{MeshKey, PlacedMesh, ShapeKey};
 use self::pose::Moved;
 use self::texture::Textures;
 use super::LoadOptions;
@@ -76,7 +76,7 @@ struct Node {
     parent: Option<usize>,
     name: Option<String>,
     transform: Transform,
-    mesh: Option<MeshId>,
+    mesh: Option<PlacedMesh>,
     light: Option<Light>,
     camera: Option<Camera>,
 }
@@ -94,7 +94,8 @@ struct Import<'a> {
     textures: Textures,
     /// By their numbers in the file; none stands for the default material.
     materials: HashMap<Option<usize>, Lowered>,
-    meshes: HashMap<MeshKey, Option<MeshId>>,
+    meshes: HashMap<MeshKey, Option<PlacedMesh>>,
+    shapes: HashMap<ShapeKey, MeshId>,
     /// Around meshes, in their own space.
     boxes: HashMap<MeshId, Aabb>,
     parents: Vec<Option<usize>>,
@@ -141,6 +142,7 @@ pub fn parse(
         textures: Textures::default(),
         materials: HashMap::new(),
         meshes: HashMap::new(),
+        shapes: HashMap::new(),
         boxes: HashMap::new(),
         parents: node::parents(&document)?,
         moved: match options.time_s {
@@ -209,7 +211,10 @@ impl Model {
                 builder.add(names.unique(name));
             }
             if let Some(mesh) = node.mesh {
-                builder.add(Shape::Mesh(mesh));
+                builder.add(Shape::Mesh(mesh.id));
+                if let Some(material) = mesh.material {
+                    builder.add(material);
+                }
             }
             if let Some(light) = &node.light {
                 builder.add(light.clone());

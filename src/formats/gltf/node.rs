@@ -112,14 +112,14 @@ impl Import<'_> {
             let joints = self.joints(skin, &format!("{at}/skin"))?;
             shaping.joints = Some((number, &joints));
             if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
-                found.bounds = found.bounds.union(self.bounds_of(mesh, &DAffine3::IDENTITY));
+                found.bounds = found.bounds.union(self.bounds_of(mesh.id, &DAffine3::IDENTITY));
                 found.nodes.push(another(None, Transform::IDENTITY, mesh));
             }
             return Ok(());
         }
         let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? else { return Ok(()) };
         let Some(instances) = self.instances(source, &at)? else {
-            found.bounds = found.bounds.union(self.bounds_of(mesh, matrix));
+            found.bounds = found.bounds.union(self.bounds_of(mesh.id, matrix));
             found.nodes[place].mesh = Some(mesh);
             return Ok(());
         };
@@ -128,7 +128,7 @@ impl Import<'_> {
                 self.losses.flat_nodes += 1;
                 continue;
             }
-            found.bounds = found.bounds.union(self.bounds_of(mesh, &(*matrix * local)));
+            found.bounds = found.bounds.union(self.bounds_of(mesh.id, &(*matrix * local)));
             found.nodes.push(another(Some(place), transform, mesh));
         }
         Ok(())

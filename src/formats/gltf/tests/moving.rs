@@ -50,7 +50,7 @@ fn nodes_with_other_weights_have_meshes_of_their_own() {
     set(&mut file, "/nodes", nodes);
     set(&mut file, "/scenes/0/nodes", json!([0, 1, 2]));
     let read = read(&file);
-    let meshes: Vec<_> = read.model.nodes.iter().map(|node| node.mesh.unwrap().0).collect();
+    let meshes: Vec<_> = read.model.nodes.iter().map(|node| node.mesh.unwrap().id.0).collect();
     assert_eq!(meshes, [0, 1, 0]);
 }
 

@@ -14,6 +14,9 @@ pub(super) struct Override<'a> {
     material: MaterialId,
 }
 
+/// An entity that shows a mesh, and the material that it has instead of the mesh's own.
+type Placed = (hecs::Entity, MeshId, Option<MaterialId>);
+
 /// What becomes of a mesh.
 #[derive(Clone, Copy)]
 enum Change {
@@ -42,21 +45,24 @@ impl<'a> Lowering<'_, 'a> {
 
     /// Changes the entities that a file brought along: those whose number is at least `first`.
     pub(super) fn apply(&mut self, first: u32, overrides: &[Override<'a>]) -> Result<(), LoadError> {
-        let mut placed = Vec::new();
-        for (entity, shape) in self.world.entities.query::<(hecs::Entity, &Shape)>().iter() {
+        let mut placed: Vec<Placed> = Vec::new();
+        let mut query = self.world.entities.query::<(hecs::Entity, &Shape, Option<&MaterialId>)>();
+        for (entity, shape, material) in query.iter() {
             if let Shape::Mesh(mesh) = shape
                 && entity.id() >= first
             {
-                placed.push((entity, *mesh));
+                placed.push((entity, *mesh, material.copied()));
             }
         }
-        placed.sort_by_key(|(entity, _)| entity.id());
+        drop(query);
+        placed.sort_by_key(|(entity, ..)| entity.id());
         self.refuse_unknown(&placed, overrides)?;
         let mut changes = HashMap::new();
-        for (entity, id) in placed {
-            let change = match changes.get(&id) {
-                Some(known) => *known,
-                None => {
+        for (entity, id, own) in placed {
+            let change = match (own, changes.get(&id)) {
+                (Some(own), _) => self.new_one(own, overrides).map(Change::Whole),
+                (None, Some(known)) => *known,
+                (None, None) => {
                     let change = self.change(id, overrides);
                     changes.insert(id, change);
                     change
@@ -74,15 +80,13 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     /// Names that no material of the placed meshes has.
-    fn refuse_unknown(
-        &self,
-        placed: &[(hecs::Entity, MeshId)],
-        overrides: &[Override<'a>],
-    ) -> Result<(), LoadError> {
-        let meshes: BTreeSet<MeshId> = placed.iter().map(|(_, mesh)| *mesh).collect();
+    fn refuse_unknown(&self, placed: &[Placed], overrides: &[Override<'a>]) -> Result<(), LoadError> {
+        let meshes: BTreeSet<MeshId> =
+            placed.iter().filter(|(.., own)| own.is_none()).map(|(_, mesh, _)| *mesh).collect();
         let used =
             meshes.into_iter().filter_map(|id| self.mesh(id)).flat_map(|mesh| &mesh.triangle_materials);
-        let used: BTreeSet<MaterialId> = used.copied().collect();
+        let own = placed.iter().filter_map(|(.., own)| *own);
+        let used: BTreeSet<MaterialId> = used.copied().chain(own).collect();
         let known: BTreeSet<&str> = used.into_iter().filter_map(|id| self.name(id)).collect();
         let unknown = overrides.iter().find(|one| !known.contains(&one.name[..]));
         unknown.map_or(Ok(()), |one| {
@@ -96,10 +100,7 @@ impl<'a> Lowering<'_, 'a> {
     /// What the overrides make of a mesh; none: nothing.
     fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<Change> {
         let mesh = self.mesh(id)?;
-        let of = |old: MaterialId| {
-            let name = self.name(old)?;
-            overrides.iter().find(|one| one.name == name).map(|one| one.material)
-        };
+        let of = |old: MaterialId| self.new_one(old, overrides);
         let used: BTreeSet<MaterialId> = mesh.triangle_materials.iter().copied().collect();
         let new: HashMap<MaterialId, MaterialId> =
             used.iter().filter_map(|old| Some((*old, of(*old)?))).collect();
@@ -115,6 +116,12 @@ impl<'a> Lowering<'_, 'a> {
         let materials = mesh.triangle_materials.iter().map(|old| *new.get(old).unwrap_or(old)).collect();
         let copy = Mesh { triangle_materials: materials, ..mesh.clone() };
         Some(Change::Copy(self.world.assets.add_mesh(copy)))
+    }
+
+    /// What takes the place of a material.
+    fn new_one(&self, old: MaterialId, overrides: &[Override<'a>]) -> Option<MaterialId> {
+        let name = self.name(old)?;
+        overrides.iter().find(|one| one.name == name).map(|one| one.material)
     }
 
     fn mesh(&self, id: MeshId) -> Option<&Mesh> {

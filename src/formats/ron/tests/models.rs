@@ -126,6 +126,42 @@ fn a_mesh_of_several_materials_is_copied_to_change_some() {
     assert_eq!(world.assets.meshes.len(), 3);
 }
 
+/// Two of the file's meshes are one of ours, shown with two materials.
+#[test]
+fn a_shared_mesh_is_overridden_by_what_each_entity_shows() {
+    let shared = super::MODEL
+        .replace(r#"{"name": "paint"}"#, r#"{"name": "paint"}, {"name": "metal"}"#)
+        .replace(r#"{"mesh": 0}]"#, r#"{"mesh": 0}, {"mesh": 1}]"#)
+        .replace(
+            r#""material": 0}]}]"#,
+            r#""material": 0}]}, {"primitives": [{"attributes": {"POSITION": 0}, "material": 1}]}]"#,
+        );
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("shared.gltf"), shared).unwrap();
+    let materials = |overrides: &str| {
+        let scene = folder.path().join("scene.ron");
+        let text = format!(
+            "(materials: {{\"red\": (diffuse: (1, 0, 0))}}, entities: [(gltf: \"shared.gltf\"{overrides})])"
+        );
+        std::fs::write(&scene, text).unwrap();
+        let world = crate::formats::load(&scene).map_err(|error| error.to_string())?;
+        assert_eq!(world.assets.meshes.len(), 1);
+        let shown = world.in_order().into_iter().filter_map(|entity| {
+            let Ok(Shape::Mesh(mesh)) = world.entities.get::<&Shape>(entity).as_deref().cloned() else {
+                return None;
+            };
+            let own = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+            let id = own.unwrap_or(world.assets.meshes[mesh.0 as usize].triangle_materials[0]);
+            world.assets.materials[id.0 as usize].name.clone()
+        });
+        Ok::<_, String>(shown.collect::<Vec<_>>())
+    };
+    assert_eq!(materials("").unwrap(), ["paint", "metal"]);
+    assert_eq!(materials(", overrides: {\"metal\": \"red\"}").unwrap(), ["paint", "red"]);
+    assert_eq!(materials(", overrides: {\"paint\": \"red\"}").unwrap(), ["red", "metal"]);
+    assert!(materials(", overrides: {\"meatl\": \"red\"}").unwrap_err().contains("did you mean \"metal\""));
+}
+
 #[test]
 fn overrides_of_nothing_are_refused() {
     let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
