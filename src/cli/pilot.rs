@@ -9,7 +9,8 @@ use super::interrupt::Interrupt;
 use super::job::Job;
 use super::{Failure, output};
 use crate::film::Allocation;
-use crate::formats::film_file;
+use crate::formats::film_file::{self, Header};
+use crate::render::adaptive;
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
 pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
@@ -39,16 +40,21 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// What a pilot of the same rendering has chosen.
+/// What a pilot of the same rendering has chosen, or of one of which this is a part of the image.
 fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
     let header = film_file::load_header(path)?;
     let wrong = |reason: String| {
         Failure(format!("{}: {reason}: remove it, or choose another --pilot", path.display()))
     };
-    if let Some(what) = header.difference(&job.header) {
+    let (whole, part) = (header.region, job.header.region);
+    let same = Header { region: part, ..header.clone() };
+    if let Some(what) = same.difference(&job.header) {
         return Err(wrong(format!("it is {what}")));
     }
-    let blocks = crate::render::adaptive::blocks(job.header.region).len();
+    let blocks = adaptive::blocks(whole).len();
     let sound = |allocation: &Allocation| allocation.is_sound() && allocation.samples().len() == blocks;
-    header.allocation.filter(sound).ok_or_else(|| wrong("it is no pilot's".into()))
+    let allocation = header.allocation.filter(sound).ok_or_else(|| wrong("it is no pilot's".into()))?;
+    let [x, y] = [part.x0, part.y0];
+    adaptive::allocation_of_part(&allocation, whole, part)
+        .ok_or_else(|| wrong(format!("it says nothing of the pixels from {x},{y} on")))
 }

@@ -118,6 +118,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
     warnings.extend(ignored(world));
     warnings.extend(unshared(world));
+    warnings.extend(opaque_glass(scene));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     } else if scene.lights.is_empty()
@@ -130,6 +131,16 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
         warnings.push(format!("no light: {seen} (add an entity with light: Point(power_w: 100))"));
     }
     warnings
+}
+
+/// What is to let light through and is all metal, as materials are unless they say otherwise.
+fn opaque_glass(scene: &CompiledScene) -> Option<String> {
+    let all = scene.materials.iter().zip(&scene.material_names);
+    let opaque = all.filter(|(m, _)| m.metallic.is_one() && !m.transmission.is_zero());
+    let printable = |name: &String| name.chars().take(64).flat_map(char::escape_debug).collect::<String>();
+    let names: Vec<String> = opaque.map(|(_, name)| printable(name)).take(4).collect();
+    (!names.is_empty())
+        .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
 }
 
 /// Groups that somebody asks for and that other settings rule out.
@@ -202,6 +213,23 @@ mod tests {
         });
         let expected = "the path transport makes no use of ambient (transport: Whitted does)";
         assert_eq!(path.as_deref(), Some(expected));
+    }
+
+    #[test]
+    fn metal_glass_is_told() {
+        use crate::world::{Material, Principled, ScalarInput};
+
+        let said = |metallic: f32, transmission: f32| {
+            let mut world = World::default();
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+            let [metallic, transmission] = [metallic, transmission].map(ScalarInput::constant);
+            let glass = Principled { metallic, transmission, ..Principled::default() };
+            world.assets.add_material(Some("pane".into()), Material::Principled(Box::new(glass)));
+            let warnings = compile(&world, None).expect("a scene").warnings;
+            warnings.into_iter().find(|warning| warning.contains("metals let no light through"))
+        };
+        assert!(said(1.0, 0.5).is_some_and(|warning| warning.contains("pane")));
+        assert_eq!((said(0.0, 1.0), said(1.0, 0.0), said(0.5, 1.0)), (None, None, None));
     }
 
     /// A world after another one is what it would be by itself, and shares what is the same.

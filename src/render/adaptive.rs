@@ -85,15 +85,14 @@ pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> 
     Allocation::new(allocated(&known, budget.saturating_sub(pilot(budget)), PILOT))
 }
 
-/// The same for a part of a region, which must begin and end where blocks or the region do.
+/// The same for a part of a region.
 pub fn allocation_of_part(allocation: &Allocation, region: Region, part: Region) -> Option<Allocation> {
-    let own: HashMap<[u32; 2], u32> = blocks(region)
-        .iter()
-        .map(|block| [block.x0, block.y0])
-        .zip(allocation.samples().iter().copied())
-        .collect();
+    // Blocks are squares of the whole image, whatever is cut off of them.
+    let place = |block: &Region| [block.x0 / BLOCK, block.y0 / BLOCK];
+    let own: HashMap<[u32; 2], u32> =
+        blocks(region).iter().map(place).zip(allocation.samples().iter().copied()).collect();
     let samples: Option<Vec<u32>> =
-        blocks(part).iter().map(|block| own.get(&[block.x0, block.y0]).copied()).collect();
+        blocks(part).iter().map(|block| own.get(&place(block)).copied()).collect();
     Allocation::new(samples?)
 }
 

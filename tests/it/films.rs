@@ -16,7 +16,7 @@ const SCENE: &str = r#"(
         (name: "camera", camera: ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.05, focus_distance_m: 5),
          transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))),
         (name: "ball", shape: Sphere, material: Principled(base_color: (0.8, 0.4, 0.2), roughness: 0.2)),
-        (name: "glass", shape: Sphere, material: Principled(transmission: 1, roughness: 0.1),
+        (name: "glass", shape: Sphere, material: Principled(metallic: 0, transmission: 1, roughness: 0.1),
          transform: (translate: (1.5, -0.4, 1), scale: 0.5)),
         (name: "floor", shape: Plane(corners: ((-3, -1, -3), (3, -1, -3), (3, -1, 3), (-3, -1, 3))),
          material: Principled(base_color: Image("checks.png"), roughness: 1)),
@@ -589,6 +589,13 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     assert_eq!(hash(here, "merge part-1.film part-2.film part-0.film --audit 100%"), expected);
     let error = failure(here, "merge part-0.film part-2.film");
     assert!(error.contains("are missing") && error.contains("--shard 1/3"), "{error}");
+    // A part of the image, by what was chosen for the whole.
+    json(here, &format!("{line} --pilot pilot.film -o whole.exr"));
+    json(here, &format!("{line} --pilot pilot.film --crop 21,9,60,50 -o crop.exr"));
+    let pixels = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name).2;
+    let (whole, crop) = (pixels("whole.exr"), pixels("crop.exr"));
+    let rows = (9..50).flat_map(|y| whole[y * 72 + 21..y * 72 + 60].iter().copied());
+    assert!(rows.eq(crop), "the crop shows other pixels");
     // Killed in the middle, and gone on with.
     let long = format!("{options} --spp 512");
     let mut child = begun(here, &format!("{long} -o long.film --checkpoint 2ms --quiet"), "long.film");
