@@ -45,8 +45,10 @@ pub struct Job {
 /// What moments of a scene have in common, and need not read and build again.
 #[derive(Clone, Default)]
 pub struct Reuse {
-    /// What its files were decoded to; none where there is only one moment.
-    kept: Option<Kept>,
+    /// What its files were decoded to.
+    kept: Kept,
+    /// There is more than one moment.
+    several: bool,
     /// The moment before.
     before: Option<Arc<CompiledScene>>,
 }
@@ -54,7 +56,8 @@ pub struct Reuse {
 impl Reuse {
     /// For a scene of which there is more than one moment, if so.
     pub fn new(several: bool) -> Reuse {
-        Reuse { kept: several.then(Kept::default), before: None }
+        let kept = if several { Kept::keeping() } else { Kept::default() };
+        Reuse { kept, several, before: None }
     }
 }
 
@@ -76,7 +79,7 @@ fn compiled(
 ) -> Result<Compiled, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
-    let sources = reuse.kept.as_ref().map(SourceFiles::keeping).unwrap_or_default();
+    let sources = SourceFiles::with(reuse.kept.clone());
     let mut world = crate::formats::load_again(path, &view.load_options(), &sources)?;
     change(&mut world.settings);
     phases.load = start.elapsed();
@@ -120,7 +123,7 @@ impl Job {
             return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
         }
         let frame = Arc::new(Frame::new(scene, &settings));
-        if reuse.kept.is_some() {
+        if reuse.several {
             reuse.before = Some(frame.scene.clone());
         }
         let header = Header {

@@ -56,7 +56,7 @@ fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Res
             "its textures have more than 2³¹ texels: use smaller ones".into(),
         ));
     }
-    if let Some(before) = before.filter(|before| is_same(assets, out, before)) {
+    if let Some(before) = before.filter(|before| is_same(assets, out, &first_levels, before)) {
         (out.texels8, out.texels32) = (before.texels8.clone(), before.texels32.clone());
         return Ok(first_levels);
     }
@@ -81,21 +81,16 @@ fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Res
 }
 
 /// Whether levels that are to be made would be those that were made before: of the same images in the same way.
-fn is_same(assets: &Assets, new: &Textures, before: &Textures) -> bool {
-    let mut first = new.levels.first.iter();
+fn is_same(assets: &Assets, new: &Textures, first_levels: &[u32], before: &Textures) -> bool {
+    let starts = first_levels.iter().map(|level| new.levels.first[*level as usize] as usize);
     new.images == before.images
         && new.levels == before.levels
-        && assets.images.iter().zip(&new.images).all(|(image, kind)| {
-            let start = first.next().map_or(0, |first| *first as usize);
-            let levels = mips::sizes([image.width as usize, image.height as usize], kind.smaller).len();
-            first.by_ref().take(levels.saturating_sub(1)).for_each(drop);
-            match &image.texels {
-                Texels::Rgba8(texels) => {
-                    let known = &before.texels8[start..start + texels.len()];
-                    texels.iter().zip(known).all(|(texel, known)| u32::from_le_bytes(*texel) == *known)
-                }
-                Texels::Rgb32(texels) => before.texels32[start..start + texels.len()] == texels[..],
+        && assets.images.iter().zip(starts).all(|(image, start)| match &image.texels {
+            Texels::Rgba8(texels) => {
+                let known = &before.texels8[start..start + texels.len()];
+                texels.iter().zip(known).all(|(texel, known)| u32::from_le_bytes(*texel) == *known)
             }
+            Texels::Rgb32(texels) => before.texels32[start..start + texels.len()] == texels[..],
         })
 }
 

@@ -154,7 +154,7 @@ impl AssetFiles for Files {
         match extension(path).as_str() {
             "ply" => {
                 let bytes = self.read(path)?;
-                self.sources.mesh(&bytes, path, || ply::parse(&bytes, path))
+                self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path))
             }
             "obj" => {
                 // The loader borrows the assets while it asks for images: they are added afterwards.

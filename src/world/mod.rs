@@ -7,15 +7,17 @@ use std::hash::{Hash, Hasher};
 
 pub mod assets;
 pub mod components;
+pub mod kept;
 pub mod material;
 pub mod settings;
 pub mod source_files;
 
 pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
 pub use components::*;
+pub use kept::Kept;
 pub use material::*;
 pub use settings::*;
-pub use source_files::{Content, Kept, SourceFiles};
+pub use source_files::{Content, SourceFiles};
 
 /// Everything that a scene file says.
 #[derive(Default)]

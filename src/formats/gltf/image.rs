@@ -182,10 +182,12 @@ impl<'d> Encoded<'d> {
         match self {
             Self::File(file) => {
                 let bytes = sources.read(&file).map_err(LoadError::io(&file))?;
-                let image = sources.image(&bytes, &file, || basis::decode(&bytes, &file))?;
+                let image = sources.kept.images.decoded(&bytes, &file, || basis::decode(&bytes, &file))?;
                 Ok(Image { source: Some(file), ..image })
             }
-            Self::Bytes(bytes, name) => sources.image(&bytes, &name, || basis::decode(&bytes, &name)),
+            Self::Bytes(bytes, name) => {
+                sources.kept.images.decoded(&bytes, &name, || basis::decode(&bytes, &name))
+            }
         }
     }
 }

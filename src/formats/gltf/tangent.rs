@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, Ops, TangentSpace};
+use xxhash_rust::xxh3::Xxh3;
 
 use super::document::Document;
 use super::vertex::across;
@@ -109,15 +110,18 @@ pub(super) fn generate(
     }
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
-    let made = sources.tangents(mesh, uvs, || {
-        let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
-        if !space.is_fit() {
-            return Err(Unfit::Crowded);
-        }
-        // What it refuses are meshes without any area to speak of.
-        bevy_mikktspace::generate_tangents(&mut space).map_err(|_| Unfit::Flat)?;
-        Ok(space.tangents)
-    });
+    let made = sources.kept.tangents.known(
+        || key(mesh, uvs),
+        || {
+            let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
+            if !space.is_fit() {
+                return Err(Unfit::Crowded);
+            }
+            // What it refuses are meshes without any area to speak of.
+            bevy_mikktspace::generate_tangents(&mut space).map_err(|_| Unfit::Flat)?;
+            Ok(space.tangents)
+        },
+    );
     match made {
         Ok(tangents) => split(mesh, &tangents, |bytes| document.charge(bytes, at)),
         Err(Unfit::Flat) => Ok(()),
@@ -128,6 +132,21 @@ pub(super) fn generate(
             Ok(())
         }
     }
+}
+
+/// A hash of all that tangents depend on.
+fn key(mesh: &Mesh, uvs: &[Vec2]) -> u128 {
+    let mut hasher = Xxh3::new();
+    let mut add = |numbers: &mut dyn Iterator<Item = u32>| {
+        let bytes: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(&bytes);
+    };
+    add(&mut mesh.positions.iter().flat_map(|p| p.to_array()).map(f32::to_bits));
+    add(&mut mesh.normals.iter().flat_map(|n| n.to_array()).map(f32::to_bits));
+    add(&mut uvs.iter().flat_map(|uv| uv.to_array()).map(f32::to_bits));
+    add(&mut mesh.triangles.as_flattened().iter().copied());
+    hasher.digest128()
 }
 
 /// Why a mesh has no tangents.

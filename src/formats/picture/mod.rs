@@ -38,7 +38,7 @@ const BRIGHTEST_TEXEL: f32 = 1e9;
 /// and what is above 10⁹ becomes 10⁹.
 pub fn load(path: &Path, sources: &SourceFiles) -> Result<Image, LoadError> {
     let bytes = sources.read(path).map_err(LoadError::io(path))?;
-    let image = sources.image(&bytes, path, || decode(&bytes, path))?;
+    let image = sources.kept.images.decoded(&bytes, path, || decode(&bytes, path))?;
     Ok(Image { source: Some(path.to_owned()), ..image })
 }
 

@@ -27,10 +27,14 @@ struct Read<'a> {
 }
 
 impl<'a> Lowering<'_, 'a> {
+    /// What names a texture, where a constant may stand as well: keys of an animation are one.
+    fn picture(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
+        self.source.variant(raw).filter(|_| !self.source.has_keys(raw))
+    }
+
     /// A colour or a texture.
     pub(super) fn color_input(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
-        let variant = self.source.variant(raw).filter(|_| !self.source.has_keys(raw));
-        let Some(variant) = variant else {
+        let Some(variant) = self.picture(raw) else {
             return Ok(ColorInput::Constant(self.source.color(raw, what)?));
         };
         let mut read = self.texture(variant, ColorSpace::Srgb)?;
@@ -59,8 +63,7 @@ impl<'a> Lowering<'_, 'a> {
         what: &str,
         usual: Channel,
     ) -> Result<ScalarInput, LoadError> {
-        let variant = self.source.variant(raw).filter(|_| !self.source.has_keys(raw));
-        let Some(variant) = variant else {
+        let Some(variant) = self.picture(raw) else {
             return Ok(ScalarInput::constant(self.source.part(raw, what)?));
         };
         let read = self.texture(variant, ColorSpace::Linear)?;
