@@ -47,7 +47,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
 }
 
 /// The same for a scene that is read again and again: `sources` may know what its files are decoded to (see
-/// [`SourceFiles::keeping`]).
+/// [`SourceFiles::kept`]).
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
     let timeless = LoadOptions { time_s: None, ..options.clone() };

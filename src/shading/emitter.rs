@@ -4,6 +4,7 @@
 use super::details::point_coordinates;
 use super::point::{Tables, coverage};
 use super::sampled::color;
+use super::solid_angle::Fan;
 use super::surface::{HitLanes, sphere_uv, unit_or};
 use super::{environment, principled::basis::Basis};
 use crate::bvh::SPHERE;
@@ -63,7 +64,7 @@ pub fn sample<F: Float>(
     let planar = triangle | quad;
     let patterned = has(flags, flag::TEXTURED) | has(flags, flag::COVERED);
     if planar.any() {
-        let (mut sample, (u, v)) = planar_sample(&row, triangle, flags, position, u);
+        let (mut sample, (u, v)) = planar_sample(&row, triangle, flags, Measure::SolidAngle, position, u);
         let patterned = patterned & planar;
         if patterned.any() {
             let primitive = F::Int::gather(&table.primitive, emitter, patterned);
@@ -110,7 +111,7 @@ pub fn sample<F: Float>(
     out
 }
 
-/// A point of one of the lights that are entities, for all lanes.
+/// A point of one of the lights that are entities, for all lanes. Patterns of points lie on the light itself.
 #[inline(always)]
 pub fn sample_light<F: Float>(
     scene: &CompiledScene,
@@ -123,7 +124,7 @@ pub fn sample_light<F: Float>(
     let flags = F::Int::splat(table.flags[emitter as usize]);
     let (nowhere, everywhere) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
     match table.kinds[emitter as usize] {
-        kind::QUAD => planar_sample(&row, nowhere, flags, position, u).0,
+        kind::QUAD => planar_sample(&row, nowhere, flags, Measure::Area, position, u).0,
         kind::POINT => point_sample(&row, nowhere, position),
         kind::SPOT => point_sample(&row, everywhere, position),
         _ => parallel_sample(&row, u),
@@ -173,7 +174,14 @@ pub fn pdf<F: Float>(
     let row = Gathered { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
     let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
-    let mut pdf = planar_pdf(row.vector(3).cross(row.vector(6)), triangle, direction, t);
+    let (e1, e2) = (row.vector(3), row.vector(6));
+    let mut pdf = planar_pdf(e1.cross(e2), triangle, direction, t);
+    let corner = row.vector(0) - position;
+    let near = is_near(corner, e1, e2) & mask & !sphere;
+    if near.any() {
+        let angle = Fan::new(corner, e1, e2, triangle).solid_angle();
+        pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
+    }
     if sphere.any() {
         let one_minus_cos = cone(row.vector(0) - position, row.number(9)).0;
         pdf = F::select(sphere, F::splat(0.5 / std::f32::consts::PI) / one_minus_cos, pdf);
@@ -248,12 +256,30 @@ fn planar_pdf<F: Float>(cross: Vector<F>, triangle: F::Mask, direction: Vector<F
     distance * distance / seen.max(F::splat(1e-30))
 }
 
-/// Uniform over a triangle or a parallelogram; and which part of each edge it is from the corner.
+/// Whether a triangle or a parallelogram, seen from its corner's other end, is sampled by solid angle: its edges
+/// take up a fifth of the way to it or more. Farther ones are alike all over, and cheaper by area.
+#[inline(always)]
+fn is_near<F: Float>(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>) -> F::Mask {
+    let middle = corner + (e1 + e2) * F::splat(0.5);
+    (e1.dot(e1) + e2.dot(e2)).gt(middle.dot(middle) * F::splat(0.04))
+}
+
+/// What points are uniform by.
+#[derive(Clone, Copy)]
+enum Measure {
+    Area,
+    /// Where it is near.
+    SolidAngle,
+}
+
+/// Uniform over a triangle or a parallelogram; and which part of each edge it
+/// is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
     row: &impl EmitterRows<F>,
     triangle: F::Mask,
     flags: F::Int,
+    measure: Measure,
     position: Vector<F>,
     u: (F, F),
 ) -> (EmitterSample<F>, (F, F)) {
@@ -262,9 +288,21 @@ fn planar_sample<F: Float>(
     let upper = u.1.gt(u.0);
     let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
     let b = F::select(upper, u.1 - u.0 * half, u.1 * half);
-    let (a, b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
+    let (mut a, mut b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
     let (e1, e2) = (row.vector(3), row.vector(6));
-    let way = row.vector(0) + e1 * a + e2 * b - position;
+    let corner = row.vector(0) - position;
+    let near = match measure {
+        Measure::SolidAngle => is_near(corner, e1, e2),
+        Measure::Area => F::Mask::from_bits(0),
+    };
+    let mut angle = F::zero();
+    if near.any() {
+        let fan = Fan::new(corner, e1, e2, triangle);
+        let of_fan = fan.sample(u);
+        (a, b) = (F::select(near, of_fan.0, a), F::select(near, of_fan.1, b));
+        angle = fan.solid_angle().max(F::splat(1e-30));
+    }
+    let way = corner + e1 * a + e2 * b;
     let square = way.dot(way).max(F::splat(1e-30));
     let distance = square.sqrt();
     let direction = way * (F::one() / distance);
@@ -272,11 +310,12 @@ fn planar_sample<F: Float>(
     let facing = cross.dot(direction);
     let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
     let shines = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
+    let by_area = planar_pdf(cross, triangle, direction, distance);
     let sample = EmitterSample {
         direction,
         distance,
         radiance: Color::select(shines, row.light(), Color::black()),
-        pdf: planar_pdf(cross, triangle, direction, distance),
+        pdf: F::select(near, F::one() / angle, by_area),
         shared: F::Mask::from_bits(0),
     };
     (sample, (a, b))

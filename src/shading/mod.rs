@@ -13,6 +13,7 @@ pub mod light_tree;
 pub mod point;
 pub mod principled;
 pub mod sampled;
+pub mod solid_angle;
 pub mod surface;
 
 pub use point::ShadingPoint;
