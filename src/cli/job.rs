@@ -1,6 +1,6 @@
 //! What is rendered, from a command line or a film file, up to its end.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -51,13 +51,15 @@ pub struct Reuse {
     several: bool,
     /// The moment before.
     before: Option<Arc<CompiledScene>>,
+    /// Warnings that have been told: once is enough.
+    told: BTreeSet<String>,
 }
 
 impl Reuse {
     /// For a scene of which there is more than one moment, if so.
     pub fn new(several: bool) -> Reuse {
         let kept = if several { Kept::keeping() } else { Kept::default() };
-        Reuse { kept, several, before: None }
+        Reuse { kept, several, ..Reuse::default() }
     }
 }
 
@@ -116,7 +118,8 @@ impl Job {
     ) -> Result<Job, Failure> {
         let Compiled { scene, settings, source, names, phases } = compiled(path, &view.at(0), reuse, change)?;
         if !quiet {
-            scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+            let new = scene.warnings.iter().filter(|warning| reuse.told.insert(warning.to_string()));
+            new.for_each(|warning| eprintln!("warning: {warning}"));
         }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";

@@ -56,12 +56,12 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "ron" if timeless == LoadOptions::default() => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
         _ if *options == LoadOptions::default() => None,
-        _ => Some("--time, --variant and --scene are for .gltf and .glb files"),
+        _ => Some("--time, --variant and --scene are for .gltf and .glb files (--time for .ron files, too)"),
     };
     if let Some(reason) = refused {
         return Err(LoadError::invalid(path, reason));
     }
-    match &extension[..] {
+    let mut world = match &extension[..] {
         "ron" => {
             let mut files = Files { time_s: options.time_s, sources: sources.clone() };
             let world = ron::load(path, &mut files)?;
@@ -75,7 +75,12 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
             Err(LoadError::invalid(path, reason))
         }
+    }?;
+    if options.time_s.is_some() && !world.moves {
+        let what = "every moment looks the same: it has no Keys, and its glTF files no animations";
+        world.warnings.push(what.into());
     }
+    Ok(world)
 }
 
 fn extension(path: &Path) -> String {

@@ -30,6 +30,8 @@ pub struct World {
     pub settings: Settings,
     /// What the loader noticed that is no error, one line each.
     pub warnings: Vec<String>,
+    /// Whether its files say that anything changes with time.
+    pub moves: bool,
 }
 
 impl World {

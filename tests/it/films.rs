@@ -372,6 +372,9 @@ fn planned_commands_are_what_a_shell_takes() {
     for frame in ["f.03.png", "f.07.png", "f.12.png"] {
         assert!(here.join(frame).is_file(), "{frame}");
     }
+    let frames = run(&here, "scene.ron --frames 1-3 --spp 1 --size 40x30 -o h.#.png");
+    let told = String::from_utf8_lossy(&frames.stderr).matches("every moment looks the same").count();
+    assert_eq!(told, 1, "what is told once need not be told for every frame");
     let task = |number: &str| {
         let arguments: Vec<&str> =
             "scene.ron --frames auto/3-7x4,12 --spp 2 --size 40x30 -o g.##.png".split(' ').collect();

@@ -115,7 +115,9 @@ fn a_picture_has_its_cameras_shape() {
 fn what_models_alone_have_is_refused_elsewhere() {
     let options = LoadOptions { time_s: Some(1.0), ..LoadOptions::default() };
     let path = triangle("moment.gltf", false);
-    assert!(formats::load_with(&path, &options).is_ok());
+    let still = formats::load_with(&path, &options).unwrap();
+    let told = |warning: &String| warning.contains("every moment looks the same");
+    assert!(still.warnings.iter().any(told), "{:?}", still.warnings);
     let other = path.with_extension("ply");
     let message = formats::load_with(&other, &options).err().unwrap().to_string();
     assert!(message.contains("--time, --variant and --scene are for .gltf and .glb files"), "{message}");

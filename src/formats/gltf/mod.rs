@@ -67,6 +67,8 @@ pub struct Model {
     pub bounds: Aabb,
     /// Width over height of the first camera's picture, if it says so.
     pub aspect: Option<f32>,
+    /// Whether the file has animations.
+    moves: bool,
 }
 
 /// What becomes an entity.
@@ -158,10 +160,11 @@ pub fn parse(
     let (mut nodes, bounds) = import.nodes(roots)?;
     nodes.extend(import.environment(scene)?);
     let aspect = import.aspect;
-    import.losses.animations = options.time_s.is_none() && !document.root.animations.is_empty();
+    let moves = !document.root.animations.is_empty();
+    import.losses.animations = moves && options.time_s.is_none();
     let Import { losses, warnings, .. } = import;
     warnings.extend(losses.lines().map(|line| document.warning(line)));
-    Ok(Model { nodes, bounds, aspect })
+    Ok(Model { nodes, bounds, aspect, moves })
 }
 
 /// The number of the variant that was asked for by name.
@@ -198,6 +201,7 @@ impl Model {
     /// Adds an entity for each node, under `parent` if there is one. Names that another
     /// entity has are numbered.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {
+        world.moves |= self.moves;
         let mut names = TakenNames::of(world);
         let mut entities: Vec<hecs::Entity> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {

@@ -30,6 +30,8 @@ pub(super) struct Clock {
     pub time_s: f32,
     /// Whether values may change here; where not, why.
     pub refused: Cell<Option<&'static str>>,
+    /// Whether there have been any keys.
+    pub asked: Cell<bool>,
 }
 
 /// What can lie between two others.
@@ -139,6 +141,7 @@ impl<'a> Source<'a> {
         if let Some(reason) = self.clock().refused.get() {
             return Err(self.error(raw.0, reason));
         }
+        self.clock().asked.set(true);
         let body = self.variant(raw).and_then(|variant| variant.body).unwrap_or("()");
         let (keys, between) = match super::locate::items(body)[..] {
             [keys] => (keys, Between::Linear),

@@ -54,5 +54,6 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     lowering.entities(scene.entities)?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
+    world.moves |= source.clock().asked.get();
     Ok(world)
 }

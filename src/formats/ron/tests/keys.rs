@@ -58,6 +58,7 @@ fn transforms_move() {
     let (translation, rotation, scale) = parts(&entity_at(1.5, keys));
     assert_eq!((translation, scale), (Vec3::new(1.0, 2.0, 0.5), Vec3::ONE));
     assert!(rotation.abs_diff_eq(Quat::from_rotation_y(135_f32.to_radians()), 1e-6), "{rotation}");
+    assert!(entity_at(1.5, keys).moves && !entity_at(1.5, "name: \"still\"").moves);
     let (before, _, _) = parts(&entity_at(-1.0, keys));
     let (after, _, stepped) = parts(&entity_at(99.0, keys));
     assert_eq!((before, after, stepped), (Vec3::ZERO, Vec3::new(4.0, 8.0, 2.0), Vec3::new(3.0, 1.0, 1.0)));
