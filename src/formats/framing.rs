@@ -7,6 +7,7 @@ use super::names::TakenNames;
 use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
+use crate::world::assets::NamedMaterial;
 use crate::world::{
     Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, SourceFiles, Tonemap,
     Transform, Transport, World,
@@ -39,7 +40,7 @@ pub(super) fn load_model(
     model.place(&mut world, Some(root));
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
-    settings.tonemap = Tonemap::PbrNeutral;
+    settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
     (settings.max_depth, settings.samples) = (16, 64);
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);
@@ -59,6 +60,23 @@ pub(super) fn load_model(
         world.warnings.push("there is no light: a studio was put around it".into());
     }
     Ok(world)
+}
+
+/// What photographs and drawings show is meant for the screen as it is; what light falls on goes through a curve. An
+/// image has one curve.
+fn tone_curve(assets: &Assets, warnings: &mut Vec<String>) -> Tonemap {
+    // The first is for what has no material.
+    let own = assets.materials.get(1..).unwrap_or_default();
+    let is_unlit = |named: &&NamedMaterial| matches!(&named.material, Material::Principled(it) if it.unlit);
+    let (unlit, all) = (own.iter().filter(is_unlit).count(), own.len());
+    if unlit > 0 && unlit == all {
+        return Tonemap::Clamp;
+    }
+    if unlit > 0 {
+        let what = "the tone curve, which is for those that light falls on, changes their colours, too";
+        warnings.push(format!("{unlit} of {all} materials are unlit: {what} (--tonemap clamp has none)"));
+    }
+    Tonemap::PbrNeutral
 }
 
 /// Where a model is without its animations.

@@ -106,6 +106,26 @@ fn a_model_alone_stands_in_a_studio() {
 }
 
 #[test]
+fn what_is_unlit_keeps_its_colours() {
+    let plain = std::fs::read_to_string(triangle("lit.gltf", false)).unwrap();
+    let with = |name: &str, materials: &str| {
+        let primitives = plain.replace(
+            r#"[{"attributes": {"POSITION": 0}}]"#,
+            r#"[{"attributes": {"POSITION": 0}, "material": 0}, {"attributes": {"POSITION": 0}, "material": 1}]"#,
+        );
+        let used = format!(r#""extensionsUsed": ["KHR_materials_unlit"], "materials": {materials}, "nodes""#);
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::write(&path, primitives.replacen(r#""nodes""#, &used, 1)).unwrap();
+        formats::load(&path).unwrap()
+    };
+    let unlit = r#"{"extensions": {"KHR_materials_unlit": {}}}"#;
+    assert_eq!(with("unlit.gltf", &format!("[{unlit}, {unlit}]")).settings.tonemap, Tonemap::Clamp);
+    let mixed = with("mixed.gltf", &format!("[{unlit}, {{}}]"));
+    assert_eq!(mixed.settings.tonemap, Tonemap::PbrNeutral);
+    assert!(mixed.warnings.iter().any(|warning| warning.contains("1 of 2 materials are unlit")));
+}
+
+#[test]
 fn a_picture_has_its_cameras_shape() {
     let path = triangle("upright.gltf", true);
     assert_eq!(formats::load(&path).unwrap().settings.size, [480, 960]);
