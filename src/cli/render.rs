@@ -139,7 +139,7 @@ fn render(
     if job.header.settings.adaptive == Adaptive::On && job.header.wanted != [0, total] {
         let reason = "adaptive samples are chosen by the film of all samples up to then";
         return Err(Failure(format!(
-            "--shard and --samples: {reason}: add --adaptive=unbiased, which chooses them once, or --adaptive=off, or render it whole"
+            "--shard and --samples: {reason}: add --adaptive=unbiased or --adaptive=off, or render it whole"
         )));
     }
     let found = outputs.film.as_deref().map(|film| there_already(film, &job.header, arguments));

@@ -176,14 +176,15 @@ pub fn pdf<F: Float>(
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
     let (e1, e2) = (row.vector(3), row.vector(6));
     let mut pdf = planar_pdf(e1.cross(e2), triangle, direction, t);
-    let corner = row.vector(0) - position;
-    let near = is_near(corner, e1, e2) & mask & !sphere;
+    // The corner, or a sphere's centre.
+    let first = row.vector(0) - position;
+    let near = is_near(first, e1, e2) & mask & !sphere;
     if near.any() {
-        let angle = Fan::new(corner, e1, e2, triangle).solid_angle();
+        let angle = Fan::new(first, e1, e2, triangle).solid_angle();
         pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
     }
     if sphere.any() {
-        let one_minus_cos = cone(row.vector(0) - position, row.number(9)).0;
+        let one_minus_cos = cone(first, row.number(9)).0;
         pdf = F::select(sphere, F::splat(0.5 / std::f32::consts::PI) / one_minus_cos, pdf);
     }
     pdf
@@ -272,8 +273,7 @@ enum Measure {
     SolidAngle,
 }
 
-/// Uniform over a triangle or a parallelogram; and which part of each edge it
-/// is from the corner.
+/// Uniform over a triangle or a parallelogram; and which part of each edge it is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
     row: &impl EmitterRows<F>,
