@@ -116,11 +116,7 @@ impl DirectionClasses {
             let x = padded::<F>(&rays.direction[0][at..]);
             let y = padded::<F>(&rays.direction[1][at..]);
             let z = padded::<F>(&rays.direction[2][at..]);
-            let mut class = Longest::new([x, y, z]).axis() * F::Int::splat(OCTANTS as u32);
-            class = class + x.to_bits().shr::<31>();
-            class = class + y.to_bits().shr::<31>().shl::<1>();
-            class = class + z.to_bits().shr::<31>().shl::<2>();
-            class.store(&mut self.classes[at..]);
+            class_of(&[x, y, z]).store(&mut self.classes[at..]);
         }
         let mut ends = [0; CLASSES];
         for class in &self.classes[..count] {
@@ -133,6 +129,16 @@ impl DirectionClasses {
         }
         ends
     }
+}
+
+/// The class of each of some directions: the longest axis times 8, and a bit for each axis that they go back
+/// along.
+#[inline(always)]
+pub(super) fn class_of<F: Float>([x, y, z]: &[F; 3]) -> F::Int {
+    let mut class = Longest::new([*x, *y, *z]).axis() * F::Int::splat(OCTANTS as u32);
+    class = class + x.to_bits().shr::<31>();
+    class = class + y.to_bits().shr::<31>().shl::<1>();
+    class + z.to_bits().shr::<31>().shl::<2>()
 }
 
 /// Where each class's rays begin in a queue sorted by class.

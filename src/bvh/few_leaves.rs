@@ -8,13 +8,16 @@
 //! Rays are sorted by the way they go first, so that all of a group meet the same sides of boxes
 //! first and rename their axes alike, and leaves come from front to back.
 
+use std::ops::Range;
+
 use super::Rays;
-use super::answers::Answers;
-use super::direction_classes::{DirectionClasses, OCTANTS};
+use super::answers::{Answers, put_lanes};
+use super::direction_classes::{DirectionClasses, OCTANTS, class_of, padded};
 use super::layout::{Bvh, Child, ChildKind};
 use super::leaf::{Askers, Best};
 use super::presence::{Asker, Candidate, Word};
 use super::ray::slab_scales;
+use super::shaft::{Obstacles, Shaft};
 use super::sphere;
 use super::triangle::{Asked, ExactRays, Shear, TrianglePlane, intersect_rays, seen_from};
 use crate::math::NONE;
@@ -26,6 +29,8 @@ const MOST_BLOCKS: usize = 12;
 /// The leaves of a tree.
 pub(super) struct FewLeaves {
     leaves: Vec<Leaf>,
+    /// What is in them, one leaf after another.
+    obstacles: Obstacles,
     /// For each octant the leaves from front to back.
     front_to_back: [Vec<u8>; OCTANTS],
     /// Whether rays may have to ask.
@@ -48,9 +53,32 @@ impl<A: Answers> Kernel for FewQuery<'_, '_, A> {
     }
 }
 
+/// Answers a fan of rays of a queue: those from `first` on. Whether it has: rays without ends have no shaft.
+pub(super) struct FanQuery<'a, 'r, A> {
+    pub few: &'a FewLeaves,
+    pub rays: &'a Rays<'r>,
+    pub fan: Range<usize>,
+    pub answers: &'a mut A,
+}
+
+impl<A: Answers> Kernel for FanQuery<'_, '_, A> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let Self { few, rays, fan, answers } = self;
+        let Some(shaft) = Shaft::around::<L::Queue>(rays, fan.clone()) else { return false };
+        let obstacles = few.obstacles.within::<L::Queue>(&shaft);
+        few.trace_fan::<L::Queue, A>(rays, fan, obstacles, answers);
+        true
+    }
+}
+
 /// The planes of a leaf's box, lower ones first, and its triangles, for each axis along which a ray
 /// may go farthest, or its spheres.
 struct Leaf {
+    /// The number of its first obstacle, and a bit for each.
+    first: usize,
+    all: u32,
     planes: [[f32; 3]; 2],
     triangles: [Vec<Triangle>; 3],
     spheres: Vec<Sphere>,
@@ -68,6 +96,14 @@ struct Triangle {
     /// Axes as they are.
     plane: TrianglePlane,
     candidate: Candidate,
+}
+
+/// Rays, a lane each.
+struct Lines<F> {
+    origin: [F; 3],
+    direction: [F; 3],
+    t_min: F,
+    t_max: F,
 }
 
 /// Rays that go one way.
@@ -119,7 +155,15 @@ impl FewLeaves {
             });
             order
         });
-        Some(Self { leaves, front_to_back, conditional: bvh.conditional })
+        let mut obstacles = Obstacles::default();
+        for leaf in &mut leaves {
+            leaf.first = obstacles.len();
+            leaf.triangles[2].iter().for_each(|triangle| obstacles.push_triangle(triangle.corners));
+            leaf.spheres.iter().for_each(|sphere| obstacles.push_sphere(sphere.center, sphere.radius));
+            leaf.all = (1 << (obstacles.len() - leaf.first)) - 1;
+        }
+        obstacles.finish();
+        Some(Self { leaves, obstacles, front_to_back, conditional: bvh.conditional })
     }
 
     /// Answers all rays.
@@ -132,9 +176,11 @@ impl FewLeaves {
             let (octant, axis) = (way % OCTANTS, way / OCTANTS);
             for at in (first..end).step_by(width) {
                 let lanes = width.min(end - at);
-                let mut group = RayGroup::<L::Queue>::load(classes, at, lanes, octant, axis);
+                let (origin, direction, t_min, t_max) = classes.rays::<L::Queue>(at);
+                let lines = Lines { origin, direction, t_min, t_max };
+                let mut group = RayGroup::new(&lines, Mask::first(lanes), octant, axis);
                 let askers = Waiting { rays, classes, at };
-                self.visit::<L::Queue, A>(octant, axis, &mut group, &askers);
+                self.visit::<L::Queue, A>(octant, axis, u128::MAX, &mut group, &askers);
                 let Best { t, u, v, primitive } = group.best;
                 classes.keep(at, [t, u, v], primitive);
             }
@@ -143,25 +189,72 @@ impl FewLeaves {
         classes.answer::<L::Queue, A>(rays.len(), answers);
     }
 
+    /// Answers rays that may meet some of the obstacles, bit by bit. They go much the same way.
+    #[inline(always)]
+    fn trace_fan<F: Float, A: Answers>(
+        &self,
+        rays: &Rays,
+        fan: Range<usize>,
+        obstacles: u128,
+        answers: &mut A,
+    ) {
+        for at in fan.clone().step_by(F::WIDTH) {
+            let (mut origin, mut direction) = ([F::zero(); 3], [F::zero(); 3]);
+            for axis in 0..3 {
+                origin[axis] = padded(&rays.origin[axis][at..]);
+                direction[axis] = padded(&rays.direction[axis][at..]);
+            }
+            let (t_min, t_max) = (padded(&rays.t_min[at..]), padded(&rays.t_max[at..]));
+            let lines = Lines::<F> { origin, direction, t_min, t_max };
+            let lanes = F::WIDTH.min(fan.end - at);
+            let mut primitive = F::Int::splat(NONE);
+            let class = class_of(&lines.direction);
+            let mut classes = [0; 16];
+            class.store(&mut classes);
+            let mut left = F::Mask::first(lanes).bits();
+            while left != 0 {
+                let way = classes[left.trailing_zeros() as usize % 16];
+                let mask = class.eq(F::Int::splat(way)) & F::Mask::from_bits(left);
+                left &= !mask.bits();
+                let (octant, axis) = (way as usize % OCTANTS, way as usize / OCTANTS % 3);
+                let mut group = RayGroup::new(&lines, mask, octant, axis);
+                let askers = InQueue { rays, at };
+                self.visit::<F, A>(octant, axis, obstacles, &mut group, &askers);
+                primitive = F::Int::select(mask, group.best.primitive, primitive);
+            }
+            let nowhere = [F::zero(); 3];
+            put_lanes(answers, at, lanes, nowhere, [primitive, F::Int::splat(NONE)]);
+        }
+    }
+
+    /// Takes rays of one class through the leaves, looking at some of the obstacles.
     #[inline(always)]
     fn visit<F: Float, A: Answers>(
         &self,
         octant: usize,
         axis: usize,
+        obstacles: u128,
         group: &mut RayGroup<F>,
-        askers: &Waiting,
+        askers: &impl Askers,
     ) {
         for leaf in &self.front_to_back[octant] {
             let leaf = &self.leaves[usize::from(*leaf)];
+            let mut bits = (obstacles >> (leaf.first % 128)) as u32 & leaf.all;
+            if bits == 0 {
+                continue;
+            }
             let (near, entered) = group.enter(&leaf.planes);
             if !entered.any() {
                 continue;
             }
-            for triangle in &leaf.triangles[axis] {
-                group.test::<A>(triangle, near, entered, askers);
-            }
-            for sphere in &leaf.spheres {
-                group.test_sphere::<A>(sphere, near, entered, askers);
+            while bits != 0 {
+                let place = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                if let Some(triangle) = leaf.triangles[axis].get(place) {
+                    group.test::<A>(triangle, near, entered, askers);
+                } else if let Some(sphere) = leaf.spheres.get(place) {
+                    group.test_sphere::<A>(sphere, near, entered, askers);
+                }
             }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
                 return;
@@ -180,7 +273,13 @@ impl Leaf {
                 radius: block.radius[place],
                 candidate: Candidate::sphere(Word(block.words[place])),
             });
-            return Self { planes, triangles: Default::default(), spheres: spheres.collect() };
+            return Self {
+                first: 0,
+                all: 0,
+                planes,
+                triangles: Default::default(),
+                spheres: spheres.collect(),
+            };
         }
         let block = &bvh.triangles[child.index()];
         let triangles = std::array::from_fn(|longest| {
@@ -196,7 +295,7 @@ impl Leaf {
             });
             renamed.collect()
         });
-        Self { planes, triangles, spheres: Vec::new() }
+        Self { first: 0, all: 0, planes, triangles, spheres: Vec::new() }
     }
 
     /// How far along an octant's diagonal it begins.
@@ -219,6 +318,18 @@ impl Askers for Waiting<'_> {
     }
 }
 
+/// Rays that follow each other in their queue.
+struct InQueue<'a> {
+    rays: &'a Rays<'a>,
+    at: usize,
+}
+
+impl Askers for InQueue<'_> {
+    fn asker(&self, lane: usize) -> Asker<'_> {
+        self.rays.asker(self.at + lane)
+    }
+}
+
 /// A triangle's plane and rays.
 struct OnPlane<'a, F> {
     plane: &'a TrianglePlane,
@@ -235,9 +346,8 @@ impl<F: Float> ExactRays<F> for OnPlane<'_, F> {
 
 impl<F: Float> RayGroup<F> {
     #[inline(always)]
-    fn load(classes: &DirectionClasses, at: usize, lanes: usize, octant: usize, axis: usize) -> Self {
-        let mask = F::Mask::first(lanes);
-        let (origin, direction, t_min, t_max) = classes.rays::<F>(at);
+    fn new(lines: &Lines<F>, mask: F::Mask, octant: usize, axis: usize) -> Self {
+        let Lines { origin, direction, t_min, t_max } = *lines;
         let (zero, one) = (F::zero(), F::one());
         let (mut near_scale, mut far_scale) = ([zero; 3], [zero; 3]);
         let (mut reciprocal, mut near_side) = ([one; 3], [0; 3]);
@@ -290,7 +400,7 @@ impl<F: Float> RayGroup<F> {
 
     /// One triangle against all rays that have entered its leaf.
     #[inline(always)]
-    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask, askers: &Waiting) {
+    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask, askers: &impl Askers) {
         let seen = seen_from(&triangle.corners, &self.renamed);
         let best = self.best.t;
         let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
@@ -303,7 +413,7 @@ impl<F: Float> RayGroup<F> {
 
     /// One sphere against all rays that have entered its leaf.
     #[inline(always)]
-    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask, askers: &Waiting) {
+    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask, askers: &impl Askers) {
         let placed = (sphere.center, sphere.radius);
         let hits = sphere::intersect_rays(placed, self.origin, self.direction, self.t_min, entered);
         self.best.take::<A>(&hits, sphere.candidate, near, self.t_min, askers);

@@ -38,6 +38,7 @@ pub mod primitives;
 pub mod query;
 mod ray;
 pub mod reference;
+mod shaft;
 pub mod spatial;
 pub mod sphere;
 mod stream;

@@ -220,8 +220,7 @@ impl<A: Answers> Kernel for FanQuery<'_, A> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { mut query, fans } = self;
-        // In a few leaves a fan's packet takes 1.4 times as long as all rays together.
-        if !is_wide::<L>() || query.stack.few.is_some() {
+        if !is_wide::<L>() {
             return query.run::<L>();
         }
         // The first ray that no fan has taken.
@@ -229,7 +228,14 @@ impl<A: Answers> Kernel for FanQuery<'_, A> {
         for end in fans {
             let end = *end as usize;
             let count = end - first;
-            if (LEAST_FAN..=packet::RAYS).contains(&count) && !query.stack.fan_pause.goes_on() {
+            if let Some(few) = &query.stack.few {
+                let (rays, answers) = (&query.rays, &mut query.answers);
+                let fan = few_leaves::FanQuery { few, rays, fan: first..end, answers };
+                if count >= LEAST_FAN && L::outlined(fan) {
+                    query.scattered::<L>(behind, first);
+                    behind = end;
+                }
+            } else if (LEAST_FAN..=packet::RAYS).contains(&count) && !query.stack.fan_pause.goes_on() {
                 let Stack { single, packet, .. } = &mut *query.stack;
                 let (bvh, rays, answers) = (query.bvh, &query.rays, &mut query.answers);
                 let packet = packet::PacketQuery { packet, bvh, rays, first, count, keys: single, answers };
@@ -256,6 +262,15 @@ impl<A: Answers> Query<'_, A> {
             let mut answers = Shifted { answers: &mut self.answers, by: first };
             let rays = self.rays.range(first..end);
             return traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
+        }
+        if let Some(few) = &self.stack.few {
+            if first < end {
+                let rays = &self.rays.range(first..end);
+                let (classes, answers) =
+                    (&mut self.stack.classes, &mut Shifted { answers: &mut self.answers, by: first });
+                L::outlined(few_leaves::FewQuery { few, rays, classes, answers });
+            }
+            return;
         }
         for first in (first..end).step_by(stream::RAYS) {
             let rays = self.rays.range(first..end.min(first + stream::RAYS));

@@ -60,8 +60,9 @@ impl Recursion {
     }
 }
 
-/// What two samples of some of the pixels of each of some blocks of a pilot's frame find.
-pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> Vec<Measured> {
+/// What two samples of some of the pixels of each of some blocks of a pilot's frame find, and the number of
+/// rays that it took.
+pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> (Vec<Measured>, u64) {
     let (stack, forks) = (&mut Stack::new(&frame.scene.bvh), &mut SmallVec::new());
     let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
     let level = Level::detect();
@@ -72,7 +73,8 @@ pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> Vec<Measured
         tile.look(&mut slots);
         slots.measured()
     };
-    blocks.map(measure).collect()
+    let measured = blocks.map(measure).collect();
+    (measured, statistics.rays.total())
 }
 
 /// What paths are followed with. Of all that happens to them, the way through the tree alone is

@@ -196,7 +196,7 @@ pub enum Sampler {
 /// for itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sharing {
-    /// In groups of 32 where there are matte surfaces.
+    /// In groups of up to 64, block by block, where it pays.
     #[default]
     Auto,
     /// Every pixel has its own paths.

@@ -18,12 +18,13 @@ const EVERY: u32 = 4;
 const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 
 /// Binary logarithms of group sizes, and by how much they divide the variance that is shared. Measured in
-/// a closed box and an open hall: 32 pixels 21 and 12 times, half as many 0.6 of that.
-const GAINS: [(u32, f32); 4] = [(0, 1.0), (2, 3.5), (4, 10.0), (5, 17.0)];
-/// What the rays from one first vertex to a second one cost, in units of a whole path. Measured: 0.037 and
-/// 0.025 in these two scenes, 0.08 under the open sky, where paths are short.
-const CONNECTION: f32 = 0.03;
-/// What comes with sharing whatever the size of the group, in the same unit: more where a group has many
+/// two closed rooms and an open hall, where what is not shared is still in it: 32 pixels 20, 24 and 13 times, 64
+/// pixels 31, 45 and 19 times, 16 pixels 12 times in the first.
+const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 3.5), (4, 12.0), (5, 20.0), (6, 36.0)];
+/// What a ray from a first vertex to a second one costs, in units of one of a path's own rays with all that
+/// it brings. Measured: 0.04 to 0.05 in three rooms of few triangles, 0.09 in a hall, 0.2 among leaves with holes.
+const CONNECTION: f32 = 0.06;
+/// What comes with sharing whatever the size of the group, in units of a path: more where a group has many
 /// materials.
 const OVERHEAD: f32 = 0.3;
 /// So few pixels say little by themselves: what a block is taken to be is that part its own, the rest what is
@@ -51,6 +52,8 @@ struct Price {
     floor: f32,
     /// The mean of all blocks.
     usual: Parts,
+    /// What a ray from a first vertex to a second one costs, in units of a whole path.
+    connection: f32,
 }
 
 /// Relative variance of two kinds of light.
@@ -89,15 +92,19 @@ fn look_around(frame: &Frame) -> Price {
         let (x1, y1) = ((x0 + BLOCK).min(frame.size[0]), (y0 + BLOCK).min(frame.size[1]));
         Region { x0, y0, x1, y1 }
     };
-    Price::of(&recursive::look(frame, (0..count).map(block)))
+    let (measured, rays) = recursive::look(frame, (0..count).map(block));
+    Price::of(&measured, rays)
 }
 
 impl Price {
-    /// By some of an image's blocks.
-    fn of(blocks: &[Measured]) -> Self {
+    /// By some of an image's blocks, for which so many rays have been traced.
+    fn of(blocks: &[Measured], rays: u64) -> Self {
         let share = 1.0 / blocks.len().max(1) as f32;
         let mean = blocks.iter().map(|block| block.square().sqrt()).sum::<f32>() * share;
-        let mut price = Self { variance: 0.0, floor: (0.1 * mean) * (0.1 * mean), usual: Parts::default() };
+        let paths: f32 = blocks.iter().map(Measured::paths).sum();
+        let connection = CONNECTION * paths / (rays as f32).max(1.0);
+        let floor = (0.1 * mean) * (0.1 * mean);
+        let mut price = Self { variance: 0.0, floor, usual: Parts::default(), connection };
         for block in blocks {
             let Parts { kept, lent } = block.variances(price.floor);
             price.usual.kept += kept * share;
@@ -147,7 +154,7 @@ impl Measured {
             return best;
         }
         for (log2, gain) in &GAINS[1..] {
-            let cost = 1.0 + OVERHEAD + CONNECTION * (1u32 << log2) as f32 * pairs;
+            let cost = 1.0 + OVERHEAD + price.connection * (1u32 << log2) as f32 * pairs;
             let variance = kept + lent / gain;
             if variance + price.variance * cost < best.1 + price.variance * best.2 {
                 best = (*log2, variance, cost);
@@ -276,15 +283,15 @@ mod tests {
     fn sharing_is_chosen_where_it_pays() {
         let choice = |kept, lent| {
             let block = block(kept, lent, 16);
-            let price = Price::of(std::slice::from_ref(&block));
+            let price = Price::of(std::slice::from_ref(&block), 200);
             block.choice(&price).0
         };
         assert_eq!(choice(0.3, 0.0), 0, "there is nothing to gain");
         assert_eq!(choice(0.3, 0.1), 0, "there is little to gain");
-        assert_eq!(choice(0.01, 0.4), 5, "there is nothing else");
+        assert_eq!(choice(0.01, 0.4), 6, "there is nothing else");
         // What is dark beside all else is not worth the time.
         let block = block(0.01, 0.2, 16);
-        let price = Price::of(std::slice::from_ref(&block));
+        let price = Price::of(std::slice::from_ref(&block), 200);
         assert_eq!(block.choice(&Price { variance: 100.0, ..price }).0, 0);
         assert_eq!(Measured::default().choice(&price).0, 0, "nothing was looked at");
     }
