@@ -10,13 +10,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::interrupt::Interrupt;
 use super::{Failure, usage};
 use crate::study::experiment::Run;
+use crate::study::experiment::short::shorten;
 
 /// `rayfront study`.
 #[derive(Args, Debug)]
 pub struct Study {
     /// The experiments (.ron)
     pub file: PathBuf,
-    /// Folder of the results [default: the file's name in the folder out/]
+    /// A sixteenth of the work: few repetitions, the cheap part of x, coarser references
+    #[arg(long)]
+    pub short: bool,
+    /// Folder of the results [default: the file's name in the folder out/, with _short behind it for --short]
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     /// Only report on what has been measured already
@@ -28,8 +32,12 @@ pub struct Study {
 }
 
 pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
-    let study = crate::formats::study::load(&arguments.file)?;
-    let name = arguments.file.file_stem().unwrap_or("study".as_ref());
+    let mut study = crate::formats::study::load(&arguments.file)?;
+    let mut name = arguments.file.file_stem().unwrap_or("study".as_ref()).to_owned();
+    if arguments.short {
+        shorten(&mut study);
+        name.push("_short");
+    }
     let out = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(name));
     let folder = arguments.file.parent().unwrap_or(Path::new(""));
     let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };

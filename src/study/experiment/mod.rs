@@ -1,5 +1,6 @@
 //! Studies: jobs from scenes, settings and seeds; what they measured as CSV, plots and a page.
 
+mod equal_time;
 pub mod fit;
 mod job;
 mod machine;
@@ -7,15 +8,17 @@ mod page;
 pub mod plot;
 pub mod results;
 mod shapes;
+pub mod short;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::film::tonemap::{DisplayTransform, srgb_decode};
 use crate::formats::picture::{Output, PngBits, load_linear, save};
-use crate::formats::study::{Change, Experiment, Plot, Scene, Study};
+use crate::formats::study::{Axis, Change, Experiment, Measure, Plot, Scene, Study};
 use crate::math::Rgb;
 use crate::world::Tonemap;
+use equal_time::EqualTime;
 use fit::{Estimate, Fit};
 pub use job::{CpuSeconds, Image};
 use plot::{Curve, Figure};
@@ -185,7 +188,11 @@ impl<'a> Run<'a> {
                 let svg = plot::svg(&figure)?;
                 self.write(&self.out.join("plots").join(format!("{name}.svg")), svg.as_bytes())?;
                 self.save_plot(&self.out.join("plots").join(format!("{name}.png")), &figure)?;
-                plots.push(page::Shown { figure, svg });
+                let equal_time = is_error_by_samples(experiment, plot).then(|| {
+                    let time = Plot { y: Measure::CpuSeconds, ..plot.clone() };
+                    EqualTime::of(&figure, &self::figure(experiment, &time, &own, &results))
+                });
+                plots.push(page::Shown { figure, svg, equal_time });
             }
             let images = self.images(experiment, &own)?;
             sections.push(page::Section { experiment, plots, images });
@@ -271,6 +278,12 @@ fn job<'a>(
         seed,
     };
     Some(Job { experiment, scene, series, x, seed, change, label })
+}
+
+/// Whether a plot shows what more samples, and so more time, bring.
+fn is_error_by_samples(experiment: &Experiment, plot: &Plot) -> bool {
+    matches!(plot.y, Measure::Mse | Measure::RelativeMse | Measure::Flip)
+        && matches!(experiment.x, Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_))
 }
 
 /// A curve for each scene and series.

@@ -1,5 +1,6 @@
 //! One HTML page that holds everything: images, plots, tables, the machine.
 
+use super::equal_time::EqualTime;
 use super::machine;
 use super::plot::{Figure, legend};
 use crate::formats::study::{Experiment, Study};
@@ -8,6 +9,8 @@ use crate::formats::study::{Experiment, Study};
 pub(super) struct Shown {
     pub figure: Figure,
     pub svg: String,
+    /// Of an error.
+    pub equal_time: Option<EqualTime>,
 }
 
 /// Images of a scene as PNG files.
@@ -61,6 +64,8 @@ fn section_html(section: &Section) -> String {
     let mut out = format!("<h2 id=\"{name}\">{}</h2>\n{}", escaped(title), paragraphs(text));
     for shown in &section.plots {
         out += &format!("<figure>{}</figure>\n{}", shown.svg, table(&shown.figure));
+        let by_time = shown.equal_time.as_ref().filter(|table| !table.rows.is_empty());
+        out += &by_time.map_or(String::new(), |table| time_table(&shown.figure.y_label, table));
     }
     for pictures in section.images.iter().filter(|pictures| !pictures.shown.is_empty()) {
         out += &images(pictures);
@@ -93,6 +98,20 @@ fn table(figure: &Figure) -> String {
         "<details><summary>{}</summary><table><tr><th>{}</th>{heads}</tr>\n{rows}</table></details>\n",
         escaped(&figure.y_label),
         escaped(&figure.x_label)
+    )
+}
+
+/// Errors at equal time: a row for each time, a column for each curve.
+fn time_table(error: &str, table: &EqualTime) -> String {
+    let heads: String = table.labels.iter().map(|label| format!("<th>{}</th>", escaped(label))).collect();
+    let cell = |error: &Option<f64>| format!("<td>{}</td>", error.map_or(String::new(), number));
+    let row = |(time, errors): &(f64, Vec<Option<f64>>)| {
+        format!("<tr><td>{}</td>{}</tr>\n", number(*time), errors.iter().map(cell).collect::<String>())
+    };
+    let rows: String = table.rows.iter().map(row).collect();
+    format!(
+        "<details open><summary>{} at equal time</summary><table><tr><th>CPU time, s</th>{heads}</tr>\n{rows}</table></details>\n",
+        escaped(error)
     )
 }
 

@@ -1,0 +1,66 @@
+//! A short version of a study: the same questions, answered in a sixteenth of the work or less.
+
+use crate::formats::study::{Axis, Change, Study};
+
+/// By how much what makes work is divided.
+const PART: u32 = 16;
+/// Repetitions: what is needed for margins.
+const SEEDS: u32 = 2;
+/// So many values of x are left, or a line could not be told from a curve.
+const VALUES: usize = 3;
+
+/// Takes the dear part out of a study. Where x counts samples or triangles what is left ends at a sixteenth;
+/// references have a sixteenth of their samples, so that they are as good beside what is measured as before.
+pub fn shorten(study: &mut Study) {
+    for experiment in &mut study.experiments {
+        experiment.seeds = experiment.seeds.min(SEEDS);
+        if let Axis::Samples(x) | Axis::LightSamples(x) | Axis::LensSamples(x) | Axis::Triangles(x) =
+            &mut experiment.x
+        {
+            let limit = x.iter().max().map_or(0, |most| most / PART);
+            let mut sorted = x.clone();
+            sorted.sort_unstable();
+            sorted.dedup();
+            let limit = limit.max(sorted.get(VALUES - 1).or(sorted.last()).copied().unwrap_or(0));
+            x.retain(|x| *x <= limit);
+        }
+        if let Some(reference) = &mut experiment.reference {
+            for samples in [&mut reference.samples, &mut reference.light_samples].into_iter().flatten() {
+                *samples = (*samples / PART).max(1);
+            }
+        }
+        let of_all = std::iter::once(&mut experiment.with);
+        of_all.chain(experiment.series.iter_mut().map(|series| &mut series.with)).for_each(fewer_rays);
+    }
+}
+
+fn fewer_rays(change: &mut Change) {
+    if let Some(rays) = &mut change.rays {
+        *rays = (*rays / PART).max(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::study::parse;
+
+    #[test]
+    fn the_dear_part_is_taken_out() {
+        let text = "(title: \"t\", experiments: [
+            (name: \"a\", scenes: [File(\"s.ron\")], x: Samples([1, 4, 16, 64, 256]), series: [(label: \"l\")],
+             seeds: 8, reference: (samples: 4096)),
+            (name: \"b\", scenes: [Ball], with: (rays: 1600), x: Triangles([10, 100, 100000, 1000000]),
+             series: [(label: \"l\", with: (rays: 32)), (label: \"m\")]),
+            (name: \"c\", scenes: [File(\"s.ron\")], x: Threads([1, 2, 4]), series: [(label: \"l\")]),
+        ])";
+        let mut study = parse(text, "s.ron".as_ref()).unwrap();
+        shorten(&mut study);
+        let [a, b, c] = &study.experiments[..] else { panic!("three experiments") };
+        assert_eq!((a.x.values(), a.seeds), (&[1, 4, 16][..], 2));
+        assert_eq!(a.reference.as_ref().unwrap().samples, Some(256));
+        assert_eq!(b.x.values(), [10, 100, 100_000], "three are left, however dear");
+        assert_eq!((b.seeds, b.with.rays, b.series[0].with.rays), (1, Some(100), Some(2)));
+        assert_eq!(c.x.values(), [1, 2, 4]);
+    }
+}
