@@ -116,7 +116,6 @@ fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u3
     let float = matches!(image.texels, Texels::Rgb32(_));
     let wrap = texture.wrap.map(mode);
     let first_level = first_levels[texture.image.0 as usize];
-    let (width, height) = (image.width as f32, image.height as f32);
     let (sin, cos) = (libm::sin(texture.rotation as f64) as f32, libm::cos(texture.rotation as f64) as f32);
     let (sx, sy) = (texture.scale.x, texture.scale.y);
     let next = first_levels.get(texture.image.0 as usize + 1).copied();
@@ -131,6 +130,5 @@ fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u3
         wrap,
         first_level,
         smaller_levels: if texture.filter == TextureFilter::Trilinear { end - first_level - 1 } else { 0 },
-        texels_per_uv: (width * height * (sx * sy).abs()).sqrt(),
     });
 }

@@ -53,8 +53,6 @@ pub struct SampledTexture {
     pub first_level: u32,
     /// Levels after that one, 0 for none.
     pub smaller_levels: u32,
-    /// Texels that a unit square of mesh coordinates has, to the power of ½.
-    pub texels_per_uv: f32,
 }
 
 /// Images in smaller and smaller copies.

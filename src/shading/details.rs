@@ -1,6 +1,9 @@
 //! What only some materials ask of a hit: a second set of texture coordinates, the footprint of
 //! the ray, vertex alpha, directions along the surface.
 
+use std::f32::consts::PI;
+
+use super::footprint::{Footprint, on_surface};
 use super::principled::basis::Basis;
 use super::sampled::Coordinates;
 use super::surface::{HitLanes, Surface, corners, rows, turn, unit_or};
@@ -83,12 +86,11 @@ pub fn point_coordinates<F: Float>(
     uv: (F, F),
     mask: F::Mask,
 ) -> Coordinates<F> {
-    let zero = F::zero();
     let triangle = HitCorners::new(geometry, hit, mask);
     let of_hit = (F::select(triangle.is_triangle, hit.u, uv.0), F::select(triangle.is_triangle, hit.v, uv.1));
     let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, of_hit).at;
     let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, first).at;
-    Coordinates { uv: [first, second], footprint: [zero, zero] }
+    Coordinates { uv: [first, second], footprint: [Footprint::point(); 2] }
 }
 
 /// Where textures are looked up at a hit; `width` is that of the ray, in metres.
@@ -101,43 +103,95 @@ pub fn coordinates<F: Float>(
     width: F,
     mask: F::Mask,
 ) -> Coordinates<F> {
-    let zero = F::zero();
-    let mut at = Coordinates { uv: [surface.uv, surface.uv], footprint: [zero, zero] };
+    let mut at = Coordinates { uv: [surface.uv; 2], footprint: [Footprint::point(); 2] };
+    let triangle = HitCorners::new(geometry, hit, mask);
+    let diameters = on_surface(surface.geometric_normal, direction, width, hit.t);
+    let round = mask & !triangle.is_triangle;
+    if round.any() {
+        let (u, v) = round_gradients(geometry, hit, surface, round);
+        at.footprint = [Footprint::select(round, Footprint::new(&diameters, u, v), Footprint::point()); 2];
+    }
     if geometry.uvs.is_empty() {
         return at;
     }
-    let triangle = HitCorners::new(geometry, hit, mask);
-    let UvSet { corners: first, mapped, .. } = triangle.set(&geometry.uvs, &geometry.parts.uvs, surface.uv);
-    let mut other = UvSet { at: surface.uv, corners: first, mapped: F::Mask::from_bits(0) };
+    let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, surface.uv);
+    let along = triangle.along(geometry, hit, first.mapped);
+    at.footprint[0] = along.footprint(&first, &diameters, at.footprint[0]);
+    at.footprint[1] = at.footprint[0];
     if !geometry.uvs1.is_empty() {
-        other = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, surface.uv);
-        at.uv[1] = other.at;
+        let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, surface.uv);
+        at.uv[1] = second.at;
+        at.footprint[1] = along.footprint(&second, &diameters, at.footprint[1]);
     }
-    if mapped.any() {
-        let [p, q, r]: [Vector<F>; 3] = corners(&geometry.positions, triangle.vertices, mapped);
+    at
+}
+
+/// How the weights of a triangle's second and third corner grow along it, for each metre in the world.
+struct WeightGradients<F: Float>(Vector<F>, Vector<F>);
+
+impl<F: Float> WeightGradients<F> {
+    /// The footprint in a set of coordinates, `other` where there is no such set.
+    #[inline(always)]
+    fn footprint(&self, set: &UvSet<F>, diameters: &[Vector<F>; 2], other: Footprint<F>) -> Footprint<F> {
+        let [a, b, c] = set.corners;
+        let u = self.0 * (b.0 - a.0) + self.1 * (c.0 - a.0);
+        let v = self.0 * (b.1 - a.1) + self.1 * (c.1 - a.1);
+        Footprint::select(set.mapped, Footprint::new(diameters, u, v), other)
+    }
+}
+
+impl<F: Float> HitCorners<F> {
+    #[inline(always)]
+    fn along(&self, geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> WeightGradients<F> {
+        let [p, q, r]: [Vector<F>; 3] = corners(&geometry.positions, self.vertices, mask);
         let (mut s, mut t) = (q - p, r - p);
-        let placed = mapped & !hit.instance.eq(F::Int::splat(NONE));
+        let placed = mask & !hit.instance.eq(F::Int::splat(NONE));
         if placed.any() {
             let there = rows(geometry, hit.instance, 0, placed);
             s = Vector::select(placed, there.apply(s), s);
             t = Vector::select(placed, there.apply(t), t);
         }
-        let cross = s.cross(t);
-        let area = cross.dot(cross).sqrt().max(F::splat(1e-30));
-        // A pixel's area on the surface, as a square.
-        let slant = surface.geometric_normal.dot(direction).abs().max(F::splat(0.05)).sqrt();
-        let width = width / slant;
-        at.footprint[0] = F::select(mapped, width * (uv_area(first) / area).sqrt(), zero);
-        let second = width * (uv_area(other.corners) / area).sqrt();
-        at.footprint[1] = F::select(other.mapped, second, at.footprint[0]);
+        // Edges and their duals: s · (t × n) is 1 and t · (t × n) is 0.
+        let normal = s.cross(t);
+        let part = F::one() / normal.dot(normal).max(F::splat(1e-30));
+        WeightGradients(t.cross(normal) * part, normal.cross(s) * part)
     }
-    at
 }
 
-/// Twice the area that a triangle takes up in texture coordinates.
+/// How a sphere's u and v grow along it, for each metre in the world.
 #[inline(always)]
-fn uv_area<F: Float>([a, b, c]: [(F, F); 3]) -> F {
-    ((b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1)).abs()
+fn round_gradients<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    surface: &Surface<F>,
+    round: F::Mask,
+) -> (Vector<F>, Vector<F>) {
+    let id = hit.primitive ^ F::Int::splat(SPHERE);
+    let (table, first) = (geometry.sphere_axes.as_flattened(), id * F::Int::splat(9));
+    let axes: [Vector<F>; 3] = [
+        Vector::gather_flat(table, first, round),
+        Vector::gather_flat(table, first + F::Int::splat(3), round),
+        Vector::gather_flat(table, first + F::Int::splat(6), round),
+    ];
+    let table = geometry.spheres.as_flattened();
+    let per_metre = F::one() / F::gather(table, id * F::Int::splat(4) + F::Int::splat(3), round);
+    let mut normal = Vector::select(surface.inside, -surface.geometric_normal, surface.geometric_normal);
+    let mut gradients = axes;
+    let placed = round & !hit.instance.eq(F::Int::splat(NONE));
+    if placed.any() {
+        let (there, back) =
+            (rows(geometry, hit.instance, 0, placed), rows(geometry, hit.instance, 3, placed));
+        normal = Vector::select(placed, turn(&there, normal), normal);
+        gradients[0] = Vector::select(placed, back.apply_transposed(axes[0]), axes[0]);
+        gradients[1] = Vector::select(placed, back.apply_transposed(axes[1]), axes[1]);
+        gradients[2] = Vector::select(placed, back.apply_transposed(axes[2]), axes[2]);
+    }
+    let (x, z) = (axes[0].dot(normal), axes[2].dot(normal));
+    // u is half a turn more than atan2(−z, x), v is acos(y) in half turns.
+    let flat = (x * x + z * z).max(F::splat(1e-12));
+    let u = (gradients[0] * z - gradients[2] * x) * (per_metre * F::splat(0.5 / PI) / flat);
+    let v = -gradients[1] * (per_metre * F::splat(1.0 / PI) / flat.sqrt());
+    (u, v)
 }
 
 /// Vertex alpha, 1 where there is none.
@@ -299,7 +353,7 @@ mod tests {
     use std::num::Wrapping;
 
     use super::*;
-    use crate::math::Vec3;
+    use crate::math::{Ray, Vec3};
     use crate::scene::geometry::Part;
 
     const PART: Part = Part {
@@ -472,30 +526,94 @@ mod tests {
         assert!(bent.y == 0.0 && bent.x > 0.0 && (bent.dot(bent) - 1.0).abs() < 1e-6);
     }
 
-    /// The footprint of a ray 1 cm wide.
-    fn footprint(geometry: &Geometry, instance: u32, direction: Vector<f32>) -> f32 {
-        coordinates(geometry, &middle(instance), &seen(false), direction, 0.01, true).footprint[0]
+    /// What a ray 1 cm wide covers, along its direction and across.
+    fn footprint(geometry: &Geometry, instance: u32, direction: Vector<f32>) -> [(f32, f32); 2] {
+        let at = coordinates(geometry, &middle(instance), &seen(false), direction, 0.01, true);
+        let [across, along] = at.footprint[0].axes;
+        [along, across]
     }
 
     #[test]
     fn footprints_are_widths_in_units_of_the_coordinates() {
-        let down = vector(0.0, 0.0, -1.0);
-        let close =
-            |found: f32, expected: f32| assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
-        close(footprint(&triangle(UPRIGHT, PART), NONE, down), 0.01);
+        let close = |found: [(f32, f32); 2], expected: [(f32, f32); 2]| {
+            for (found, expected) in found.into_iter().zip(expected) {
+                let near = |a: f32, b: f32| (a.abs() - b).abs() < 1e-5 * b.max(0.01);
+                assert!(near(found.0, expected.0) && near(found.1, expected.1), "{found:?} {expected:?}");
+            }
+        };
+        let slanted = vector(0.0, 0.8, -0.6);
+        close(footprint(&triangle(UPRIGHT, PART), NONE, slanted), [(0.0, 0.01 / 0.6), (0.01, 0.0)]);
+        // Four times as many units one way.
         let finer = triangle(UPRIGHT.map(|[u, v]| [4.0 * u, v]), PART);
-        // The square root of both: four times as many units one way.
-        close(footprint(&finer, NONE, down), 0.02);
-        // Slanted rays see more of it one way, grazing ones up to 20 times as much.
-        close(footprint(&finer, NONE, vector(0.0, 0.866_025_4, -0.5)), 0.02 * 2f32.sqrt());
-        close(footprint(&finer, NONE, vector(0.0, 1.0, -1e-4)), 0.02 * 20f32.sqrt());
+        close(footprint(&finer, NONE, slanted), [(0.0, 0.01 / 0.6), (0.04, 0.0)]);
+        let turned = vector(-0.8, 0.0, -0.6);
+        close(footprint(&finer, NONE, turned), [(0.04 / 0.6, 0.0), (0.0, 0.01)]);
         // Three times as large a copy has a third of the units on a metre.
         let mut placed = finer;
         let rows = [3.0, 0.0, 0.0, 7.0, 0.0, 3.0, 0.0, 8.0, 0.0, 0.0, 3.0, 9.0];
         placed.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
-        close(footprint(&placed, 0, down), 0.02 / 3.0);
+        close(footprint(&placed, 0, slanted), [(0.0, 0.01 / 1.8), (0.04 / 3.0, 0.0)]);
         let bare = triangle(UPRIGHT, Part { uvs: NONE, ..PART });
-        assert_eq!(footprint(&bare, NONE, down), 0.0);
+        close(footprint(&bare, NONE, slanted), [(0.0, 0.0); 2]);
+    }
+
+    /// Rays that begin beside each other hit texture coordinates that differ by what footprints say.
+    #[test]
+    fn footprints_are_the_differences_of_neighbours() {
+        let mut geometry = triangle(UPRIGHT.map(|[u, v]| [3.0 * u + v, 0.5 * v - u]), PART);
+        geometry.add_part(Part { uvs: NONE, ..PART });
+        geometry.spheres = vec![[0.5, 0.25, 0.0, 0.5]];
+        geometry.sphere_axes = vec![[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]];
+        geometry.sphere_parts = vec![1];
+        // Stretched, sheared, moved; and the way back.
+        let there = [2.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 2.0];
+        let back = [0.5, 0.0, 0.0, -0.5, -0.25, 1.0, 0.0, 0.25, 0.0, 0.0, 2.0, -4.0];
+        geometry.instances = vec![[there, back].concat().try_into().unwrap()];
+        geometry.instance_signs = vec![1.0];
+        geometry.instance_materials = vec![NONE];
+        let direction = Vector::new(0.3f32, -0.2, -0.5).normalize();
+        for (primitive, instance) in [(0, NONE), (SPHERE, NONE), (0, 0), (SPHERE, 0)] {
+            // Through (¼, ¼, 0) of its own space or what is above that on the ball.
+            let aim = if instance == NONE { vector(0.25, 0.25, 0.0) } else { vector(1.5, 0.375, 2.0) };
+            let seen_from = |origin: Vector<f32>| {
+                let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+                let hit = hit(&geometry, &ray, primitive, instance);
+                (hit, Surface::new(&geometry, &ray, &hit, true))
+            };
+            let origin = aim - direction * 2.0;
+            let (hit, surface) = seen_from(origin);
+            let width = 0.01;
+            let at = coordinates(&geometry, &hit, &surface, direction, width, true);
+            let across = surface.geometric_normal.cross(direction).normalize();
+            let sides = [across * width, direction.cross(across) * width];
+            for (side, axis) in sides.into_iter().zip(at.footprint[0].axes) {
+                let [one, other] = [0.5, -0.5].map(|half| seen_from(origin + side * half).1.uv);
+                let (u, v) = (one.0 - other.0, one.1 - other.1);
+                let long = axis.0.hypot(axis.1);
+                let apart = (u - axis.0).hypot(v - axis.1).min((u + axis.0).hypot(v + axis.1));
+                assert!(long > 1e-3 && apart < 2e-3 * long, "{primitive} {instance}: {u} {v}, {axis:?}");
+            }
+        }
+    }
+
+    /// Where a ray meets the only triangle, or the only sphere from outside.
+    fn hit(geometry: &Geometry, ray: &Ray<f32>, primitive: u32, instance: u32) -> HitLanes<f32> {
+        let (mut origin, mut direction) = (ray.origin, ray.direction);
+        if instance != NONE {
+            let back = rows(geometry, Wrapping(instance), 3, true);
+            origin = back.apply(origin - vector(1.0, 0.0, 2.0));
+            direction = back.apply(direction);
+        }
+        if primitive == 0 {
+            let t = -origin.z / direction.z;
+            let at = origin + direction * t;
+            return HitLanes { t, u: at.x, v: at.y, primitive: Wrapping(0), instance: Wrapping(instance) };
+        }
+        let [x, y, z, radius] = geometry.spheres[0];
+        let from = origin - vector(x, y, z);
+        let (a, b) = (direction.dot(direction), direction.dot(from));
+        let t = (-b - (b * b - a * (from.dot(from) - radius * radius)).sqrt()) / a;
+        HitLanes { t, u: 0.0, v: 0.0, primitive: Wrapping(SPHERE), instance: Wrapping(instance) }
     }
 
     #[test]
@@ -507,7 +625,7 @@ mod tests {
         let at = coordinates(&geometry, &middle(NONE), &seen(false), down, 0.0, true);
         assert_eq!(at.uv, [(0.25, 0.75), (1.0, 2.0)]);
         let at = point_coordinates(&geometry, &middle(NONE), (0.0, 0.0), true);
-        assert_eq!((at.uv, at.footprint), ([(0.25, 0.75), (1.0, 2.0)], [0.0; 2]));
+        assert_eq!((at.uv, at.footprint[0].axes), ([(0.25, 0.75), (1.0, 2.0)], [(0.0, 0.0); 2]));
         assert!((alpha(&geometry, &middle(NONE), true) - 0.3).abs() < 1e-6);
         // Where there is no second set the first one stands for it, and no alpha is all.
         let plain = triangle(UPRIGHT, PART);

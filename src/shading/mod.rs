@@ -8,6 +8,7 @@ pub mod details;
 pub mod emitter;
 pub mod environment;
 pub mod facing;
+pub mod footprint;
 pub mod fresnel;
 pub mod light_tree;
 pub mod point;

@@ -1,6 +1,7 @@
 //! One material at many hits: what its record says there, the same for both transports.
 
 use super::details::{LEAST_COSINE, alpha, bend, coordinates, normal_in, tangent_frame, vertex_color};
+use super::footprint::Footprint;
 use super::principled::basis::Basis;
 use super::sampled::{Coordinates, color, scalar, texel};
 use super::surface::{HitLanes, Surface};
@@ -56,7 +57,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
             at: if scene.materials[material as usize].textured {
                 coordinates(&scene.geometry, hit, surface, direction, width, mask)
             } else {
-                Coordinates { uv: [surface.uv; 2], footprint: [F::zero(); 2] }
+                Coordinates { uv: [surface.uv; 2], footprint: [Footprint::point(); 2] }
             },
             to_viewer: -direction,
             mask,

@@ -1,6 +1,6 @@
 //! Texture lookups: one texture, many points, at the size of the rays' footprints.
 
-use crate::math::elementary::log2;
+use super::footprint::{Footprint, Taps, may_exceed_a_texel};
 use crate::math::{Color, NONE};
 use crate::scene::Textures;
 use crate::scene::material::{ColorParam, ScalarParam};
@@ -12,8 +12,8 @@ use crate::simd::{Float, Int, Mask, Outlined};
 pub struct Coordinates<F: Float> {
     /// The mesh's two sets.
     pub uv: [(F, F); 2],
-    /// How wide a ray is there, in units of each.
-    pub footprint: [F; 2],
+    /// What a ray covers there, in units of each.
+    pub footprint: [Footprint<F>; 2],
 }
 
 /// A texel's four channels.
@@ -99,22 +99,41 @@ fn look_up<F: Float>(
     let s = (u * F::splat(x[0]) + v * F::splat(x[1]) + F::splat(x[2])).clamp(-1e6, 1e6);
     let t = (u * F::splat(y[0]) + v * F::splat(y[1]) + F::splat(y[2])).clamp(-1e6, 1e6);
     let image = TextureLookup { textures, sampled, mask };
-    let first = F::Int::splat(sampled.first_level);
     if sampled.smaller_levels == 0 {
-        return image.level(first, s, t);
+        return image.level(F::Int::splat(sampled.first_level), s, t);
     }
-    // λ = log₂ of the footprint in texels (Akenine-Möller and others, JCGT 2021).
-    let width = (at.footprint[set] * F::splat(sampled.texels_per_uv)).max(F::splat(1e-20));
-    let lambda = log2(width).clamp(0.0, sampled.smaller_levels as f32);
-    let whole = lambda.floor();
-    let between = lambda - whole;
-    let fine = image.level(first + whole.to_int(), s, t);
-    if !(mask & between.gt(F::zero())).any() {
-        return fine;
+    let (width, height) = image.finest();
+    let [a, b] = at.footprint[set].axes;
+    let axes = [texels_along(x, y, a, (width, height)), texels_along(x, y, b, (width, height))];
+    if !(mask & may_exceed_a_texel(axes)).any() {
+        return image.level(F::Int::splat(sampled.first_level), s, t);
     }
-    let next = (whole + F::one()).min(F::splat(sampled.smaller_levels as f32));
-    let coarse = image.level(first + next.to_int(), s, t);
-    fine.mix(coarse, between)
+    let taps = Taps::new(axes);
+    // λ of each (Akenine-Möller and others, JCGT 2021).
+    let lambda = taps.level.clamp(0.0, sampled.smaller_levels as f32);
+    let (across, down) = (F::splat(1.0 / width), F::splat(1.0 / height));
+    let (s, t) = (s + taps.first.0 * across, t + taps.first.1 * down);
+    let mut sum = image.between_levels(lambda, s, t);
+    let mut index = F::one();
+    loop {
+        let more = taps.goes_on(index, mask);
+        if !more.any() {
+            return sum.divided(taps.count);
+        }
+        let (s, t) = (s + taps.step.0 * (index * across), t + taps.step.1 * (index * down));
+        let next = TextureLookup { mask: more, ..image }.between_levels(lambda, s, t);
+        sum = Texel::select(more, sum.plus(next), sum);
+        index = index + F::one();
+    }
+}
+
+/// A step in a mesh's coordinates as one in texels, by the rows of a matrix to the image's unit square.
+#[inline(always)]
+fn texels_along<F: Float>(x: [f32; 3], y: [f32; 3], (u, v): (F, F), size: (f32, f32)) -> (F, F) {
+    (
+        (u * F::splat(x[0]) + v * F::splat(x[1])) * F::splat(size.0),
+        (u * F::splat(y[0]) + v * F::splat(y[1])) * F::splat(size.1),
+    )
 }
 
 impl<F: Float> Texel<F> {
@@ -126,8 +145,25 @@ impl<F: Float> Texel<F> {
             alpha: self.alpha * rest + other.alpha * weight,
         }
     }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        Self { color: self.color + other.color, alpha: self.alpha + other.alpha }
+    }
+
+    #[inline(always)]
+    fn divided(self, count: F) -> Self {
+        let Color { r, g, b } = self.color;
+        Self { color: Color::new(r / count, g / count, b / count), alpha: self.alpha / count }
+    }
+
+    #[inline(always)]
+    fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
+        Self { color: Color::select(mask, yes.color, no.color), alpha: F::select(mask, yes.alpha, no.alpha) }
+    }
 }
 
+#[derive(Clone, Copy)]
 struct TextureLookup<'a, F: Float> {
     textures: &'a Textures,
     sampled: &'a SampledTexture,
@@ -135,6 +171,28 @@ struct TextureLookup<'a, F: Float> {
 }
 
 impl<F: Float> TextureLookup<'_, F> {
+    /// Width and height of the finest level.
+    #[inline(always)]
+    fn finest(&self) -> (f32, f32) {
+        let (levels, first) = (&self.textures.levels, self.sampled.first_level as usize);
+        (levels.width[first], levels.height[first])
+    }
+
+    /// A level with a part, counted from the finest: the two beside it in proportion.
+    #[inline(always)]
+    fn between_levels(&self, lambda: F, s: F, t: F) -> Texel<F> {
+        let first = F::Int::splat(self.sampled.first_level);
+        let whole = lambda.floor();
+        let between = lambda - whole;
+        let fine = self.level(first + whole.to_int(), s, t);
+        if !(self.mask & between.gt(F::zero())).any() {
+            return fine;
+        }
+        let next = (whole + F::one()).min(F::splat(self.sampled.smaller_levels as f32));
+        let coarse = self.level(first + next.to_int(), s, t);
+        fine.mix(coarse, between)
+    }
+
     /// One level at (s, t) in the image's unit square.
     #[inline(always)]
     fn level(&self, level: F::Int, s: F, t: F) -> Texel<F> {
@@ -218,7 +276,6 @@ mod tests {
             levels.height.push(*height as f32);
             first += width * height;
         }
-        let [width, height] = sizes[0].map(|side| side as f32);
         let sampled = SampledTexture {
             matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             uv_set: 0,
@@ -229,7 +286,6 @@ mod tests {
             wrap: [0; 2],
             first_level: 0,
             smaller_levels: sizes.len() as u32 - 1,
-            texels_per_uv: (width * height).sqrt(),
         };
         let (texels8, texels32) = (texels8.into(), texels32.into());
         Textures { texels8, texels32, decode, levels, sampled: vec![sampled], images: Vec::new() }
@@ -245,7 +301,12 @@ mod tests {
     }
 
     fn at(u: f32, v: f32) -> Coordinates<f32> {
-        Coordinates { uv: [(u, v); 2], footprint: [0.0; 2] }
+        Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] }
+    }
+
+    /// A round footprint at (0.3, 0.3).
+    fn round(width: f32) -> Coordinates<f32> {
+        Coordinates { footprint: [Footprint { axes: [(width, 0.0), (0.0, width)] }; 2], ..at(0.3, 0.3) }
     }
 
     fn red(textures: &Textures, at: &Coordinates<f32>) -> f32 {
@@ -317,12 +378,12 @@ mod tests {
             (100.0, 0.8),
             (1.5, 0.4 * 1.5f32.log2()),
         ] {
-            near(red(&levels, &Coordinates { footprint: [texels / 4.0; 2], ..at(0.3, 0.3) }), expected);
+            near(red(&levels, &round(texels / 4.0)), expected);
         }
-        near(red(&levels, &Coordinates { footprint: [2f32.powf(-0.5); 2], ..at(0.3, 0.3) }), 0.6);
+        near(red(&levels, &round(2f32.powf(-0.5))), 0.6);
         // Without copies, or with a first level elsewhere.
         levels.sampled[0].smaller_levels = 0;
-        near(red(&levels, &Coordinates { footprint: [1.0; 2], ..at(0.3, 0.3) }), 0.0);
+        near(red(&levels, &round(1.0)), 0.0);
         levels.sampled[0].first_level = 1;
         near(red(&levels, &at(0.3, 0.3)), 0.4);
     }
@@ -330,7 +391,7 @@ mod tests {
     #[test]
     fn coordinates_are_those_of_the_set_turned_by_the_matrix() {
         let mut steps = steps();
-        let two = Coordinates { uv: [(0.1, 0.1), (0.6, 0.9)], footprint: [0.0; 2] };
+        let two = Coordinates { uv: [(0.1, 0.1), (0.6, 0.9)], footprint: [Footprint::point(); 2] };
         near(red(&steps, &two), 0.0);
         steps.sampled[0].uv_set = 1;
         near(red(&steps, &two), 0.4);

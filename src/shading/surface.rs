@@ -306,6 +306,12 @@ impl<F: Float> AffineRows<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
+    /// A gradient as the other space sees it.
+    #[inline(always)]
+    pub(super) fn apply_transposed(&self, v: Vector<F>) -> Vector<F> {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
     /// By the absolute values: carries bounds over.
     #[inline(always)]
     fn apply_abs(&self, v: Vector<F>) -> Vector<F> {
@@ -378,5 +384,5 @@ fn to_world<F: Float>(
 /// Normals go by the transpose of the inverse: its columns are the rows of to-local.
 #[inline(always)]
 pub(super) fn turn<F: Float>(to_local: &AffineRows<F>, n: Vector<F>) -> Vector<F> {
-    unit_or(to_local.x * n.x + to_local.y * n.y + to_local.z * n.z, n)
+    unit_or(to_local.apply_transposed(n), n)
 }
