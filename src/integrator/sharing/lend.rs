@@ -175,7 +175,9 @@ fn receives(record: &Material) -> bool {
 
 /// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
 fn lends(record: &Material) -> bool {
-    receives(record) && record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none()
+    let stretched = record.has_mirror() && record.anisotropy > 0.0;
+    let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
+    receives(record) && bare && !stretched
 }
 
 /// The same in every lane.

@@ -40,8 +40,9 @@ impl<F: Float> Albedo<F> {
         self.straight + self.grazing
     }
 
+    /// Between two.
     #[inline(always)]
-    fn mix(self, other: Self, weight: F) -> Self {
+    pub(super) fn mix(self, other: Self, weight: F) -> Self {
         let rest = F::one() - weight;
         Self {
             straight: self.straight * rest + other.straight * weight,
@@ -62,7 +63,9 @@ impl Table {
             let alpha = (roughness * roughness).max(1e-4);
             for c in 0..COSINES {
                 let node = c as f32 / (COSINES - 1) as f32;
-                let albedo = integrate((node * node).max(1e-4), alpha);
+                let cosine = (node * node).max(1e-4);
+                let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+                let albedo = integrate(w, &Ggx { x: alpha, y: alpha }, SAMPLES);
                 entries.extend([albedo.straight, albedo.grazing]);
             }
             // ∫ 2 μ E(μ) dμ.
@@ -87,12 +90,10 @@ impl Table {
 }
 
 /// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts.
-fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
-    let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-    let ggx = Ggx { x: alpha, y: alpha };
+pub(super) fn integrate(w: Vector<f32>, ggx: &Ggx<f32>, samples: u32) -> Albedo<f32> {
     let own = 1.0 + ggx.lambda(w);
     let (mut straight, mut grazing) = (0.0f64, 0.0f64);
-    for i in 0..SAMPLES {
+    for i in 0..samples {
         let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
         let cos = w.dot(h).max(0.0);
         let wi = h * (2.0 * cos) - w;
@@ -103,7 +104,7 @@ fn integrate(cosine: f32, alpha: f32) -> Albedo<f32> {
             grazing += weight * f;
         }
     }
-    let count = SAMPLES as f64;
+    let count = samples as f64;
     Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 }
 }
 

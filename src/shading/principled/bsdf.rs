@@ -11,6 +11,7 @@ use super::glass;
 use super::parameters::{Has, Parameters};
 use super::reflectance::{Reflectance, schlick};
 use super::sheen;
+use super::stretched;
 use super::tables::LobeTables;
 use crate::math::{Color, Vector};
 use crate::simd::{Float, Mask, Outlined};
@@ -84,8 +85,12 @@ impl<F: Float> Bsdf<F> {
         if has.specular {
             bsdf.smooth = p.ggx.x.max(p.ggx.y).lt(F::splat(SMOOTH));
             bsdf.lambda = p.ggx.lambda(wo);
-            bsdf.own = albedo::directional(tables.mirror, wo.z, p.roughness, mask);
-            bsdf.mean = albedo::average(tables.mirror, p.roughness, mask);
+            bsdf.own = bsdf.albedo(wo, mask);
+            bsdf.mean = if has.stretched {
+                stretched::average(tables.stretched, &p.ggx, mask)
+            } else {
+                albedo::average(tables.mirror, p.roughness, mask)
+            };
             bsdf.mirror_albedos(mask);
         }
         if has.solid && (mask & !bsdf.smooth).any() {
@@ -95,6 +100,15 @@ impl<F: Float> Bsdf<F> {
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
         bsdf
+    }
+
+    /// Of one bounce on the mirror lobe, for a direction on either side.
+    #[inline(always)]
+    fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
+        if self.has.stretched {
+            return stretched::directional(self.tables.stretched, w, &self.p.ggx, mask);
+        }
+        albedo::directional(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
     }
 
     /// What lies above takes its part first.
@@ -249,8 +263,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular {
             return Color::select(front, black.complement(), black);
         }
-        let incoming =
-            self.left_by(&albedo::directional(self.tables.mirror, wi.z, self.p.roughness, mask & front));
+        let incoming = self.left_by(&self.albedo(wi, mask & front));
         let value = self.diffuse_value(incoming, wi.z.abs() * F::splat(1.0 / PI)) * self.below;
         let least = F::splat(1e-30);
         let whole = Color::new(whole.r.max(least), whole.g.max(least), whole.b.max(least));
@@ -278,7 +291,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
-        let other = albedo::directional(self.tables.mirror, wi.z, p.roughness, mask);
+        let other = self.albedo(wi, mask);
         let incoming = if self.has.diffuse { self.left_by(&other) } else { Color::black() };
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
@@ -306,7 +319,7 @@ impl<F: Float> Bsdf<F> {
         }
         let (mut lobe, density) = if self.has.solid { self.bent(wi) } else { self.straight(wi) };
         if !self.has.solid {
-            let other = albedo::directional(self.tables.mirror, -wi.z, p.roughness, mask);
+            let other = self.albedo(wi, mask);
             lobe = lobe + self.often_through() * (self.lost(&other) * lambert);
         }
         let rough = !self.smooth;

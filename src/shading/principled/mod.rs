@@ -11,6 +11,7 @@ pub mod glass;
 pub mod parameters;
 pub mod reflectance;
 pub mod sheen;
+pub mod stretched;
 pub mod tables;
 #[cfg(test)]
 mod tests;
@@ -104,6 +105,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         Has {
             diffuse: !m.transmission.is_one() && !(m.metallic.is_one()),
             specular: m.has_mirror(),
+            stretched: m.anisotropy > 0.0,
             metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,

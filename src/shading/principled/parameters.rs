@@ -14,6 +14,8 @@ pub struct Has {
     pub diffuse: bool,
     /// A rough or smooth mirror.
     pub specular: bool,
+    /// Longer one way.
+    pub stretched: bool,
     /// Some of it a metal's.
     pub metallic: bool,
     /// Reflectance does not depend on the angle.

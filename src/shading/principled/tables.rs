@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use super::{albedo, glass, sheen};
+use super::{albedo, glass, sheen, stretched};
 use crate::scene::Material;
 
 /// Tables of lobes. Those that no material needs are empty.
@@ -11,6 +11,8 @@ use crate::scene::Material;
 pub struct LobeTables {
     /// Of rough mirrors.
     pub mirror: &'static albedo::Table,
+    /// Of those whose microfacets are stretched.
+    pub(super) stretched: &'static stretched::Table,
     /// Of rough glass.
     pub(super) glass: &'static [f32],
     /// Of fibres.
@@ -18,18 +20,22 @@ pub struct LobeTables {
 }
 
 static MIRROR: OnceLock<albedo::Table> = OnceLock::new();
+static STRETCHED: OnceLock<stretched::Table> = OnceLock::new();
 static GLASS: OnceLock<Vec<f32>> = OnceLock::new();
 static SHEEN: OnceLock<Vec<f32>> = OnceLock::new();
 static NO_MIRROR: albedo::Table = albedo::Table::EMPTY;
+static NOT_STRETCHED: stretched::Table = stretched::Table::EMPTY;
 
 impl LobeTables {
     /// None.
-    pub const NONE: LobeTables = LobeTables { mirror: &NO_MIRROR, glass: &[], sheen: &[] };
+    pub const NONE: LobeTables =
+        LobeTables { mirror: &NO_MIRROR, stretched: &NOT_STRETCHED, glass: &[], sheen: &[] };
 
     /// All.
     pub fn all() -> Self {
         Self {
             mirror: MIRROR.get_or_init(albedo::Table::new),
+            stretched: STRETCHED.get_or_init(stretched::Table::new),
             glass: GLASS.get_or_init(glass::table),
             sheen: SHEEN.get_or_init(sheen::table),
         }
@@ -41,6 +47,9 @@ impl LobeTables {
         let mut tables = Self::NONE;
         if any(|m| m.has_mirror() || !m.coat.is_zero()) {
             tables.mirror = MIRROR.get_or_init(albedo::Table::new);
+        }
+        if any(|m| m.has_mirror() && m.anisotropy > 0.0) {
+            tables.stretched = STRETCHED.get_or_init(stretched::Table::new);
         }
         if any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero()) {
             tables.glass = GLASS.get_or_init(glass::table);

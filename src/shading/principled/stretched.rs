@@ -1,0 +1,183 @@
+//! How much light a rough mirror of stretched microfacets gives back after one bounce: what [`super::albedo`]
+//! says of round ones, by two more numbers.
+
+use std::num::Wrapping;
+
+use super::albedo::{Albedo, between, integrate};
+use super::ggx::Ggx;
+use crate::math::Vector;
+use crate::simd::{Float, Int, Mask};
+
+/// √ of the narrower α.
+const ROUGHNESSES: usize = 12;
+/// √ of the part of the way from the narrower α to 1 that the wider one has gone.
+const STRENGTHS: usize = 12;
+/// |cos| of the angle between a direction and the wider axis, seen from above.
+const AZIMUTHS: usize = 6;
+/// Cosines to the normal: the nodes are at squares, closer together at grazing angles.
+const COSINES: usize = 16;
+/// Directions for an entry.
+const SAMPLES: u32 = 512;
+
+/// Both parts of the albedo at each roughness, strength, azimuth and cosine, and their means over the hemisphere.
+/// Against the integral at places between, 600 of them: 0.0016 off in the root mean square, 0.013 at most.
+pub struct Table {
+    entries: Vec<f32>,
+    means: Vec<f32>,
+}
+
+impl Table {
+    /// Without entries.
+    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new() };
+
+    /// Takes about a third of a second.
+    pub(super) fn new() -> Self {
+        let part = |i: usize, count: usize| i as f32 / (count - 1) as f32;
+        let mut table = Table { entries: Vec::new(), means: Vec::new() };
+        let mut widths = Vec::new();
+        for r in 0..ROUGHNESSES {
+            let narrow = (part(r, ROUGHNESSES) * part(r, ROUGHNESSES)).max(1e-4);
+            for s in 0..STRENGTHS {
+                let strength = part(s, STRENGTHS);
+                let ggx = Ggx { x: narrow + (1.0 - narrow) * strength * strength, y: narrow };
+                widths.push(ggx);
+                for a in 0..AZIMUTHS {
+                    for c in 0..COSINES {
+                        let cosine = (part(c, COSINES) * part(c, COSINES)).max(1e-4);
+                        let albedo = integrate(direction(cosine, part(a, AZIMUTHS)), &ggx, SAMPLES);
+                        table.entries.extend([albedo.straight, albedo.grazing]);
+                    }
+                }
+            }
+        }
+        table.means = widths.iter().flat_map(|ggx| mean(&table, ggx)).collect();
+        table
+    }
+}
+
+/// Of a cosine to the normal, and seen from above of one to the x axis.
+fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    Vector::new(sine * azimuth, sine * (1.0 - azimuth * azimuth).max(0.0).sqrt(), cosine)
+}
+
+/// 1/π ∫ E(ω) cos dω.
+fn mean(table: &Table, ggx: &Ggx<f32>) -> [f32; 2] {
+    const STEPS: [usize; 2] = [16, 64];
+    let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+    for a in 0..STEPS[0] {
+        let angle = (a as f64 + 0.5) / STEPS[0] as f64 * std::f64::consts::FRAC_PI_2;
+        for c in 0..STEPS[1] {
+            let cosine = (c as f64 + 0.5) / STEPS[1] as f64;
+            let albedo = directional(table, direction(cosine as f32, libm::cos(angle) as f32), ggx, true);
+            straight += 2.0 * cosine * f64::from(albedo.straight);
+            grazing += 2.0 * cosine * f64::from(albedo.grazing);
+        }
+    }
+    let count = STEPS.iter().product::<usize>() as f64;
+    [(straight / count) as f32, (grazing / count) as f32]
+}
+
+/// Rows of the table that lie about a pair of widths, x the wider one, and the weights of the upper ones.
+#[inline(always)]
+fn row<F: Float>(ggx: &Ggx<F>) -> ((F::Int, F), (F::Int, F)) {
+    let rest = (F::one() - ggx.y).max(F::splat(1e-6));
+    let strength = ((ggx.x - ggx.y) / rest).clamp(0.0, 1.0).sqrt();
+    (
+        between(ggx.y.sqrt() * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES),
+        between(strength * F::splat((STRENGTHS - 1) as f32), STRENGTHS),
+    )
+}
+
+/// Albedo for a direction in the frame; only the absolute values of its components count.
+#[inline(always)]
+pub fn directional<F: Float>(table: &Table, w: Vector<F>, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
+    let square = w.x * w.x + w.y * w.y;
+    let upright = square.lt(F::splat(1e-12));
+    let azimuth = w.x.abs() / F::select(upright, F::one(), square).sqrt();
+    let ((r, wr), (s, ws)) = row(ggx);
+    let (a, wa) = between(azimuth * F::splat((AZIMUTHS - 1) as f32), AZIMUTHS);
+    let (c, wc) = between(w.z.abs().sqrt() * F::splat((COSINES - 1) as f32), COSINES);
+    let first = (r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(AZIMUTHS as u32) + a;
+    let first = first * F::Int::splat(COSINES as u32) + c;
+    let (stronger, rougher) = (COSINES * AZIMUTHS, COSINES * AZIMUTHS * STRENGTHS);
+    let (weights, table) = ((wa, wc), &table.entries[..]);
+    let low = plane(table, first, weights, mask);
+    let high = plane(table, first + F::Int::splat(stronger as u32), weights, mask);
+    let smooth = low.mix(high, ws);
+    let first = first + F::Int::splat(rougher as u32);
+    let low = plane(table, first, weights, mask);
+    let high = plane(table, first + F::Int::splat(stronger as u32), weights, mask);
+    smooth.mix(low.mix(high, ws), wr)
+}
+
+/// Between two azimuths and two cosines.
+#[inline(always)]
+fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask) -> Albedo<F> {
+    let one = F::Int::splat(1);
+    let turned = first + F::Int::splat(COSINES as u32);
+    let low = entry(table, first, mask).mix(entry(table, first + one, mask), wc);
+    let high = entry(table, turned, mask).mix(entry(table, turned + one, mask), wc);
+    low.mix(high, wa)
+}
+
+/// The same, averaged over the hemisphere with weight cos/π.
+#[inline(always)]
+pub fn average<F: Float>(table: &Table, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
+    let ((r, wr), (s, ws)) = row(ggx);
+    let (first, one) = (r * F::Int::splat(STRENGTHS as u32) + s, F::Int::splat(1));
+    let means = &table.means[..];
+    let low = entry(means, first, mask).mix(entry(means, first + one, mask), ws);
+    let first = first + F::Int::splat(STRENGTHS as u32);
+    let high = entry(means, first, mask).mix(entry(means, first + one, mask), ws);
+    low.mix(high, wr)
+}
+
+#[inline(always)]
+fn entry<F: Float>(table: &[f32], at: F::Int, mask: F::Mask) -> Albedo<F> {
+    let first = at * F::Int::splat(2);
+    Albedo {
+        straight: F::gather(table, first, mask),
+        grazing: F::gather(table, first + F::Int::splat(1), mask),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::albedo;
+    use super::super::tables::LobeTables;
+    use super::*;
+
+    #[test]
+    fn between_its_nodes_the_table_is_the_integral() {
+        let table = LobeTables::all().stretched;
+        let (mut worst, mut square) = (0.0f32, 0.0);
+        for i in 0..200 {
+            // Roberts' sequence.
+            let [r, s, a, c] =
+                [0.856_675, 0.733_892, 0.628_707, 0.538_597].map(|step| (i as f32 * step).fract());
+            let (r, a) = (0.05 + 0.9 * r, (a * std::f32::consts::FRAC_PI_2).cos());
+            let ggx = Ggx { x: r * r + (1.0 - r * r) * s * s, y: r * r };
+            let w = direction(c.max(0.01), a);
+            let (found, exact) = (directional(table, w, &ggx, true), integrate(w, &ggx, 4096));
+            let off = (found.whole() - exact.whole()).abs();
+            (worst, square) = (worst.max(off), square + off * off);
+        }
+        assert!(worst < 0.015 && (square / 200.0).sqrt() < 0.0025, "{worst} {}", (square / 200.0).sqrt());
+    }
+
+    #[test]
+    fn round_microfacets_are_those_of_the_other_table() {
+        for r in [0.1f32, 0.3, 0.5, 0.8, 1.0] {
+            let ggx = Ggx { x: r * r, y: r * r };
+            let all = LobeTables::all();
+            let (mean, round) = (average(all.stretched, &ggx, true), albedo::average(all.mirror, r, true));
+            assert!((mean.whole() - round.whole()).abs() < 0.004, "{r}: {} {}", mean.whole(), round.whole());
+            for c in [0.1, 0.4, 0.9] {
+                let found = directional(all.stretched, direction(c, 0.3), &ggx, true).whole();
+                let round = albedo::directional(all.mirror, c, r, true).whole();
+                assert!((found - round).abs() < 0.006, "{r} {c}: {found} {round}");
+            }
+        }
+    }
+}
