@@ -93,13 +93,31 @@ impl<F: Float> Bsdf<F> {
             };
             bsdf.mirror_albedos(mask);
         }
-        if has.solid && (mask & !bsdf.smooth).any() {
-            let gain = glass::gain(tables.glass, wo.z, p.roughness, p.eta, bsdf.own.whole(), mask);
-            bsdf.gain = if has.film { bsdf.gain_under_film(gain) } else { Color::grey(gain) };
+        if has.solid {
+            bsdf.divide(mask);
         }
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
         bsdf
+    }
+
+    /// What bodies reflect and what they let through, and what that leaves to light that they scatter.
+    #[inline(always)]
+    fn divide(&mut self, mask: F::Mask) {
+        // Schlick's term knows nothing about total reflection.
+        let mirrored = if self.has.diffuse { self.fresnel(self.wo.z) } else { Color::black() };
+        self.left = mirrored.complement();
+        let rough = mask & !self.smooth;
+        if !rough.any() {
+            return;
+        }
+        let place = glass::place(self.wo.z, self.p.roughness, self.p.eta);
+        let gain = place.gain(self.tables.glass, self.own.whole(), mask);
+        self.gain = if self.has.film { self.gain_under_film(gain) } else { Color::grey(gain) };
+        if self.has.diffuse && !self.has.film {
+            let reflected = Color::grey(place.reflected(self.tables.glass, rough));
+            self.left = Color::select(rough, reflected.complement(), self.left);
+        }
     }
 
     /// Of one bounce on the mirror lobe, for a direction on either side.
@@ -282,8 +300,10 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular || self.has.constant_fresnel {
             return self.left;
         }
-        let shared = (self.left * incoming).over(self.left_mean);
-        if self.has.solid { Color::select(self.p.eta.gt(F::one()), self.left, shared) } else { shared }
+        if self.has.solid {
+            return self.left;
+        }
+        (self.left * incoming).over(self.left_mean)
     }
 
     /// The mirror lobe with all its bounces, the density of its single ones, and what it leaves

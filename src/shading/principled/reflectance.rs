@@ -142,11 +142,6 @@ impl<F: Float> Bsdf<F> {
         self.dielectric = further.dielectric;
         self.multiple = self.mixed(further);
         self.left = self.left_by(&self.own);
-        if self.has.solid && self.has.diffuse {
-            // From within there is total reflection, which Schlick's term knows nothing about.
-            let within = self.fresnel(self.wo.z).complement();
-            self.left = Color::select(self.p.eta.gt(F::one()), within, self.left);
-        }
         let once = if self.has.film {
             average.dielectric * self.mean.whole()
         } else {

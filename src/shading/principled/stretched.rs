@@ -1,12 +1,10 @@
 //! How much light a rough mirror of stretched microfacets gives back after one bounce: what [`super::albedo`]
 //! says of round ones, by two more numbers.
 
-use std::num::Wrapping;
-
 use super::albedo::{Albedo, between, integrate};
 use super::ggx::Ggx;
 use crate::math::Vector;
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int};
 
 /// √ of the narrower α.
 const ROUGHNESSES: usize = 12;

@@ -14,29 +14,30 @@ pub struct LobeTables {
     /// Of those whose microfacets are stretched.
     pub(super) stretched: &'static stretched::Table,
     /// Of rough glass.
-    pub(super) glass: &'static [f32],
+    pub(super) glass: &'static glass::Table,
     /// Of fibres.
     pub(super) sheen: &'static [f32],
 }
 
 static MIRROR: OnceLock<albedo::Table> = OnceLock::new();
 static STRETCHED: OnceLock<stretched::Table> = OnceLock::new();
-static GLASS: OnceLock<Vec<f32>> = OnceLock::new();
+static GLASS: OnceLock<glass::Table> = OnceLock::new();
 static SHEEN: OnceLock<Vec<f32>> = OnceLock::new();
 static NO_MIRROR: albedo::Table = albedo::Table::EMPTY;
+static NO_GLASS: glass::Table = glass::Table::EMPTY;
 static NOT_STRETCHED: stretched::Table = stretched::Table::EMPTY;
 
 impl LobeTables {
     /// None.
     pub const NONE: LobeTables =
-        LobeTables { mirror: &NO_MIRROR, stretched: &NOT_STRETCHED, glass: &[], sheen: &[] };
+        LobeTables { mirror: &NO_MIRROR, stretched: &NOT_STRETCHED, glass: &NO_GLASS, sheen: &[] };
 
     /// All.
     pub fn all() -> Self {
         Self {
             mirror: MIRROR.get_or_init(albedo::Table::new),
             stretched: STRETCHED.get_or_init(stretched::Table::new),
-            glass: GLASS.get_or_init(glass::table),
+            glass: GLASS.get_or_init(glass::Table::new),
             sheen: SHEEN.get_or_init(sheen::table),
         }
     }
@@ -52,7 +53,7 @@ impl LobeTables {
             tables.stretched = STRETCHED.get_or_init(stretched::Table::new);
         }
         if any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero()) {
-            tables.glass = GLASS.get_or_init(glass::table);
+            tables.glass = GLASS.get_or_init(glass::Table::new);
         }
         if any(|m| !m.sheen_color.is_black()) {
             tables.sheen = SHEEN.get_or_init(sheen::table);
