@@ -1,6 +1,9 @@
 //! One material at many hits: what its record says there, the same for both transports.
 
-use super::details::{LEAST_COSINE, alpha, bend, coordinates, normal_in, tangent_frame, vertex_color};
+use super::details::{
+    alpha, bend, coordinates, for_mirrors, is_turned, mirrors_what_is_below, normal_in, tangent_frame,
+    vertex_color,
+};
 use super::footprint::Footprint;
 use super::principled::basis::Basis;
 use super::sampled::{Coordinates, color, scalar, texel};
@@ -8,7 +11,7 @@ use super::surface::{HitLanes, Surface};
 use crate::math::{Color, Vector};
 use crate::scene::material::{ColorParam, Coverage, Material, NormalParam};
 use crate::scene::{CompiledScene, Geometry, Textures};
-use crate::simd::Float;
+use crate::simd::{Float, Mask};
 
 /// What materials are looked up in.
 #[derive(Clone, Copy)]
@@ -17,6 +20,13 @@ pub struct Tables<'a> {
     pub geometry: &'a Geometry,
     /// By texture id.
     pub textures: &'a Textures,
+}
+
+/// What a normal is asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Layer {
+    Base,
+    Coat,
 }
 
 /// One material at many hits.
@@ -98,17 +108,18 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
     pub(super) fn frames(&self) -> (Basis<F>, Basis<F>) {
         let m = self.material;
         if !m.needs_tangents() {
-            let up = Vector::new(F::zero(), F::zero(), F::one());
-            let frame = bend(&Basis::about(self.surface.normal), self.surface, up, self.to_viewer);
-            return (frame, frame);
+            let plain = Basis::about(self.surface.normal);
+            let base = self.bent(&plain, None, Layer::Base);
+            let above = if m.coat.is_zero() { base } else { self.bent(&plain, None, Layer::Coat) };
+            return (base, above);
         }
         let plain = tangent_frame(self.tables.geometry, self.hit, self.surface, self.mask);
-        let base = self.bent(&plain, m.normal);
-        let above = if m.coat.is_zero() { plain } else { self.bent(&plain, m.coat_normal) };
+        let base = self.bent(&plain, m.normal, Layer::Base);
+        let above = if m.coat.is_zero() { plain } else { self.bent(&plain, m.coat_normal, Layer::Coat) };
         (base, above)
     }
 
-    /// Where the base's normal looks away from the viewer, and so has been turned.
+    /// Where the base's normal is turned, or would be if it were that of a mirror.
     #[inline(always)]
     pub fn is_turned(&self) -> F::Mask {
         let m = self.material;
@@ -117,12 +128,33 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         } else {
             Basis::about(self.surface.normal)
         };
-        normal_in(&frame, self.mapped(m.normal)).dot(self.to_viewer).lt(F::splat(LEAST_COSINE))
+        is_turned(normal_in(&frame, self.mapped(m.normal)), self.surface.geometric_normal, self.to_viewer)
     }
 
     #[inline(always)]
-    fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>) -> Basis<F> {
-        bend(frame, self.surface, self.mapped(map), self.to_viewer)
+    fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Basis<F> {
+        let mut normal = normal_in(frame, self.mapped(map));
+        if self.material.has_mirror() || layer == Layer::Coat {
+            let geometric = self.surface.geometric_normal;
+            let below = self.mask & mirrors_what_is_below(normal, geometric, self.to_viewer);
+            if below.any() {
+                normal = for_mirrors(normal, self.surface, self.to_viewer, self.mirror_part(layer), below);
+            }
+        }
+        bend(frame, self.surface, normal, self.to_viewer)
+    }
+
+    /// How much of a layer is metal, or lets light through: where it has a mirror's image or nothing. Below the
+    /// weak mirrors of all else there is diffuse light, which keeps the relief that normal maps give it.
+    #[inline(always)]
+    fn mirror_part(&self, layer: Layer) -> F {
+        if layer == Layer::Coat {
+            return F::one();
+        }
+        let (m, textures) = (self.material, self.tables.textures);
+        let metallic = scalar(&m.metallic, textures, &self.at, self.mask).clamp(0.0, 1.0);
+        let clear = scalar(&m.transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
+        metallic + clear * (F::one() - metallic)
     }
 
     /// The normal in tangent space.

@@ -4,7 +4,7 @@
 use crate::integrator::path::Path;
 use crate::math::{Color, Vector};
 use crate::scene::Material;
-use crate::shading::details::LEAST_COSINE;
+use crate::shading::details::is_turned;
 use crate::shading::principled::albedo;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
@@ -82,9 +82,10 @@ impl Lent<f32> {
         let square = to.dot(to).max(F::splat(1e-30));
         let distance = square.sqrt();
         let direction = to * (F::one() / distance);
-        let cos = -spread(self.geometric_normal).dot(direction);
-        let shading = -spread(self.normal).dot(direction);
-        let visible = mask & cos.gt(F::zero()) & shading.ge(F::splat(LEAST_COSINE));
+        let (geometric_normal, normal) = (spread(self.geometric_normal), spread(self.normal));
+        let cos = -geometric_normal.dot(direction);
+        let shading = -normal.dot(direction);
+        let visible = mask & cos.gt(F::zero()) & !is_turned(normal, geometric_normal, -direction);
         let mut part = Color::new(F::one(), F::one(), F::one());
         if !self.above.is_nothing() {
             let own = albedo::directional(tables.mirror, shading, F::splat(self.roughness), visible);

@@ -4,6 +4,7 @@
 use super::albedo::{Albedo, between, integrate};
 use super::ggx::Ggx;
 use crate::math::Vector;
+use crate::math::elementary::sin_cos_turns;
 use crate::simd::{Float, Int};
 
 /// √ of the narrower α.
@@ -64,10 +65,10 @@ fn mean(table: &Table, ggx: &Ggx<f32>) -> [f32; 2] {
     const STEPS: [usize; 2] = [16, 64];
     let (mut straight, mut grazing) = (0.0f64, 0.0f64);
     for a in 0..STEPS[0] {
-        let angle = (a as f64 + 0.5) / STEPS[0] as f64 * std::f64::consts::FRAC_PI_2;
+        let (_, azimuth) = sin_cos_turns((a as f32 + 0.5) / (4 * STEPS[0]) as f32);
         for c in 0..STEPS[1] {
             let cosine = (c as f64 + 0.5) / STEPS[1] as f64;
-            let albedo = directional(table, direction(cosine as f32, libm::cos(angle) as f32), ggx, true);
+            let albedo = directional(table, direction(cosine as f32, azimuth), ggx, true);
             straight += 2.0 * cosine * f64::from(albedo.straight);
             grazing += 2.0 * cosine * f64::from(albedo.grazing);
         }
