@@ -10,7 +10,7 @@ use super::job_args::{OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::bvh::Coherence;
 use crate::film::Region;
-use crate::formats::LoadOptions;
+use crate::formats::{LightUnits, LoadOptions};
 use crate::integrator::Schedule;
 use crate::simd::Level;
 use crate::world::{Adaptive, BuildQuality, DepthLimits, Sampler, Settings, Sharing, Tonemap, Transport};
@@ -237,12 +237,16 @@ pub struct ModelOptions {
     /// Which of a model's scenes [default: the one that it says]
     #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
     pub scene: Option<String>,
+    /// What glTF lights count: candela (as they are), watt (683 of them make up one), auto (what Blender means,
+    /// where it wrote the file)
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_light_units)]
+    pub light_units: LightUnits,
 }
 
 impl From<&ModelOptions> for LoadOptions {
     fn from(options: &ModelOptions) -> Self {
-        let ModelOptions { time, variant, scene } = options;
-        Self { time_s: *time, variant: variant.clone(), scene: scene.clone() }
+        let ModelOptions { time, variant, scene, light_units } = options;
+        Self { time_s: *time, variant: variant.clone(), scene: scene.clone(), light_units: *light_units }
     }
 }
 
@@ -461,6 +465,15 @@ fn parse_adaptive(text: &str) -> Result<Adaptive, String> {
 fn parse_time(text: &str) -> Result<f32, String> {
     let seconds = text.parse().ok().filter(|s: &f32| s.is_finite());
     seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
+}
+
+fn parse_light_units(text: &str) -> Result<LightUnits, String> {
+    match text {
+        "auto" => Ok(LightUnits::Auto),
+        "candela" => Ok(LightUnits::Candela),
+        "watt" => Ok(LightUnits::Watt),
+        _ => Err("expected auto, candela or watt".into()),
+    }
 }
 
 pub(super) fn parse_bits(text: &str) -> Result<u8, String> {

@@ -102,6 +102,7 @@ fn render(
         moments: arguments.frames.shutter.and(Some(arguments.frames.moments)),
         variant: arguments.model.variant.clone(),
         scene: arguments.model.scene.clone(),
+        light_units: arguments.model.light_units,
     };
     let quiet = arguments.work.quiet;
     let mut job = Job::load_frame(path, view, quiet, reuse, |settings| arguments.apply(settings))?;

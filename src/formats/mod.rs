@@ -20,6 +20,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
@@ -33,6 +34,21 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// The name of a scene or its number, from 0; none: the one that the file says.
     pub scene: Option<String>,
+    /// What the numbers of its lights count.
+    pub light_units: LightUnits,
+}
+
+/// What the numbers of a glTF file's lights count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LightUnits {
+    /// What its exporter is known to mean.
+    #[default]
+    Auto,
+    /// Candela and lux, as the specification has it; a lumen counts as a watt, so that a lamp of 1 cd shines as
+    /// what emits 1 does on a square metre.
+    Candela,
+    /// The same, 683 of which make up a watt; what emits is in watts already.
+    Watt,
 }
 
 /// [`load_with`] nothing special.
@@ -50,7 +66,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
 /// [`SourceFiles::kept`]).
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
-    let timeless = LoadOptions { time_s: None, ..options.clone() };
+    let timeless = LoadOptions { time_s: None, light_units: LightUnits::Auto, ..options.clone() };
     let refused = match &extension[..] {
         "gltf" | "glb" => None,
         "ron" if timeless == LoadOptions::default() => None,
@@ -63,7 +79,8 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     }
     let mut world = match &extension[..] {
         "ron" => {
-            let mut files = Files { time_s: options.time_s, sources: sources.clone() };
+            let LoadOptions { time_s, light_units, .. } = *options;
+            let mut files = Files { time_s, light_units, sources: sources.clone() };
             let world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
             Ok(world)
@@ -147,6 +164,8 @@ pub struct Files {
     pub sources: SourceFiles,
     /// See [`AssetFiles::time_s`].
     pub time_s: Option<f32>,
+    /// Of models.
+    pub light_units: LightUnits,
 }
 
 impl AssetFiles for Files {
@@ -191,7 +210,8 @@ impl AssetFiles for Files {
     ) -> Result<gltf::Model, LoadError> {
         match extension(path).as_str() {
             "gltf" | "glb" => {
-                let options = LoadOptions { time_s: self.time_s, ..LoadOptions::default() };
+                let Files { time_s, light_units, .. } = *self;
+                let options = LoadOptions { time_s, light_units, ..LoadOptions::default() };
                 assets.files = self.sources.clone();
                 gltf::load(path, &options, assets, warnings)
             }

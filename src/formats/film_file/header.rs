@@ -9,7 +9,7 @@ use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
-use crate::formats::LoadOptions;
+use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Settings, SourceFiles};
 
 /// This program and its version. Another version's samples may be other ones.
@@ -112,6 +112,9 @@ pub struct View {
     pub variant: Option<String>,
     /// Of a model.
     pub scene: Option<String>,
+    /// Of models.
+    #[serde(default)]
+    pub light_units: LightUnits,
 }
 
 impl View {
@@ -141,8 +144,8 @@ impl View {
 
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
-        let View { time_s, variant, scene, .. } = self;
-        LoadOptions { time_s: *time_s, variant: variant.clone(), scene: scene.clone() }
+        let View { time_s, variant, scene, light_units, .. } = self.clone();
+        LoadOptions { time_s, variant, scene, light_units }
     }
 }
 

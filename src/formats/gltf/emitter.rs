@@ -1,7 +1,8 @@
 //! Cameras and lights of nodes.
 //!
 //! Lights are photometric: candela and lux. We have no spectra to weigh, so a lumen counts
-//! as a watt, and a nit as a watt a square metre and steradian.
+//! as a watt, and a nit as a watt a square metre and steradian. But Blender's exporter multiplies its lights'
+//! watts by 683, and what its materials and its world give off by nothing, unless it is told otherwise.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -10,10 +11,59 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
 use super::Import;
+use super::document::Document;
 use super::extensions::light::{self, LightOfNode};
 use crate::error::LoadError;
+use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
+
+/// Lumen to a watt of light at 555 nm, which exporters take for all light.
+const LUMEN_TO_WATT: f32 = 683.0;
+/// Brighter suns (lux) and lamps (candela) are no watts: a sun has up to 10 W/m² in Blender, seldom more, and
+/// 450 W/sr are a lamp of 5.7 kW, while 450 cd are one of 8 W.
+const BRIGHT: [f32; 2] = [100.0, 450.0];
+
+/// What the numbers of a file's lights are multiplied by.
+pub(super) fn light_scale(
+    document: &Document,
+    lights: &[light::Light],
+    units: LightUnits,
+    warnings: &mut Vec<String>,
+) -> f32 {
+    match units {
+        LightUnits::Candela => 1.0,
+        LightUnits::Watt => 1.0 / LUMEN_TO_WATT,
+        LightUnits::Auto => {
+            let generator = document.root.asset.generator.as_deref().unwrap_or_default();
+            if !generator.contains("Blender") || !are_lumen(lights) {
+                return 1.0;
+            }
+            warnings.push(document.warning(
+                "its lights are as bright as Blender exports them unless told otherwise, in lumen, 683 to a watt, \
+                 but not what its materials give off: lights are divided by 683; --light-units candela takes \
+                 them as they are",
+            ));
+            1.0 / LUMEN_TO_WATT
+        }
+    }
+}
+
+/// Whether Blender's lights can hardly be in watts: by its suns, or if there are none by the middle one of its lamps.
+fn are_lumen(lights: &[light::Light]) -> bool {
+    let brightness = |suns: bool| {
+        let of_kind = lights.iter().filter(|light| (light.kind == "directional") == suns);
+        let mut found: Vec<f32> = of_kind.map(|light| light.intensity).filter(|i| *i > 0.0).collect();
+        found.sort_by(f32::total_cmp);
+        found.get(found.len() / 2).copied()
+    };
+    let [sun, lamp] = BRIGHT;
+    match (brightness(true), brightness(false)) {
+        (Some(found), _) => found > sun,
+        (None, Some(found)) => found > lamp,
+        (None, None) => false,
+    }
+}
 
 impl Import<'_> {
     /// The camera of the node at `place`, and its name.
@@ -82,7 +132,7 @@ impl Import<'_> {
 
     fn punctual(&self, light: &light::Light, at: &str) -> Result<Light, LoadError> {
         let document = self.document;
-        let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * light.intensity.max(0.0);
+        let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * (light.intensity.max(0.0) * self.light_scale);
         // A point light of power Φ has the intensity Φ/4π.
         let power_w = flux * (4.0 * PI);
         if !power_w.is_finite() {

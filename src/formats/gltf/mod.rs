@@ -90,6 +90,8 @@ struct Import<'a> {
     warnings: &'a mut Vec<String>,
     losses: Losses,
     lights: Vec<extensions::light::Light>,
+    /// What their numbers are multiplied by.
+    light_scale: f32,
     /// The number of the variant that was asked for.
     variant: Option<usize>,
     images: Images,
@@ -133,12 +135,15 @@ pub fn parse(
     extensions::check(&document, warnings)?;
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
     let lights: Option<Lights> = document.extension(others, "KHR_lights_punctual", "")?;
+    let lights = lights.map_or_else(Vec::new, |read| read.lights);
+    let light_scale = emitter::light_scale(&document, &lights, options.light_units, warnings);
     let mut import = Import {
         document: &document,
         assets,
         warnings,
         losses: Losses::default(),
-        lights: lights.map_or_else(Vec::new, |read| read.lights),
+        lights,
+        light_scale,
         variant: variant(&document, options.variant.as_deref())?,
         images: Images::default(),
         textures: Textures::default(),

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::Model;
 use crate::error::LoadError;
-use crate::formats::LoadOptions;
+use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Assets, Material, Mesh, Principled};
 
 /// What a file became.

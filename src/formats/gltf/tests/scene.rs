@@ -109,6 +109,51 @@ fn lights_have_their_real_units() {
     assert_eq!((power_w.r, inner_angle, outer_angle), (4.0 * pi, 0.1, std::f32::consts::FRAC_PI_4));
 }
 
+/// A sun and a lamp in one file, by that program: their irradiance and intensity, and what was said.
+fn sun_and_lamp(generator: &str, lights: [f32; 2], units: LightUnits) -> ([f32; 2], Vec<String>) {
+    let node = |index: usize| json!({"extensions": {"KHR_lights_punctual": {"light": index}}});
+    let [sun, lamp] = lights;
+    let all = json!([{"type": "directional", "intensity": sun}, {"type": "point", "intensity": lamp}]);
+    let file = with(&[
+        ("/nodes", json!([node(0), node(1)])),
+        ("/scenes/0/nodes", json!([0, 1])),
+        ("/asset/generator", json!(generator)),
+        ("/extensions", json!({"KHR_lights_punctual": {"lights": all}})),
+    ]);
+    let options = LoadOptions { light_units: units, ..LoadOptions::default() };
+    let read = read_with(file.to_string().as_bytes(), &options).unwrap();
+    let [Some(Light::Directional { irradiance, .. }), Some(Light::Point { power_w, .. })] =
+        [0, 1].map(|at| read.model.nodes[at].light.clone())
+    else {
+        panic!()
+    };
+    ([irradiance.r, power_w.r / (4.0 * std::f32::consts::PI)], read.warnings)
+}
+
+/// Blender multiplies watts by 683, or does not; nobody else is second-guessed.
+#[test]
+fn lights_of_blender_are_watts_however_they_were_exported() {
+    let blender = "Khronos glTF Blender I/O v4.2.57";
+    let near = |found: [f32; 2], expected: [f32; 2]| {
+        found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-4 * b)
+    };
+    let (standard, unitless) = ([3.0 * 683.0, 54351.4], [3.0, 79.577]);
+    for (generator, lights, units, expected) in [
+        (blender, standard, LightUnits::Auto, unitless),
+        (blender, unitless, LightUnits::Auto, unitless),
+        (blender, [3.0, 5000.0], LightUnits::Auto, [3.0, 5000.0]),
+        (blender, [0.0, 54351.4], LightUnits::Auto, [0.0, 79.577]),
+        (blender, standard, LightUnits::Candela, standard),
+        ("another", standard, LightUnits::Auto, standard),
+        ("another", standard, LightUnits::Watt, unitless),
+    ] {
+        let (found, warnings) = sun_and_lamp(generator, lights, units);
+        assert!(near(found, expected), "{generator} {lights:?} {units:?}: {found:?}");
+        let told = warnings.iter().any(|line| line.contains("--light-units candela"));
+        assert_eq!(told, units == LightUnits::Auto && found != lights, "{warnings:?}");
+    }
+}
+
 #[test]
 fn what_is_left_out_is_told() {
     let read = read(&with(&[
