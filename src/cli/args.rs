@@ -241,12 +241,16 @@ pub struct ModelOptions {
     /// where it wrote the file)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_light_units)]
     pub light_units: LightUnits,
+    /// Glass of glTF files that says nothing of a volume is the boundary of a body, and bends light
+    #[arg(long)]
+    pub solid_glass: bool,
 }
 
 impl From<&ModelOptions> for LoadOptions {
     fn from(options: &ModelOptions) -> Self {
-        let ModelOptions { time, variant, scene, light_units } = options;
-        Self { time_s: *time, variant: variant.clone(), scene: scene.clone(), light_units: *light_units }
+        let ModelOptions { time, variant, scene, light_units, solid_glass } = options;
+        let (variant, scene) = (variant.clone(), scene.clone());
+        Self { time_s: *time, variant, scene, light_units: *light_units, solid_glass: *solid_glass }
     }
 }
 

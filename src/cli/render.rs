@@ -103,6 +103,7 @@ fn render(
         variant: arguments.model.variant.clone(),
         scene: arguments.model.scene.clone(),
         light_units: arguments.model.light_units,
+        solid_glass: arguments.model.solid_glass,
     };
     let quiet = arguments.work.quiet;
     let mut job = Job::load_frame(path, view, quiet, reuse, |settings| arguments.apply(settings))?;

@@ -36,6 +36,8 @@ pub struct LoadOptions {
     pub scene: Option<String>,
     /// What the numbers of its lights count.
     pub light_units: LightUnits,
+    /// Glass without a volume is the boundary of a body all the same.
+    pub solid_glass: bool,
 }
 
 /// What the numbers of a glTF file's lights count.
@@ -66,12 +68,15 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError>
 /// [`SourceFiles::kept`]).
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
-    let timeless = LoadOptions { time_s: None, light_units: LightUnits::Auto, ..options.clone() };
+    let common = LoadOptions { variant: None, scene: None, ..options.clone() };
     let refused = match &extension[..] {
         "gltf" | "glb" => None,
-        "ron" if timeless == LoadOptions::default() => None,
+        "ron" if *options == common => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
         _ if *options == LoadOptions::default() => None,
+        _ if options.light_units != LightUnits::Auto || options.solid_glass => Some(
+            "--light-units and --solid-glass are for .gltf and .glb files, and .ron files that name these",
+        ),
         _ => Some("--time, --variant and --scene are for .gltf and .glb files (--time for .ron files, too)"),
     };
     if let Some(reason) = refused {
@@ -79,8 +84,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     }
     let mut world = match &extension[..] {
         "ron" => {
-            let LoadOptions { time_s, light_units, .. } = *options;
-            let mut files = Files { time_s, light_units, sources: sources.clone() };
+            let mut files = Files { options: common, sources: sources.clone() };
             let world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
             Ok(world)
@@ -162,10 +166,8 @@ pub trait AssetFiles {
 pub struct Files {
     /// Which have been read.
     pub sources: SourceFiles,
-    /// See [`AssetFiles::time_s`].
-    pub time_s: Option<f32>,
     /// Of models.
-    pub light_units: LightUnits,
+    pub options: LoadOptions,
 }
 
 impl AssetFiles for Files {
@@ -210,10 +212,8 @@ impl AssetFiles for Files {
     ) -> Result<gltf::Model, LoadError> {
         match extension(path).as_str() {
             "gltf" | "glb" => {
-                let Files { time_s, light_units, .. } = *self;
-                let options = LoadOptions { time_s, light_units, ..LoadOptions::default() };
                 assets.files = self.sources.clone();
-                gltf::load(path, &options, assets, warnings)
+                gltf::load(path, &self.options, assets, warnings)
             }
             other => {
                 let hint = did_you_mean(other, ["gltf", "glb"]);
@@ -232,7 +232,7 @@ impl AssetFiles for Files {
     }
 
     fn time_s(&self) -> Option<f32> {
-        self.time_s
+        self.options.time_s
     }
 
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {

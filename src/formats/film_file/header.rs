@@ -115,6 +115,9 @@ pub struct View {
     /// Of models.
     #[serde(default)]
     pub light_units: LightUnits,
+    /// Of models.
+    #[serde(default)]
+    pub solid_glass: bool,
 }
 
 impl View {
@@ -144,8 +147,8 @@ impl View {
 
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
-        let View { time_s, variant, scene, light_units, .. } = self.clone();
-        LoadOptions { time_s, variant, scene, light_units }
+        let View { time_s, variant, scene, light_units, solid_glass, .. } = self.clone();
+        LoadOptions { time_s, variant, scene, light_units, solid_glass }
     }
 }
 

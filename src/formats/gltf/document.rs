@@ -70,6 +70,11 @@ impl<'p> Document<'p> {
         LoadError::invalid(self.path, format!("{place}: {reason}"))
     }
 
+    /// Whether Blender's exporter wrote it.
+    pub(super) fn is_of_blender(&self) -> bool {
+        self.root.asset.generator.as_deref().is_some_and(|generator| generator.contains("Blender"))
+    }
+
     /// A line for the person who opened the file.
     pub(super) fn warning(&self, what: impl Display) -> String {
         format!("{}: {what}", self.path.display())

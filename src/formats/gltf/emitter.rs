@@ -35,8 +35,7 @@ pub(super) fn light_scale(
         LightUnits::Candela => 1.0,
         LightUnits::Watt => 1.0 / LUMEN_TO_WATT,
         LightUnits::Auto => {
-            let generator = document.root.asset.generator.as_deref().unwrap_or_default();
-            if !generator.contains("Blender") || !are_lumen(lights) {
+            if !document.is_of_blender() || !are_lumen(lights) {
                 return 1.0;
             }
             warnings.push(document.warning(

@@ -85,6 +85,10 @@ impl Import<'_> {
                 _ => f32::INFINITY,
             },
         });
+        if self.solid_glass && material.volume.is_none() && material.transmission.factor > 0.0 {
+            material.volume =
+                Some(Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY });
+        }
         let dispersion: Option<read::Dispersion> =
             document.extension(extensions, "KHR_materials_dispersion", at)?;
         material.dispersion = dispersion.map_or(0.0, |read| read.dispersion.max(0.0));

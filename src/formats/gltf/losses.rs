@@ -13,6 +13,8 @@ pub(super) struct Losses {
     pub glosses: usize,
     /// Textures that are looked up by a third set of coordinates or a later one.
     pub other_sets: usize,
+    /// Closed meshes of glass that has no inside.
+    pub hollow_bodies: usize,
 }
 
 impl Losses {
@@ -29,6 +31,11 @@ impl Losses {
             (
                 self.other_sets,
                 "textures use a third set of coordinates or a later one: they are looked up by the first",
+            ),
+            (
+                self.hollow_bodies,
+                "closed meshes are of glass without a volume (Blender exports it so): light goes straight through \
+                 (--solid-glass bends it)",
             ),
         ];
         lines.extend(

@@ -92,6 +92,8 @@ struct Import<'a> {
     lights: Vec<extensions::light::Light>,
     /// What their numbers are multiplied by.
     light_scale: f32,
+    /// See [`LoadOptions`].
+    solid_glass: bool,
     /// The number of the variant that was asked for.
     variant: Option<usize>,
     images: Images,
@@ -144,6 +146,7 @@ pub fn parse(
         losses: Losses::default(),
         lights,
         light_scale,
+        solid_glass: options.solid_glass,
         variant: variant(&document, options.variant.as_deref())?,
         images: Images::default(),
         textures: Textures::default(),

@@ -264,3 +264,39 @@ fn a_third_set_of_coordinates_is_told() {
     let read = read_material(json!({"pbrMetallicRoughness": {"baseColorTexture": slot}}));
     assert!(read.warnings[0].contains("1 textures use a third set"), "{:?}", read.warnings);
 }
+
+/// Glass without a volume is a sheet, which is seldom meant where it encloses something.
+#[test]
+fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let seen = |generator: &str, faces: &[[usize; 3]], extensions: Value, solid_glass: bool| {
+        // Every face has vertices of its own, as flat shading needs them.
+        let numbers: Vec<f32> = faces.iter().flatten().flat_map(|corner| corners[*corner]).collect();
+        let mut file = with(&[
+            ("/materials", json!([{"extensions": extensions}])),
+            ("/meshes/0/primitives/0/material", json!(0)),
+            ("/asset/generator", json!(generator)),
+        ]);
+        let accessor = add_accessor(&mut file, &floats(&numbers), 5126, "VEC3", 3 * faces.len());
+        set(&mut file, "/meshes/0/primitives/0/attributes/POSITION", json!(accessor));
+        file["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
+        let options = LoadOptions { solid_glass, ..LoadOptions::default() };
+        let read = read_with(file.to_string().as_bytes(), &options).unwrap();
+        let told =
+            read.warnings.iter().any(|line| line.contains("1 closed meshes are of glass without a volume"));
+        (told, read.material().volume.is_some())
+    };
+    let clear = json!({"KHR_materials_transmission": {"transmissionFactor": 1}});
+    let filled = json!({
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 1},
+    });
+    let blender = "Khronos glTF Blender I/O v4.2.57";
+    assert_eq!(seen(blender, &faces, clear.clone(), false), (true, false));
+    assert_eq!(seen("another", &faces, clear.clone(), false), (false, false));
+    assert_eq!(seen(blender, &faces, clear.clone(), true), (false, true));
+    assert_eq!(seen(blender, &faces[..3], clear, false), (false, false), "a window");
+    assert_eq!(seen(blender, &faces, filled, false), (false, true));
+    assert_eq!(seen(blender, &faces, json!({}), true), (false, false), "no glass");
+}
