@@ -13,6 +13,7 @@ use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
 use crate::scene::textures::{Kind, SampledTexture};
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
+use crate::world::{AlphaMode, Channel, ColorInput, Material};
 
 /// `before` may have been made of the same images: their texels are shared.
 pub(super) fn compile(assets: &Assets, before: Option<&Textures>) -> Result<Textures, CompileError> {
@@ -71,7 +72,7 @@ fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Res
             Texels::Rgb32(_) => TexelsOut::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
         };
         let decode = [if used.srgb { curved } else { linear }, linear];
-        work.push(Work { texels: &image.texels, sizes, room, decode, srgb: used.srgb });
+        work.push(Work { texels: &image.texels, sizes, room, decode, srgb: used.srgb, cut: used.cut });
     }
     let (large, small): (Vec<_>, Vec<_>) = work.into_iter().partition(Work::is_large);
     large.into_iter().for_each(Work::run);
@@ -101,6 +102,14 @@ fn kinds(assets: &Assets) -> Vec<Kind> {
         let kind = &mut kinds[texture.image.0 as usize];
         kind.smaller |= texture.filter == TextureFilter::Trilinear;
         kind.srgb |= texture.color_space == ColorSpace::Srgb;
+    }
+    for material in &assets.materials {
+        let Material::Principled(material) = &material.material else { continue };
+        let alpha = material.alpha.texture.filter(|_| material.alpha_mode != AlphaMode::Opaque);
+        if let (ColorInput::Texture(color), Some((alpha, Channel::Alpha))) = (&material.base_color, alpha) {
+            let [color, alpha] = [*color, alpha].map(|id| assets.textures[id.0 as usize].image.0 as usize);
+            kinds[color].cut |= color == alpha;
+        }
     }
     kinds
 }

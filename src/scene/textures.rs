@@ -29,6 +29,8 @@ pub struct Kind {
     /// These are means of light, not of what is stored. One image may be read both ways; what any texture says
     /// decides.
     pub srgb: bool,
+    /// Colours count in these as much as they are there, by alpha.
+    pub cut: bool,
 }
 
 /// How a texture is looked up: one record each, because all lanes that are shaded

@@ -32,6 +32,8 @@ pub(super) struct Work<'a> {
     pub decode: [&'a [f32]; 2],
     /// Bytes of colours go through the sRGB curve.
     pub srgb: bool,
+    /// Colours count as much as they are there.
+    pub cut: bool,
 }
 
 /// An image's size and, if it is to have copies, theirs: halves down to one texel.
@@ -48,24 +50,45 @@ impl Work<'_> {
 
     /// Fills the room.
     pub(super) fn run(self) {
-        let Self { texels, sizes, room, decode, srgb } = self;
+        let Self { texels, sizes, room, decode, srgb, cut } = self;
         match (texels, room) {
-            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) => bytes(texels, &sizes, decode, srgb, room),
+            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) => {
+                if cut {
+                    bytes::<true>(texels, &sizes, decode, srgb, room);
+                } else {
+                    bytes::<false>(texels, &sizes, decode, srgb, room);
+                }
+            }
             (Texels::Rgb32(texels), TexelsOut::Floats(room)) => floats(texels, &sizes, room),
             _ => {}
         }
     }
 }
 
-fn bytes(texels: &[[u8; 4]], sizes: &[TexelSize], decode: [&[f32]; 2], srgb: bool, room: &mut [u32]) {
+/// What colours count for that are not there at all: where there are no others they have to do.
+const HARDLY: f32 = 1e-3;
+
+/// With colours that count as much as they are there, or with all alike.
+fn bytes<const CUT: bool>(
+    texels: &[[u8; 4]],
+    sizes: &[TexelSize],
+    decode: [&[f32]; 2],
+    srgb: bool,
+    room: &mut [u32],
+) {
     let [colors, alphas] = decode;
+    let weight = |alpha: f32| if CUT { alpha + HARDLY } else { 1.0 };
     let read = |t: [u8; 4]| {
-        let color = |c: usize| colors[usize::from(t[c])];
-        [color(0), color(1), color(2), alphas[usize::from(t[3])]]
+        let alpha = alphas[usize::from(t[3])];
+        let color = |c: usize| colors[usize::from(t[c])] * weight(alpha);
+        [color(0), color(1), color(2), alpha]
     };
     let curve = &*CURVE;
     let encode = |c: f32| if srgb { curve.byte(c) } else { nearest(c) };
-    let pack = |[r, g, b, a]: [f32; 4]| u32::from_le_bytes([encode(r), encode(g), encode(b), nearest(a)]);
+    let pack = |[r, g, b, a]: [f32; 4]| {
+        let [r, g, b] = [r, g, b].map(|c| encode(c / weight(a)));
+        u32::from_le_bytes([r, g, b, nearest(a)])
+    };
     let (own, mut rest) = room.split_at_mut(texels.len());
     own.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(words, texels)| {
         for (word, texel) in words.iter_mut().zip(texels) {
@@ -199,9 +222,34 @@ mod tests {
             let mut found = vec![0; expected.len()];
             let decode = [if srgb { &curved[..] } else { &linear }, &linear];
             let texels = Texels::Rgba8(texels);
-            Work { texels: &texels, sizes, room: TexelsOut::Bytes(&mut found), decode, srgb }.run();
+            Work { texels: &texels, sizes, room: TexelsOut::Bytes(&mut found), decode, srgb, cut: false }
+                .run();
             assert!(found == expected, "{own:?}, {srgb}");
         }
+    }
+
+    /// What is cut away leaves no fringe of its colour.
+    #[test]
+    fn colours_count_as_much_as_they_are_there() {
+        let linear: Vec<f32> = (0..=255).map(|byte| byte as f32 / 255.0).collect();
+        let (leaf, faint, gone) = ([40, 200, 80, 255], [240, 100, 80, 51], [255, 255, 255, 0]);
+        let copy = |texels: [[u8; 4]; 4], cut: bool| {
+            let mut found = [0; 5];
+            let decode = [&linear[..]; 2];
+            let room = TexelsOut::Bytes(&mut found);
+            let texels = Texels::Rgba8(texels.to_vec());
+            Work { texels: &texels, sizes: vec![[2, 2], [1, 1]], room, decode, srgb: false, cut }.run();
+            found[4].to_le_bytes()
+        };
+        let near = |found: [u8; 4], expected: [u8; 4]| {
+            assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 1), "{found:?} {expected:?}");
+        };
+        near(copy([leaf, gone, gone, leaf], true), [40, 200, 80, 128]);
+        near(copy([leaf, gone, gone, leaf], false), [148, 228, 168, 128]);
+        // (40 + 240 / 5) / (1 + 1 / 5) and so on.
+        near(copy([leaf, faint, gone, gone], true), [74, 183, 80, 77]);
+        near(copy([gone; 4], true), gone);
+        near(copy([leaf; 4], true), leaf);
     }
 
     #[test]
@@ -218,7 +266,15 @@ mod tests {
             let mut found = vec![[0.0; 3]; expected.len()];
             let texels = Texels::Rgb32(texels);
             let decode: [&[f32]; 2] = [&[]; 2];
-            Work { texels: &texels, sizes, room: TexelsOut::Floats(&mut found), decode, srgb: false }.run();
+            Work {
+                texels: &texels,
+                sizes,
+                room: TexelsOut::Floats(&mut found),
+                decode,
+                srgb: false,
+                cut: false,
+            }
+            .run();
             assert!(found == expected, "{own:?}");
         }
     }
