@@ -209,6 +209,11 @@ impl Material {
         self.is_specular() || !self.transmission.is_zero() || self.film.is_some()
     }
 
+    /// Whether its microfacets may be longer one way.
+    pub fn is_stretched(&self) -> bool {
+        self.has_mirror() && self.anisotropy > 0.0
+    }
+
     /// Whether it gives off light.
     pub fn emits(&self) -> bool {
         !self.emission.is_black() && !self.unlit

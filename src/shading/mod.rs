@@ -11,6 +11,7 @@ pub mod facing;
 pub mod footprint;
 pub mod fresnel;
 pub mod light_tree;
+pub mod normals;
 pub mod point;
 pub mod principled;
 pub mod sampled;

@@ -1,10 +1,8 @@
 //! One material at many hits: what its record says there, the same for both transports.
 
-use super::details::{
-    alpha, bend, coordinates, for_mirrors, is_turned, mirrors_what_is_below, normal_in, tangent_frame,
-    vertex_color,
-};
+use super::details::{alpha, coordinates, tangent_frame, vertex_color};
 use super::footprint::Footprint;
+use super::normals::{bend, for_mirrors, is_turned, mirrors_what_is_below, normal_in};
 use super::principled::basis::Basis;
 use super::sampled::{Coordinates, color, scalar, texel};
 use super::surface::{HitLanes, Surface};
@@ -133,15 +131,15 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
 
     #[inline(always)]
     fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Basis<F> {
+        let geometric = self.surface.geometric_normal;
         let mut normal = normal_in(frame, self.mapped(map));
         if self.material.has_mirror() || layer == Layer::Coat {
-            let geometric = self.surface.geometric_normal;
             let below = self.mask & mirrors_what_is_below(normal, geometric, self.to_viewer);
             if below.any() {
-                normal = for_mirrors(normal, self.surface, self.to_viewer, self.mirror_part(layer), below);
+                normal = for_mirrors(normal, geometric, self.to_viewer, self.mirror_part(layer), below);
             }
         }
-        bend(frame, self.surface, normal, self.to_viewer)
+        bend(frame, geometric, normal, self.to_viewer)
     }
 
     /// How much of a layer is metal, or lets light through: where it has a mirror's image or nothing. Below the

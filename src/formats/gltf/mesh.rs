@@ -18,6 +18,9 @@ use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 use crate::world::{Material, MaterialId, Mesh, MeshId};
 
+/// Larger meshes are not asked whether they are closed: all their edges would be kept.
+const MOST_LOOKED_AT: usize = 1 << 20;
+
 /// How the node that shows a mesh bends it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Shaping<'s> {
@@ -109,7 +112,7 @@ impl Import<'_> {
     /// Whether a mesh, or what of it is clear, is closed, and of glass that has no inside; of Blender's files, which
     /// are like that unless their authors took pains. Others mean sheets.
     fn is_hollow_body(&self, mesh: &Mesh) -> bool {
-        if !self.document.is_of_blender() {
+        if !self.document.is_of_blender() || mesh.triangles.len() > MOST_LOOKED_AT {
             return false;
         }
         let is_sheet =

@@ -4,7 +4,7 @@
 use crate::integrator::path::Path;
 use crate::math::{Color, Vector};
 use crate::scene::Material;
-use crate::shading::details::is_turned;
+use crate::shading::normals::is_turned;
 use crate::shading::principled::albedo;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
@@ -176,9 +176,8 @@ fn receives(record: &Material) -> bool {
 
 /// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
 fn lends(record: &Material) -> bool {
-    let stretched = record.has_mirror() && record.anisotropy > 0.0;
     let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
-    receives(record) && bare && !stretched
+    receives(record) && bare && !record.is_stretched()
 }
 
 /// The same in every lane.

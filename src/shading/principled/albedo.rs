@@ -138,8 +138,9 @@ pub fn average<F: Float>(table: &Table, roughness: F, mask: F::Mask) -> Albedo<F
     entry(&table.means, first, mask).mix(entry(&table.means, first + F::Int::splat(2), mask), wr)
 }
 
+/// Both parts, from one place of a table on.
 #[inline(always)]
-fn entry<F: Float>(table: &[f32], first: F::Int, mask: F::Mask) -> Albedo<F> {
+pub(super) fn entry<F: Float>(table: &[f32], first: F::Int, mask: F::Mask) -> Albedo<F> {
     Albedo {
         straight: F::gather(table, first, mask),
         grazing: F::gather(table, first + F::Int::splat(1), mask),

@@ -104,9 +104,12 @@ impl<F: Float> Bsdf<F> {
     /// What bodies reflect and what they let through, and what that leaves to light that they scatter.
     #[inline(always)]
     fn divide(&mut self, mask: F::Mask) {
-        // Schlick's term knows nothing about total reflection.
-        let mirrored = if self.has.diffuse { self.fresnel(self.wo.z) } else { Color::black() };
-        self.left = mirrored.complement();
+        let scatters = self.has.diffuse || self.has.back;
+        let by_schlick = self.left;
+        if scatters {
+            // Schlick's term knows nothing about total reflection.
+            self.left = self.fresnel(self.wo.z).complement();
+        }
         let rough = mask & !self.smooth;
         if !rough.any() {
             return;
@@ -114,9 +117,14 @@ impl<F: Float> Bsdf<F> {
         let place = glass::place(self.wo.z, self.p.roughness, self.p.eta);
         let gain = place.gain(self.tables.glass, self.own.whole(), mask);
         self.gain = if self.has.film { self.gain_under_film(gain) } else { Color::grey(gain) };
-        if self.has.diffuse && !self.has.film {
-            let reflected = Color::grey(place.reflected(self.tables.glass, rough));
-            self.left = Color::select(rough, reflected.complement(), self.left);
+        if scatters {
+            let left = if self.has.film {
+                // The table knows no films, and Schlick's mean angle none beyond the critical one.
+                Color::select(self.p.eta.gt(F::one()), self.left, by_schlick)
+            } else {
+                Color::grey(place.reflected(self.tables.glass, rough)).complement()
+            };
+            self.left = Color::select(rough, left, self.left);
         }
     }
 

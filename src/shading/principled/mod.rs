@@ -105,7 +105,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         Has {
             diffuse: !m.transmission.is_one() && !(m.metallic.is_one()),
             specular: m.has_mirror(),
-            stretched: m.anisotropy > 0.0,
+            stretched: m.is_stretched(),
             metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,

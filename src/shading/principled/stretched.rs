@@ -1,7 +1,7 @@
 //! How much light a rough mirror of stretched microfacets gives back after one bounce: what [`super::albedo`]
 //! says of round ones, by two more numbers.
 
-use super::albedo::{Albedo, between, integrate};
+use super::albedo::{Albedo, between, entry, integrate};
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
@@ -98,8 +98,9 @@ pub fn directional<F: Float>(table: &Table, w: Vector<F>, ggx: &Ggx<F>, mask: F:
     let (a, wa) = between(azimuth * F::splat((AZIMUTHS - 1) as f32), AZIMUTHS);
     let (c, wc) = between(w.z.abs().sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let first = (r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(AZIMUTHS as u32) + a;
-    let first = first * F::Int::splat(COSINES as u32) + c;
-    let (stronger, rougher) = (COSINES * AZIMUTHS, COSINES * AZIMUTHS * STRENGTHS);
+    // Two numbers each.
+    let first = (first * F::Int::splat(COSINES as u32) + c) * F::Int::splat(2);
+    let (stronger, rougher) = (2 * COSINES * AZIMUTHS, 2 * COSINES * AZIMUTHS * STRENGTHS);
     let (weights, table) = ((wa, wc), &table.entries[..]);
     let low = plane(table, first, weights, mask);
     let high = plane(table, first + F::Int::splat(stronger as u32), weights, mask);
@@ -113,10 +114,10 @@ pub fn directional<F: Float>(table: &Table, w: Vector<F>, ggx: &Ggx<F>, mask: F:
 /// Between two azimuths and two cosines.
 #[inline(always)]
 fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask) -> Albedo<F> {
-    let one = F::Int::splat(1);
-    let turned = first + F::Int::splat(COSINES as u32);
-    let low = entry(table, first, mask).mix(entry(table, first + one, mask), wc);
-    let high = entry(table, turned, mask).mix(entry(table, turned + one, mask), wc);
+    let next = F::Int::splat(2);
+    let turned = first + F::Int::splat(2 * COSINES as u32);
+    let low = entry(table, first, mask).mix(entry(table, first + next, mask), wc);
+    let high = entry(table, turned, mask).mix(entry(table, turned + next, mask), wc);
     low.mix(high, wa)
 }
 
@@ -124,21 +125,12 @@ fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask
 #[inline(always)]
 pub fn average<F: Float>(table: &Table, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
     let ((r, wr), (s, ws)) = row(ggx);
-    let (first, one) = (r * F::Int::splat(STRENGTHS as u32) + s, F::Int::splat(1));
+    let (first, next) = ((r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(2), F::Int::splat(2));
     let means = &table.means[..];
-    let low = entry(means, first, mask).mix(entry(means, first + one, mask), ws);
-    let first = first + F::Int::splat(STRENGTHS as u32);
-    let high = entry(means, first, mask).mix(entry(means, first + one, mask), ws);
+    let low = entry(means, first, mask).mix(entry(means, first + next, mask), ws);
+    let first = first + F::Int::splat(2 * STRENGTHS as u32);
+    let high = entry(means, first, mask).mix(entry(means, first + next, mask), ws);
     low.mix(high, wr)
-}
-
-#[inline(always)]
-fn entry<F: Float>(table: &[f32], at: F::Int, mask: F::Mask) -> Albedo<F> {
-    let first = at * F::Int::splat(2);
-    Albedo {
-        straight: F::gather(table, first, mask),
-        grazing: F::gather(table, first + F::Int::splat(1), mask),
-    }
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ impl LobeTables {
         if any(|m| m.has_mirror() || !m.coat.is_zero()) {
             tables.mirror = MIRROR.get_or_init(albedo::Table::new);
         }
-        if any(|m| m.has_mirror() && m.anisotropy > 0.0) {
+        if any(Material::is_stretched) {
             tables.stretched = STRETCHED.get_or_init(stretched::Table::new);
         }
         if any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero()) {

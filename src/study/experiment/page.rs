@@ -9,7 +9,7 @@ use crate::formats::study::{Experiment, Study};
 pub(super) struct Shown {
     pub figure: Figure,
     pub svg: String,
-    /// Of an error.
+    /// The same by time, where it is an error by samples.
     pub equal_time: Option<EqualTime>,
 }
 

@@ -17,11 +17,11 @@ pub fn shorten(study: &mut Study) {
         if let Axis::Samples(x) | Axis::LightSamples(x) | Axis::LensSamples(x) | Axis::Triangles(x) =
             &mut experiment.x
         {
-            let limit = x.iter().max().map_or(0, |most| most / PART);
             let mut sorted = x.clone();
             sorted.sort_unstable();
             sorted.dedup();
-            let limit = limit.max(sorted.get(VALUES - 1).or(sorted.last()).copied().unwrap_or(0));
+            let most = sorted.last().copied().unwrap_or(0);
+            let limit = sorted.get(VALUES - 1).map_or(most, |least| (most / PART).max(*least));
             x.retain(|x| *x <= limit);
         }
         if let Some(reference) = &mut experiment.reference {

@@ -1,0 +1,190 @@
+//! Shading normals: seen through a normal map, and turned where a viewer or a mirror could not use them.
+
+use super::principled::basis::Basis;
+use super::surface::unit_or;
+use crate::math::Vector;
+use crate::simd::Float;
+
+/// Normals are turned until they have this cosine to the viewer.
+const LEAST_COSINE: f32 = 0.01;
+
+/// A normal of a tangent space in the world.
+#[inline(always)]
+pub fn normal_in<F: Float>(frame: &Basis<F>, n: Vector<F>) -> Vector<F> {
+    unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
+}
+
+/// What the mirror image of the viewer must rise above the surface, as the cosine of both: little, and less than
+/// the viewer.
+#[inline(always)]
+fn least_rise<F: Float>(viewer: F) -> F {
+    (viewer * F::splat(0.9)).min(F::splat(LEAST_COSINE))
+}
+
+/// Where a shading normal is turned before a mirror uses it: it looks away from the viewer, or mirrors what lies
+/// below the surface.
+#[inline(always)]
+pub fn is_turned<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: Vector<F>) -> F::Mask {
+    let cos = normal.dot(to_viewer);
+    cos.lt(F::splat(LEAST_COSINE)) | mirrors_what_is_below(normal, geometric_normal, to_viewer)
+}
+
+/// Where the image of the viewer in a normal is below the surface, or hardly above it.
+#[inline(always)]
+pub fn mirrors_what_is_below<F: Float>(
+    normal: Vector<F>,
+    geometric_normal: Vector<F>,
+    to_viewer: Vector<F>,
+) -> F::Mask {
+    let viewer = geometric_normal.dot(to_viewer);
+    let image = F::splat(2.0) * normal.dot(to_viewer) * normal.dot(geometric_normal) - viewer;
+    image.lt(least_rise(viewer))
+}
+
+/// A normal that mirrors what is above the surface: turned to the geometric normal, in the plane of both, as far
+/// as needed. Else the mirror would be black there.
+///
+/// The image of a viewer (x, z) in a normal at an angle φ to z rises to x sin 2φ + z cos 2φ; that is solved for
+/// the largest φ at which it is what it must be.
+#[inline(always)]
+fn raised<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: Vector<F>) -> Vector<F> {
+    let (zero, one, half) = (F::zero(), F::one(), F::splat(0.5));
+    let aside = normal - geometric_normal * normal.dot(geometric_normal);
+    let side = unit_or(aside, Basis::about(geometric_normal).x);
+    let (x, z) = (to_viewer.dot(side), to_viewer.dot(geometric_normal));
+    let length = (x * x + z * z).max(F::splat(1e-20));
+    let rise = least_rise(z);
+    let rest = (length - rise * rise).max(zero).sqrt();
+    let twice = (z * rise - x * rest) / length;
+    let sin = ((one - twice) * half).max(zero).sqrt();
+    let cos = ((one + twice) * half).max(zero).sqrt();
+    side * sin + geometric_normal * cos
+}
+
+/// A shading normal of which a part, 0 to 1, is a mirror's: that part is turned in lanes in which it mirrors what
+/// is below the surface.
+#[inline(always)]
+pub fn for_mirrors<F: Float>(
+    normal: Vector<F>,
+    geometric_normal: Vector<F>,
+    to_viewer: Vector<F>,
+    part: F,
+    below: F::Mask,
+) -> Vector<F> {
+    let turned = raised(normal, geometric_normal, to_viewer) * part + normal * (F::one() - part);
+    Vector::select(below, unit_or(turned, geometric_normal), normal)
+}
+
+/// A frame whose z becomes a shading normal, turned to the viewer where it looks away.
+#[inline(always)]
+pub fn bend<F: Float>(
+    frame: &Basis<F>,
+    geometric_normal: Vector<F>,
+    normal: Vector<F>,
+    to_viewer: Vector<F>,
+) -> Basis<F> {
+    let least = F::splat(LEAST_COSINE);
+    let cos = normal.dot(to_viewer);
+    let away = cos.lt(least);
+    let bent = Vector::select(away, unit_or(normal + to_viewer * (least - cos), geometric_normal), normal);
+    let x = unit_or(frame.x - bent * bent.dot(frame.x), Basis::about(bent).x);
+    // It stays left-handed if it was.
+    let sign = F::select(frame.x.cross(frame.y).dot(frame.z).lt(F::zero()), -F::one(), F::one());
+    Basis { x, y: bent.cross(x) * sign, z: bent }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
+        Vector::new(x, y, z)
+    }
+
+    fn up() -> Vector<f32> {
+        vector(0.0, 0.0, 1.0)
+    }
+
+    fn upright() -> Basis<f32> {
+        Basis { x: vector(1.0, 0.0, 0.0), y: vector(0.0, 1.0, 0.0), z: up() }
+    }
+
+    #[track_caller]
+    fn near(found: Vector<f32>, expected: [f32; 3]) {
+        let found = [found.x, found.y, found.z];
+        let close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(close, "{found:?} instead of {expected:?}");
+    }
+
+    /// A frame seen through a normal map's texel.
+    fn through(frame: &Basis<f32>, n: Vector<f32>, viewer: Vector<f32>) -> Basis<f32> {
+        bend(frame, up(), normal_in(frame, n), viewer)
+    }
+
+    #[test]
+    fn normal_maps_bend_along_the_frame() {
+        let upside_down = Basis { x: vector(1.0, 0.0, 0.0), y: vector(0.0, -1.0, 0.0), z: up() };
+        let viewer = vector(0.0, 0.0, 1.0);
+        near(through(&upside_down, vector(0.0, 0.0, 1.0), viewer).z, [0.0, 0.0, 1.0]);
+        // Its length does not count. Green tilts to the picture's top, which is at −Y here.
+        near(through(&upside_down, vector(1.2, 0.0, 1.6), viewer).z, [0.6, 0.0, 0.8]);
+        let bent = through(&upside_down, vector(0.0, 0.6, 0.8), viewer);
+        near(bent.z, [0.0, -0.6, 0.8]);
+        near(bent.x, [1.0, 0.0, 0.0]);
+        // As left-handed as the picture.
+        near(bent.x.cross(bent.y), [0.0, 0.6, -0.8]);
+        let bent = through(&upside_down, vector(0.6, 0.0, 0.8), viewer);
+        near(bent.x, [0.8, 0.0, -0.6]);
+        // No direction at all.
+        near(through(&upside_down, Vector::zero(), viewer).z, [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn bent_normals_never_look_away() {
+        let frame = upright();
+        // The viewer is far to the left, the normal is bent to the right.
+        let viewer = Vector::splat(Vec3::new(-0.8, 0.0, 0.6));
+        let bent = through(&frame, vector(0.8, 0.0, 0.6), viewer).z;
+        // In the plane of both, turned until its dot product with the viewer is 0.01 before it has length 1.
+        let cos = bent.dot(viewer);
+        assert!((cos - 0.01 / (1.0f32 - 0.28 * 0.28 + 1e-4).sqrt()).abs() < 1e-5, "{cos}");
+        assert!(bent.y == 0.0 && bent.x > 0.0 && (bent.dot(bent) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn mirrors_never_show_what_is_below() {
+        let frame = upright();
+        let up = up();
+        let mut turned = 0;
+        for viewer in
+            [(0.0, 0.0, 1.0), (-0.8, 0.0, 0.6), (0.6, 0.64, 0.48), (-0.9, 0.43, 0.07), (0.99, 0.1, 0.005)]
+        {
+            let viewer = vector(viewer.0, viewer.1, viewer.2).normalize();
+            for n in [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (-0.6, 0.48, 0.64), (0.8, -0.6, 0.0), (0.1, 0.9, 0.2)]
+            {
+                let n = vector(n.0, n.1, n.2).normalize();
+                let plain = bend(&frame, up, n, viewer).z;
+                let below = mirrors_what_is_below(n, up, viewer);
+                let raised = for_mirrors(n, up, viewer, 1.0, below);
+                let bent = bend(&frame, up, raised, viewer).z;
+                assert!((bent.length() - 1.0).abs() < 1e-5);
+                let image = bent * (2.0 * bent.dot(viewer)) - viewer;
+                let rise = least_rise(viewer.z);
+                assert!(image.z > rise - 1e-3 * (1.0 + rise), "{:?} {:?}", (n.x, n.y, n.z), image.z);
+                if is_turned(n, up, viewer) {
+                    turned += 1;
+                    // No farther than needed, and in the plane of both normals.
+                    assert!((image.z - rise).abs() < 2e-3 || viewer.z < 0.02, "{} {rise}", image.z);
+                    assert!(n.dot(viewer) < 0.01 || n.cross(up).dot(bent).abs() < 1e-5);
+                } else {
+                    near(bent, [plain.x, plain.y, plain.z]);
+                }
+            }
+        }
+        assert!(turned > 8, "{turned}");
+        // What is no mirror keeps its normal.
+        let n = vector(0.8, -0.6, 0.0);
+        near(for_mirrors(n, up, up, 0.0, true), [0.8, -0.6, 0.0]);
+    }
+}
