@@ -10,6 +10,7 @@ use super::job_args::{OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::bvh::Coherence;
 use crate::film::Region;
+use crate::formats::surroundings::Surroundings;
 use crate::formats::{LightUnits, LoadOptions};
 use crate::integrator::Schedule;
 use crate::simd::Level;
@@ -225,8 +226,8 @@ impl LightOptions {
     }
 }
 
-/// What of a glTF file is shown.
-#[derive(Args, Debug)]
+/// What of a glTF file is shown, and what is around it.
+#[derive(Args, Clone, Debug)]
 pub struct ModelOptions {
     /// Moment of a model's animations in seconds [default: as it stands without them]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
@@ -244,13 +245,15 @@ pub struct ModelOptions {
     /// Glass of glTF files that says nothing of a volume is the boundary of a body, and bends light
     #[arg(long)]
     pub solid_glass: bool,
+    /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
+    #[arg(long, value_name = "NAME|FILE")]
+    pub env: Option<Surroundings>,
 }
 
 impl From<&ModelOptions> for LoadOptions {
     fn from(options: &ModelOptions) -> Self {
-        let ModelOptions { time, variant, scene, light_units, solid_glass } = options;
-        let (variant, scene) = (variant.clone(), scene.clone());
-        Self { time_s: *time, variant, scene, light_units: *light_units, solid_glass: *solid_glass }
+        let ModelOptions { time, variant, scene, light_units, solid_glass, env } = options.clone();
+        Self { time_s: time, variant, scene, light_units, solid_glass, surroundings: env }
     }
 }
 

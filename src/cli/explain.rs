@@ -173,6 +173,9 @@ fn step_lines(step: &Step) -> Vec<String> {
         lines.push(format!("      gives off   {}{}", triple(vertex.own), share(vertex.own_share)));
     }
     lines.extend(vertex.lights.iter().map(|lit| light_line(lit, vertex.fate.is_some())));
+    if let Some(Fate::Scattered { distance_m }) = vertex.fate {
+        lines.push(format!("      scattered   within the body, after {distance_m} m"));
+    }
     if let Some(Fate::Drawn { kind, through, exact }) = vertex.fate {
         lines.push(format!(
             "      draws       from {} {} lobe{}",

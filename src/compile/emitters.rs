@@ -12,7 +12,7 @@ use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, Material};
 use crate::scene::{Geometry, LightSamples, Textures};
-use crate::world::Pattern;
+use crate::world::{Outline, Pattern};
 
 /// Most emitters of meshes that are placed several times. With its place in the light tree one takes
 /// about 200 bytes.
@@ -112,8 +112,10 @@ fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut
         kind::TRIANGLE | kind::QUAD => {
             let (e1, e2) = (vector(3), vector(6));
             let cross = e1.cross(e2);
-            let part = if out.kinds[emitter] == kind::QUAD { 1.0 } else { 0.5 };
-            let corners = [place + e1, place + e2, if part == 1.0 { place + e1 + e2 } else { place }];
+            let quad = out.kinds[emitter] == kind::QUAD;
+            let round = if has(flag::ROUND) { Outline::Disc.part() } else { 1.0 };
+            let part = if quad { round } else { 0.5 };
+            let corners = [place + e1, place + e2, if quad { place + e1 + e2 } else { place }];
             LightBounds {
                 bounds: around(&corners),
                 power: light * cross.length() * part,
@@ -128,6 +130,7 @@ fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut
             let bounds = Aabb { min: place - radius, max: place + radius };
             LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
+        kind::PHOTOMETRIC => everywhere,
         // Without a fall the same everywhere, as from far away.
         kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
         kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },
@@ -146,6 +149,7 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
     out.flags.push(flags);
     out.rows.push(row);
     out.material.push(NONE);
+    out.profile.push(NONE);
     out.primitive.push(NONE);
     out.kinds.len() as u32 - 1
 }
@@ -163,12 +167,22 @@ fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
             row[9] = f32::from(*falls);
             (if cone.is_some() { kind::SPOT } else { kind::POINT }, 0, row)
         }
-        Lamp::Area { corner, edges: [first, second], radiance, material, .. } => {
-            let flags = if material.is_some() { flag::VISIBLE } else { 0 };
+        Lamp::Photometric { place, intensity, axes: [axis, across], .. } => {
+            let mut row = row_of(*place, *axis, *across, *intensity);
+            row[9] = 1.0;
+            (kind::PHOTOMETRIC, 0, row)
+        }
+        Lamp::Area { corner, edges: [first, second], outline, radiance, material, .. } => {
+            let visible = if material.is_some() { flag::VISIBLE } else { 0 };
+            let flags = visible | if *outline == Outline::Disc { flag::ROUND } else { 0 };
             (kind::QUAD, flags, row_of(*corner, *first, *second, *radiance))
         }
     };
-    Some(push(out, kind, flags, row))
+    let emitter = push(out, kind, flags, row);
+    if let Lamp::Photometric { profile, .. } = lamp {
+        out.profile[emitter as usize] = profile.0;
+    }
+    Some(emitter)
 }
 
 /// A corner and two edges of the parallelogram that a triangle and the next one make, if they do:

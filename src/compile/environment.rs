@@ -1,7 +1,9 @@
 //! What lies infinitely far away.
 
+use glam::{DMat3, DVec3};
 use hecs::Entity;
 
+use super::sky::{self, Air};
 use super::transforms::WorldTransforms;
 use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
@@ -15,28 +17,34 @@ use crate::world::{Background, Light, World};
 pub(super) fn compile(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Environment {
     for entity in order {
         let Ok(light) = world.entities.get::<&Light>(*entity) else { continue };
-        let Light::Environment { radiance, image } = &*light else { continue };
-        let Some(image) = image else {
-            return Environment { background: Background::Constant(*radiance), panorama: None };
-        };
-        let image = &world.assets.images[image.0 as usize];
         let m = transforms[entity].matrix3;
-        // The columns of a rotation are the rows of its inverse.
-        let axis = |v: glam::DVec3| v.normalize_or_zero().as_vec3();
-        let texels = radiances(image);
-        let (table, irradiance) = importance(&texels, image.width as usize, image.height as usize);
-        let panorama = Panorama {
-            width: image.width,
-            height: image.height,
-            table,
-            irradiance,
-            texels,
-            factor: *radiance,
-            to_local: [axis(m.x_axis), axis(m.y_axis), axis(m.z_axis)],
+        let panorama = match &*light {
+            Light::Environment { radiance, image: None } => {
+                return Environment { background: Background::Constant(*radiance), panorama: None };
+            }
+            Light::Environment { radiance, image: Some(image) } => {
+                let image = &world.assets.images[image.0 as usize];
+                panorama(radiances(image), [image.width, image.height], *radiance, m)
+            }
+            Light::Sky { elevation, azimuth, haze, radiance } => {
+                let texels = Air::new(*haze).panorama(f64::from(*elevation));
+                let size = sky::SIZE.map(|side| side as u32);
+                panorama(texels, size, *radiance, m * DMat3::from_rotation_y(-f64::from(*azimuth)))
+            }
+            _ => continue,
         };
         return Environment { background: world.settings.background, panorama: Some(panorama) };
     }
     Environment { background: world.settings.background, panorama: None }
+}
+
+/// Turned by a rotation.
+fn panorama(texels: Vec<[f32; 3]>, [width, height]: [u32; 2], factor: Rgb, rotation: DMat3) -> Panorama {
+    // The columns of a rotation are the rows of its inverse.
+    let axis = |v: DVec3| v.normalize_or_zero().as_vec3();
+    let (table, irradiance) = importance(&texels, width as usize, height as usize);
+    let to_local = [axis(rotation.x_axis), axis(rotation.y_axis), axis(rotation.z_axis)];
+    Panorama { width, height, table, irradiance, texels, factor, to_local }
 }
 
 /// Columns of the grid that directions are drawn from, at most; it has half as many rows.

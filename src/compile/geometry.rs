@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use hecs::Entity;
 
-use super::lights::Rectangle;
+use super::lights::Panel;
 use super::materials::Sheets;
 use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
@@ -36,7 +36,7 @@ pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
-    rectangles: &[Rectangle],
+    panels: &[Panel],
     sheets: &mut Sheets,
     before: Option<&CompiledScene>,
 ) -> Result<CompiledGeometry, CompileError> {
@@ -84,9 +84,9 @@ pub(super) fn compile(
             }
         }
     }
-    for rectangle in rectangles {
-        let mesh = quad_mesh(rectangle.corners);
-        let part = Part { entity: rectangle.entity.id(), ..plain_part(MaterialId(rectangle.material)) };
+    for panel in panels {
+        let mesh = fan_mesh(&panel.corners);
+        let part = Part { entity: panel.entity.id(), ..plain_part(MaterialId(panel.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
     Ok(CompiledGeometry { copies, ..builder.finish(world, placed, before) })
@@ -181,12 +181,14 @@ fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
             (q.dot(v_edge) / v_edge.length_squared()) as f32,
         )
     };
-    Ok(Mesh { uvs: corners.map(project).to_vec(), ..quad_mesh(corners) })
+    Ok(Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) })
 }
 
 /// A quadrilateral split along its first diagonal.
-fn quad_mesh(corners: [Vec3; 4]) -> Mesh {
-    Mesh { positions: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
+/// A convex polygon.
+fn fan_mesh(corners: &[Vec3]) -> Mesh {
+    let triangles = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();
+    Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() }
 }
 
 /// What instances place.

@@ -3,12 +3,13 @@
 use hecs::Entity;
 
 use super::materials;
+use super::sky::{Air, SUN_ANGLE};
 use super::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::sampling::pattern::MAX_STRATA;
 use crate::scene::Material;
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, Pattern, World};
+use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Texels, TextureId, World};
 
 /// A light entity in world space.
 pub(super) enum Lamp {
@@ -21,6 +22,15 @@ pub(super) enum Lamp {
         falls: bool,
         cone: Option<SpotCone>,
     },
+    /// From one point, by a profile.
+    Photometric {
+        place: Vec3,
+        /// W sr⁻¹ where the profile says 1.
+        intensity: Rgb,
+        /// Unit vectors: along the axis, and to where angles about it begin.
+        axes: [Vec3; 2],
+        profile: TextureId,
+    },
     /// Parallel.
     Directional {
         /// Unit vector towards the light.
@@ -30,11 +40,12 @@ pub(super) enum Lamp {
         /// The full angle that it takes up in the sky.
         angle: f32,
     },
-    /// A rectangle.
+    /// A rectangle, or a disc within it.
     Area {
         /// A corner, and the edges from there, up and across: their product points to the side that shines.
         corner: Vec3,
         edges: [Vec3; 2],
+        outline: Outline,
         radiance: Rgb,
         samples: u32,
         pattern: Pattern,
@@ -54,9 +65,9 @@ pub(super) struct SpotCone {
 }
 
 /// The surface of a visible area light.
-pub(super) struct Rectangle {
-    /// In order around it, counter-clockwise seen from the side that shines.
-    pub corners: [Vec3; 4],
+pub(super) struct Panel {
+    /// In order around it, counter-clockwise seen from the side that shines; it is convex.
+    pub corners: Vec<Vec3>,
     /// Black, but for what it gives off to the front.
     pub material: u32,
     /// The light's entity.
@@ -78,7 +89,7 @@ pub fn light_names(world: &World) -> Vec<String> {
 pub(super) struct CompiledLights {
     pub lamps: Vec<Lamp>,
     /// Those that rays can hit.
-    pub rectangles: Vec<Rectangle>,
+    pub panels: Vec<Panel>,
 }
 
 /// Materials of lights that can be seen are added to those of the assets.
@@ -94,34 +105,49 @@ pub(super) fn compile(
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
         let matrix = &transforms[&entity];
         match &*light {
-            world::Light::Area { power_w, size_m, samples, pattern, visible } => {
-                let (corners, radiance) = rectangle(world, entity, matrix, (*power_w, *size_m, *samples))?;
+            world::Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
+                let (corners, area) = rectangle(world, entity, matrix, (*size_m, *samples))?;
+                // A uniform Lambertian emitter: Φ = π A L.
+                let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
                 let material = visible.then(|| {
                     let material = materials.len() as u32;
                     materials.push(surface(radiance));
                     names.push(format!("light of {}", world.name_of(entity)));
-                    out.rectangles.push(Rectangle { corners, material, entity });
+                    out.panels.push(Panel { corners: cut_out(corners, *outline), material, entity });
                     material
                 });
                 let [corner, first, _, second] = corners;
                 let edges = [first - corner, second - corner];
                 let (samples, pattern) = (*samples, *pattern);
-                out.lamps.push(Lamp::Area { corner, edges, radiance, samples, pattern, material });
+                let outline = *outline;
+                out.lamps.push(Lamp::Area { corner, edges, outline, radiance, samples, pattern, material });
             }
             world::Light::Environment { .. } => {}
+            world::Light::Photometric { power_w, profile } => {
+                let mean = mean_of(world, *profile).ok_or_else(|| {
+                    entity_error(world, entity, "its photometric profile is dark in all directions")
+                })?;
+                let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI * mean));
+                let axis = direction(matrix, Vec3::NEG_Z);
+                let along = direction(matrix, Vec3::X);
+                let across = (along - axis * along.dot(axis)).normalize();
+                let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
+                out.lamps.push(Lamp::Photometric { place, intensity, axes: [axis, across], profile });
+            }
+            sky @ world::Light::Sky { .. } => out.lamps.extend(sun(sky, matrix)),
             other => out.lamps.push(punctual(other, matrix)),
         }
     }
     Ok(out)
 }
 
-/// The corners of an area light, counter-clockwise seen from the side that shines, and its radiance.
+/// The corners of an area light, counter-clockwise seen from the side that shines, and the area between them.
 fn rectangle(
     world: &World,
     entity: Entity,
     matrix: &DAffine3,
-    (power_w, size_m, samples): (Rgb, crate::math::Vec2, u32),
-) -> Result<([Vec3; 4], Rgb), CompileError> {
+    (size_m, samples): (crate::math::Vec2, u32),
+) -> Result<([Vec3; 4], f32), CompileError> {
     if samples == 0 || samples > MAX_STRATA {
         let reason = format!("an area light takes 1 to {MAX_STRATA} samples, not {samples}");
         return Err(entity_error(world, entity, reason));
@@ -138,8 +164,22 @@ fn rectangle(
     if cross.dot(direction(matrix, Vec3::NEG_Z).as_dvec3()) < 0.0 {
         corners.swap(1, 3);
     }
-    // A uniform Lambertian emitter: Φ = π A L.
-    Ok((corners, power_w * (1.0 / (std::f32::consts::PI * area))))
+    Ok((corners, area))
+}
+
+/// Corners of the polygon that rays hit in place of a disc: it has the disc's area to a thousandth.
+const ROUND: usize = 96;
+
+/// The outline within the corners of a rectangle, in their order.
+fn cut_out(corners: [Vec3; 4], outline: Outline) -> Vec<Vec3> {
+    if outline == Outline::Rectangle {
+        return corners.to_vec();
+    }
+    let [corner, first, _, second] = corners;
+    let (up, across) = ((first - corner) * 0.5, (second - corner) * 0.5);
+    let turn = |i: usize| std::f64::consts::TAU * i as f64 / ROUND as f64;
+    let place = |angle: f64| up * libm::cos(angle) as f32 + across * libm::sin(angle) as f32;
+    (0..ROUND).map(|i| corner + up + across + place(turn(i))).collect()
 }
 
 /// Black, but for what it gives off to the front.
@@ -150,6 +190,35 @@ fn surface(radiance: Rgb) -> Material {
         ..BlinnPhong::default()
     };
     Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
+}
+
+/// The mean of a profile over all directions; none if that is nothing.
+fn mean_of(world: &World, profile: TextureId) -> Option<f32> {
+    let image = &world.assets.images[world.assets.textures[profile.0 as usize].image.0 as usize];
+    let (width, height) = (image.width as usize, image.height as usize);
+    let value = |at: usize| match &image.texels {
+        Texels::Rgb32(texels) => Rgb::from(texels[at]).luminance(),
+        Texels::Rgba8(texels) => Rgb::from([0, 1, 2].map(|k| f32::from(texels[at][k]) / 255.0)).luminance(),
+    };
+    let (mut sum, mut whole) = (0.0, 0.0);
+    for row in 0..height {
+        let weight = libm::sin(std::f64::consts::PI * (row as f64 + 0.5) / height as f64);
+        sum += weight * (row * width..(row + 1) * width).map(|at| f64::from(value(at))).sum::<f64>();
+        whole += weight * width as f64;
+    }
+    let mean = (sum / whole) as f32;
+    (mean > 0.0 && mean.is_finite()).then_some(mean)
+}
+
+/// The sun of a sky.
+fn sun(light: &world::Light, matrix: &DAffine3) -> Option<Lamp> {
+    let world::Light::Sky { elevation, azimuth, haze, radiance } = light else { return None };
+    let (elevation, azimuth) = (f64::from(*elevation), f64::from(*azimuth));
+    let level = libm::cos(elevation);
+    let [x, z] = [libm::sin(azimuth) * level, -libm::cos(azimuth) * level];
+    let to_light = direction(matrix, Vec3::new(x as f32, libm::sin(elevation) as f32, z as f32));
+    let irradiance = Air::new(*haze).sun(elevation).map(|c| c as f32);
+    Some(Lamp::Directional { to_light, irradiance: Rgb::from(irradiance) * *radiance, angle: SUN_ANGLE })
 }
 
 fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
@@ -175,7 +244,10 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
             let to_light = -direction(matrix, Vec3::NEG_Z);
             Lamp::Directional { to_light, irradiance: *irradiance, angle: *angle }
         }
-        world::Light::Area { .. } | world::Light::Environment { .. } => {
+        world::Light::Area { .. }
+        | world::Light::Environment { .. }
+        | world::Light::Photometric { .. }
+        | world::Light::Sky { .. } => {
             unreachable!("what is not a point is handled by the caller")
         }
     }

@@ -10,6 +10,7 @@ mod glow;
 pub mod light_tree;
 mod lights;
 mod materials;
+mod sky;
 mod textures;
 pub mod transforms;
 
@@ -41,11 +42,11 @@ pub fn compile_after(
     let camera = camera::compile(world, &order, &transforms, camera)?;
     let textures = textures::compile(&world.assets, before.map(|before| &before.textures))?;
     let (mut materials, mut material_names) = materials::compile(&world.assets);
-    let lights::CompiledLights { lamps, rectangles } =
+    let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
     let geometry::CompiledGeometry { geometry, mut bvh, placed, copies } =
-        geometry::compile(world, &order, &transforms, &rectangles, &mut sheets, before)?;
+        geometry::compile(world, &order, &transforms, &panels, &mut sheets, before)?;
     set_presence(&mut bvh, &geometry, &materials, before);
     let environment = environment::compile(world, &order, &transforms);
     let surfaces = emitters::Surfaces {

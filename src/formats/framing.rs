@@ -14,7 +14,11 @@ use crate::world::{
 };
 
 /// Loads a mesh and adds camera and light.
-pub(super) fn load_mesh(path: &Path, sources: &SourceFiles) -> Result<World, LoadError> {
+pub(super) fn load_mesh(
+    path: &Path,
+    options: &LoadOptions,
+    sources: &SourceFiles,
+) -> Result<World, LoadError> {
     let mut world = World::default();
     world.assets.files = sources.clone();
     let mut files = Files { sources: sources.clone(), ..Files::default() };
@@ -23,7 +27,13 @@ pub(super) fn load_mesh(path: &Path, sources: &SourceFiles) -> Result<World, Loa
     let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
     let id = world.assets.add_mesh(mesh);
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
-    complete(&mut world, bounds);
+    if options.surroundings.is_some() {
+        // What comes from all around lights surfaces under this transport alone.
+        world.settings.transport = Transport::Path;
+        frame(&mut world, bounds);
+    } else {
+        complete(&mut world, bounds);
+    }
     Ok(world)
 }
 
@@ -52,7 +62,7 @@ pub(super) fn load_model(
         _ => model.bounds,
     };
     frame(&mut world, bounds);
-    if is_dark(&world) {
+    if options.surroundings.is_none() && is_dark(&world) {
         let image = world.assets.add_image(studio::image());
         let name = TakenNames::of(&world).unique("studio");
         let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };

@@ -12,6 +12,7 @@ pub mod rays;
 pub mod ron;
 mod studio;
 pub mod study;
+pub mod surroundings;
 mod track;
 pub mod triangulate;
 mod whole_file;
@@ -24,6 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
+use surroundings::Surroundings;
 
 /// What of a model is read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,6 +40,8 @@ pub struct LoadOptions {
     pub light_units: LightUnits,
     /// Glass without a volume is the boundary of a body all the same.
     pub solid_glass: bool,
+    /// In place of its own environment.
+    pub surroundings: Option<Surroundings>,
 }
 
 /// What the numbers of a glTF file's lights count.
@@ -73,7 +77,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "gltf" | "glb" => None,
         "ron" if *options == common => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
-        _ if *options == LoadOptions::default() => None,
+        _ if LoadOptions { surroundings: None, ..options.clone() } == LoadOptions::default() => None,
         _ if options.light_units != LightUnits::Auto || options.solid_glass => Some(
             "--light-units and --solid-glass are for .gltf and .glb files, and .ron files that name these",
         ),
@@ -90,13 +94,16 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             Ok(world)
         }
         "gltf" | "glb" => framing::load_model(path, options, sources),
-        "ply" | "obj" => framing::load_mesh(path, sources),
+        "ply" | "obj" => framing::load_mesh(path, options, sources),
         other => {
             let hint = did_you_mean(other, ["ron", "gltf", "glb", "ply", "obj"]);
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
             Err(LoadError::invalid(path, reason))
         }
     }?;
+    if let Some(surroundings) = &options.surroundings {
+        surroundings::surround(&mut world, surroundings)?;
+    }
     if options.time_s.is_some() && !world.moves {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";
         world.warnings.push(what.into());

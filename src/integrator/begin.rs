@@ -54,6 +54,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         spread: F::splat(per_metre) * footprint,
         medium: F::Int::splat(NONE),
         facing: F::Int::splat(NONE),
+        scatterings: F::Int::splat(0),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::bounces::LobeKind;
 use super::path::Path;
-use super::{Frame, path_tracing};
+use super::{Frame, medium, path_tracing};
 use crate::math::Vector;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
 
@@ -26,10 +26,15 @@ pub struct Decision {
 }
 
 /// What becomes of a path at a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
     /// This was the ray after the last bounce, of all or of a kind.
     Last,
+    /// It was scattered within the body that it was in, before it came to the surface.
+    Scattered {
+        /// So far from where it began.
+        distance_m: f32,
+    },
     /// The surface shows its colour and answers no light.
     Unlit,
     /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
@@ -62,8 +67,13 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
         light: None,
         fate: Fate::Last,
     };
-    let throughput = path_tracing::absorbed(frame, path, path.medium, hit.t, true);
-    let path = &Path { throughput, ..*path };
+    let flight = medium::flight(frame, path, hit.t, true);
+    let path = &Path { throughput: flight.throughput, ..*path };
+    if flight.scattered {
+        decision.position = path.origin + path.direction * flight.t;
+        decision.fate = Fate::Scattered { distance_m: flight.t };
+        return decision;
+    }
     decision.normal = point.normal();
     if record.emits() {
         decision.emission_share = path_tracing::emission_share(frame, path, hit, true);

@@ -34,8 +34,10 @@ pub struct Path<F: Float> {
     pub width: F,
     /// How much wider it becomes with every metre.
     pub spread: F,
-    /// The material of the absorbing body that the path is in, or [`crate::math::NONE`].
+    /// The material of the body that the path is in, or [`crate::math::NONE`] where that does nothing to light.
     pub medium: F::Int,
+    /// How many of its bounces so far were within bodies.
+    pub scatterings: F::Int,
 }
 
 impl<F: Float> Path<F> {
@@ -47,6 +49,26 @@ impl<F: Float> Path<F> {
             direction: self.direction,
             t_min: F::zero(),
             t_max: F::splat(f32::INFINITY),
+        }
+    }
+
+    /// One or the other lane by lane, of paths that have come from the same.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            origin: Vector::select(mask, yes.origin, no.origin),
+            direction: Vector::select(mask, yes.direction, no.direction),
+            throughput: Color::select(mask, yes.throughput, no.throughput),
+            radiance: Color::select(mask, yes.radiance, no.radiance),
+            branch: F::Int::select(mask, yes.branch, no.branch),
+            depth: F::Int::select(mask, yes.depth, no.depth),
+            pdf: F::select(mask, yes.pdf, no.pdf),
+            facing: F::Int::select(mask, yes.facing, no.facing),
+            width: F::select(mask, yes.width, no.width),
+            spread: F::select(mask, yes.spread, no.spread),
+            medium: F::Int::select(mask, yes.medium, no.medium),
+            scatterings: F::Int::select(mask, yes.scatterings, no.scatterings),
+            ..*yes
         }
     }
 

@@ -8,10 +8,10 @@
 
 use super::Frame;
 use super::bounces;
+use super::medium::{self, passed};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
-use crate::math::elementary::exp2;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::{Dimension, Key};
@@ -121,27 +121,39 @@ pub fn hit<F: Float>(
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
     let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, mask);
-    let path = &Path { throughput: absorbed(frame, path, path.medium, hit.t, mask), ..*path };
+    let key = path.only_key(frame.seed);
+    let flight = medium::flight(frame, path, hit.t, mask);
+    let path = &Path { throughput: flight.throughput, ..*path };
     let mut out = VertexOutcome {
-        radiance: given_off(frame, path, hit, &point, mask),
+        radiance: path.radiance,
         shadow: ShadowRay::none(),
         next: *path,
         goes_on: F::Mask::from_bits(0),
         shared: None,
     };
+    let arrives = mask & !flight.scattered;
+    if flight.scattered.any() {
+        (out.next, out.goes_on) = medium::scattered(frame, path, &flight, key);
+        if !arrives.any() {
+            return out;
+        }
+    }
+    let radiance = given_off(frame, path, hit, &point, arrives);
+    out.radiance = Color::select(arrives, radiance, path.radiance);
     // The last ray looks for what shines, which the light sampled before it counts on; no more.
-    let here = mask & !is_last(frame, path);
+    let here = arrives & !is_last(frame, path);
     if record.unlit || !here.any() {
         return out;
     }
-    let key = path.only_key(frame.seed);
     let bsdf = bsdf(frame, path, &point, key, here);
     let bodies = Bodies::new(path, &surface, record, material);
     let light = to_light(frame, path, &surface, &bodies, &bsdf, key, here);
     out.shadow = light.0;
     let drawn = drawn(frame, path, &bsdf, key, here);
-    (out.next, out.goes_on) = scattered(frame, path, &surface, &bodies, &drawn, key, width);
-    out.next.facing = faces(frame, &surface, &bsdf);
+    let (mut next, goes_on) = reflected(frame, path, &surface, &bodies, &drawn, key, width);
+    next.facing = faces(frame, &surface, &bsdf);
+    out.next = if flight.scattered.any() { Path::select(here, &next, &out.next) } else { next };
+    out.goes_on = out.goes_on | goes_on;
     if frame.sharing.is_some() {
         let light = (out.shadow.ray.direction, light.1);
         let vertex = lend::Vertex { point: &point, bsdf: &bsdf, light, drawn: &drawn };
@@ -161,10 +173,10 @@ struct Bodies<F: Float> {
 impl<F: Float> Bodies<F> {
     #[inline(always)]
     fn new(path: &Path<F>, surface: &Surface<F>, record: &Material, material: u32) -> Self {
-        if record.thin {
+        if !record.encloses {
             return Self { near: path.medium, far: path.medium };
         }
-        let inside = F::Int::splat(if record.absorption != [0.0; 3] { material } else { NONE });
+        let inside = F::Int::splat(if record.medium.is_clear() { NONE } else { material });
         Self { near: path.medium, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
     }
 
@@ -178,7 +190,8 @@ impl<F: Float> Bodies<F> {
 /// Where the path has had its last bounce, of all or of a kind.
 #[inline(always)]
 pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
-    let last = F::Int::splat(frame.max_depth).lt(path.depth);
+    // What happens within bodies is theirs.
+    let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
     if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
 }
 
@@ -200,36 +213,6 @@ pub(super) fn bsdf<F: Float>(
         parameters.split(ior, dispersion, point.surface.inside, path.throughput, u);
     }
     Bsdf::new(has, parameters, frame.lobes, point.to_viewer, mask)
-}
-
-/// Throughput after a way of length t through the body that the path is in (Beer and Lambert).
-#[inline(always)]
-pub(super) fn absorbed<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    medium: F::Int,
-    t: F,
-    mask: F::Mask,
-) -> Color<F> {
-    let mut throughput = path.throughput;
-    let mut todo = mask & !medium.eq(F::Int::splat(NONE));
-    // Infinity times a colour's absorption of zero would be no number.
-    let t = t.min(F::splat(f32::MAX));
-    while todo.any() {
-        let material = emitter::lane(medium, todo);
-        let same = todo & medium.eq(F::Int::splat(material));
-        let [r, g, b] = frame.scene.materials[material as usize].absorption;
-        let left = Color::new(decay(r, t), decay(g, t), decay(b, t));
-        throughput = Color::select(same, throughput * left, throughput);
-        todo = todo & !same;
-    }
-    throughput
-}
-
-/// e^(−σ t).
-#[inline(always)]
-fn decay<F: Float>(absorption: f32, t: F) -> F {
-    exp2(t * F::splat(-absorption * std::f32::consts::LOG2_E))
 }
 
 /// The path's radiance with what the surface gives off.
@@ -333,7 +316,7 @@ fn to_light<F: Float>(
         sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let left = absorbed(frame, path, bodies.beyond(through), sample.distance, mask);
+    let left = passed(frame, path.throughput, bodies.beyond(through), sample.distance, mask);
     let contribution = limited(frame, path, left * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
@@ -377,9 +360,29 @@ pub(super) fn drawn<F: Float>(
     bsdf.sample(which, u, mask)
 }
 
-/// Where the path goes on, if it does.
+/// Russian roulette among lanes that play: throughput, and where the path is still alive.
 #[inline(always)]
-fn scattered<F: Float>(
+pub(super) fn plays_roulette<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    throughput: Color<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> (Color<F>, F::Mask) {
+    let all = F::Mask::from_bits(u32::MAX);
+    let Some(first) = frame.roulette_depth else { return (throughput, all) };
+    // What a first vertex draws must not hang on luck that its neighbours do not know of.
+    let first = if frame.sharing.is_some() { first.max(1) } else { first };
+    let plays = mask & !path.depth.lt(F::Int::splat(first));
+    let survival = throughput.max_component().clamp(0.05, 1.0);
+    let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
+    let throughput = throughput * F::select(plays, F::one() / survival, F::one());
+    (throughput, number.lt(survival) | !plays)
+}
+
+/// Where the path goes on from a surface, if it does.
+#[inline(always)]
+fn reflected<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
@@ -388,21 +391,13 @@ fn scattered<F: Float>(
     key: Key<F::Int>,
     width: F,
 ) -> (Path<F>, F::Mask) {
-    let (zero, one) = (F::zero(), F::one());
+    let zero = F::zero();
     let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
-    let mut throughput = path.throughput * weight;
-    let mut goes_on = valid & throughput.max_component().gt(zero);
-    if let Some(first) = frame.roulette_depth {
-        // What a first vertex draws must not hang on luck that its neighbours do not know of.
-        let first = if frame.sharing.is_some() { first.max(1) } else { first };
-        // Paths through glass and from mirror to mirror are few and bright: what ends there is missed.
-        let plays = wide & !path.depth.lt(F::Int::splat(first));
-        let survival = throughput.max_component().clamp(0.05, 1.0);
-        let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
-        let survives = number.lt(survival);
-        throughput = throughput * F::select(plays, one / survival, one);
-        goes_on = goes_on & (survives | !plays);
-    }
+    let throughput = path.throughput * weight;
+    let goes_on = valid & throughput.max_component().gt(zero);
+    // Paths through glass and from mirror to mirror are few and bright: what ends there is missed.
+    let (throughput, survives) = plays_roulette(frame, path, throughput, key, wide);
+    let goes_on = goes_on & survives;
     let mut branch = bounces::counted::<F>(path.branch, wide, through);
     if let Some(limits) = &frame.limits {
         branch = bounces::limited::<F>(limits, branch);

@@ -200,6 +200,14 @@ impl<F: Float> Add for Color<F> {
     }
 }
 
+impl<F: Float> Sub for Color<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, rhs: Self) -> Self {
+        Self { r: self.r - rhs.r, g: self.g - rhs.g, b: self.b - rhs.b }
+    }
+}
+
 impl<F: Float> Mul for Color<F> {
     type Output = Self;
     #[inline(always)]

@@ -7,7 +7,7 @@ use crate::math::NONE;
 pub mod kind {
     /// A triangle: corner, two edges, radiance.
     pub const TRIANGLE: u32 = 0;
-    /// A parallelogram: corner, two edges, radiance.
+    /// A parallelogram: corner, two edges, radiance; with [`flag::ROUND`] the ellipse that touches its sides.
     pub const QUAD: u32 = 1;
     /// A sphere: centre, radius at 9, radiance at 10.
     pub const SPHERE: u32 = 2;
@@ -19,6 +19,8 @@ pub mod kind {
     pub const DIRECTIONAL: u32 = 5;
     /// All around.
     pub const ENVIRONMENT: u32 = 6;
+    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 at 9, intensity at 10.
+    pub const PHOTOMETRIC: u32 = 7;
 }
 
 /// Bits of [`Emitters::flags`].
@@ -32,6 +34,8 @@ pub mod flag {
     pub const REVERSED: u32 = 8;
     /// Rays can hit it: it is found in two ways, which share the work.
     pub const VISIBLE: u32 = 4;
+    /// Only the ellipse within it is there.
+    pub const ROUND: u32 = 32;
     /// Only a part of it is there: its material's coverage.
     pub const COVERED: u32 = 16;
 }
@@ -47,6 +51,8 @@ pub struct Emitters {
     pub rows: Vec<[f32; 13]>,
     /// Material of a surface, [`NONE`] of all else.
     pub material: Vec<u32>,
+    /// The profile's texture of what has one, [`NONE`] of all else.
+    pub profile: Vec<u32>,
     /// The surface's primitive, the first of two that make one emitter; of a light its index among
     /// the scene's.
     pub primitive: Vec<u32>,

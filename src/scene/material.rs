@@ -72,6 +72,41 @@ pub struct NormalParam {
     pub scale: f32,
 }
 
+/// Heights above a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BumpParam {
+    /// Where they are looked up, as stored.
+    pub heights: ScalarParam,
+    /// Of 1 above 0, m.
+    pub metres: f32,
+}
+
+/// What is within a body, the same everywhere (PBRT 4th ed., 11.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// σₜ: absorption and scattering, m⁻¹.
+    pub extinction: [f32; 3],
+    /// σₛ/σₜ: the part of it that is scattering.
+    pub albedo: [f32; 3],
+    /// Henyey and Greenstein's g.
+    pub anisotropy: f32,
+}
+
+impl Medium {
+    /// Does nothing to light.
+    pub const CLEAR: Medium = Medium { extinction: [0.0; 3], albedo: [0.0; 3], anisotropy: 0.0 };
+
+    /// Whether light takes notice of it.
+    pub fn is_clear(&self) -> bool {
+        self.extinction == [0.0; 3]
+    }
+
+    /// Whether light changes its direction in it.
+    pub fn scatters(&self) -> bool {
+        self.extinction.iter().zip(self.albedo).any(|(extinction, albedo)| extinction * albedo > 0.0)
+    }
+}
+
 /// A thin film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinFilmParam {
@@ -125,6 +160,8 @@ pub struct Material {
     pub roughness: ScalarParam,
     /// Of the base layer.
     pub normal: Option<NormalParam>,
+    /// Its relief.
+    pub bump: Option<BumpParam>,
     /// Radiance.
     pub emission: ColorParam,
     /// Whether its back gives off none.
@@ -147,8 +184,10 @@ pub struct Material {
     pub thin: bool,
     /// 20 / Abbe number; 0 where all colours are bent alike.
     pub dispersion: f32,
-    /// Absorption inside, m⁻¹.
-    pub absorption: [f32; 3],
+    /// Whether it is the boundary of a body.
+    pub encloses: bool,
+    /// What the body does to light within it.
+    pub medium: Medium,
     /// The part of diffuse light that leaves on the other side, and its colour.
     pub diffuse_transmission: ScalarParam,
     /// Its colour.
@@ -246,6 +285,7 @@ impl Material {
         colors.iter().any(|color| color.texture != NONE)
             || scalars.iter().any(|scalar| scalar.texture != NONE)
             || self.normal.is_some()
+            || self.bump.is_some()
             || self.coat_normal.is_some()
             || self.anisotropy_texture != NONE
             || self.film.is_some_and(|film| film.factor.texture != NONE || film.thickness.texture != NONE)

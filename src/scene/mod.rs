@@ -84,7 +84,9 @@ impl CompiledScene {
                 kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
                 kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
                 // What has no extent is seen by the light that it throws.
-                kind::POINT | kind::SPOT if row[9] > 0.0 => note(light / (far * far), light / (far * far)),
+                kind::POINT | kind::SPOT | kind::PHOTOMETRIC if row[9] > 0.0 => {
+                    note(light / (far * far), light / (far * far))
+                }
                 _ => note(light, light),
             }
         }

@@ -70,7 +70,11 @@ impl<F: Float> Shaded<F> {
             ior: F::splat(classic.ior),
             emission,
             // Without a map they stay what they are, even where they look away from the viewer.
-            normal: if material.normal.is_some() { point.normal() } else { point.surface.normal },
+            normal: if material.normal.is_some() || material.bump.is_some() {
+                point.normal()
+            } else {
+                point.surface.normal
+            },
         }
     }
 

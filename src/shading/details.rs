@@ -130,12 +130,17 @@ pub fn coordinates<F: Float>(
 struct WeightGradients<F: Float>(Vector<F>, Vector<F>);
 
 impl<F: Float> WeightGradients<F> {
+    /// The same of a set of coordinates.
+    #[inline(always)]
+    fn of(&self, set: &UvSet<F>) -> (Vector<F>, Vector<F>) {
+        let [a, b, c] = set.corners;
+        (self.0 * (b.0 - a.0) + self.1 * (c.0 - a.0), self.0 * (b.1 - a.1) + self.1 * (c.1 - a.1))
+    }
+
     /// The footprint in a set of coordinates, `other` where there is no such set.
     #[inline(always)]
     fn footprint(&self, set: &UvSet<F>, diameters: &[Vector<F>; 2], other: Footprint<F>) -> Footprint<F> {
-        let [a, b, c] = set.corners;
-        let u = self.0 * (b.0 - a.0) + self.1 * (c.0 - a.0);
-        let v = self.0 * (b.1 - a.1) + self.1 * (c.1 - a.1);
+        let (u, v) = self.of(set);
         Footprint::select(set.mapped, Footprint::new(diameters, u, v), other)
     }
 }
@@ -192,6 +197,35 @@ fn round_gradients<F: Float>(
     let u = (gradients[0] * z - gradients[2] * x) * (per_metre * F::splat(0.5 / PI) / flat);
     let v = -gradients[1] * (per_metre * F::splat(1.0 / PI) / flat.sqrt());
     (u, v)
+}
+
+/// How u and v of a set of texture coordinates grow along the surface, for each metre in the world.
+#[inline(always)]
+pub fn uv_gradients<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    surface: &Surface<F>,
+    set: usize,
+    mask: F::Mask,
+) -> (Vector<F>, Vector<F>) {
+    let triangle = HitCorners::new(geometry, hit, mask);
+    let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, surface.uv);
+    let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, surface.uv);
+    let along = triangle.along(geometry, hit, first.mapped | second.mapped);
+    let (mut u, mut v) = along.of(&first);
+    if set == 1 {
+        let of_second = along.of(&second);
+        u = Vector::select(second.mapped, of_second.0, u);
+        v = Vector::select(second.mapped, of_second.1, v);
+    }
+    let round = mask & !triangle.is_triangle;
+    if round.any() {
+        let of_sphere = round_gradients(geometry, hit, surface, round);
+        u = Vector::select(round, of_sphere.0, u);
+        v = Vector::select(round, of_sphere.1, v);
+    }
+    let known = first.mapped | second.mapped | round;
+    (Vector::select(known, u, Vector::zero()), Vector::select(known, v, Vector::zero()))
 }
 
 /// Vertex alpha, 1 where there is none.

@@ -2,16 +2,18 @@
 //! are sampled.
 
 use super::details::point_coordinates;
+use super::footprint::Footprint;
 use super::point::{Tables, coverage};
-use super::sampled::color;
+use super::sampled::{Coordinates, color, texel};
 use super::solid_angle::Fan;
 use super::surface::{HitLanes, sphere_uv, unit_or};
 use super::{environment, principled::basis::Basis};
 use crate::bvh::SPHERE;
-use crate::math::elementary::sin_cos_turns;
+use crate::math::elementary::{acos_turns, atan2_turns, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
-use crate::scene::CompiledScene;
+use crate::sampling::warp::concentric_disk;
 use crate::scene::emitters::{flag, kind};
+use crate::scene::{CompiledScene, Textures};
 use crate::simd::{Float, Int, Mask};
 
 /// A point of an emitter as seen from another point.
@@ -58,7 +60,8 @@ pub fn sample<F: Float>(
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE)) & mask;
     let round = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let spot = what.eq(F::Int::splat(kind::SPOT)) & mask;
-    let point = spot | (what.eq(F::Int::splat(kind::POINT)) & mask);
+    let photometric = what.eq(F::Int::splat(kind::PHOTOMETRIC)) & mask;
+    let point = spot | photometric | (what.eq(F::Int::splat(kind::POINT)) & mask);
     let parallel = what.eq(F::Int::splat(kind::DIRECTIONAL)) & mask;
     let around = what.eq(F::Int::splat(kind::ENVIRONMENT)) & mask;
     let planar = triangle | quad;
@@ -92,7 +95,13 @@ pub fn sample<F: Float>(
         out = out.replaced(round, sample);
     }
     if point.any() {
-        out = out.replaced(point, point_sample(&row, spot, position));
+        let mut sample = point_sample(&row, spot, position);
+        if photometric.any() {
+            let profile = F::Int::gather(&table.profile, emitter, photometric);
+            let part = photometric_part(&scene.textures, &row, profile, sample.direction, photometric);
+            sample.radiance = Color::select(photometric, sample.radiance * part, sample.radiance);
+        }
+        out = out.replaced(point, sample);
     }
     if parallel.any() {
         out = out.replaced(parallel, parallel_sample(&row, u));
@@ -127,6 +136,12 @@ pub fn sample_light<F: Float>(
         kind::QUAD => planar_sample(&row, nowhere, flags, Measure::Area, position, u).0,
         kind::POINT => point_sample(&row, nowhere, position),
         kind::SPOT => point_sample(&row, everywhere, position),
+        kind::PHOTOMETRIC => {
+            let sample = point_sample(&row, nowhere, position);
+            let profile = F::Int::splat(table.profile[emitter as usize]);
+            let part = photometric_part(&scene.textures, &row, profile, sample.direction, everywhere);
+            EmitterSample { radiance: sample.radiance * part, ..sample }
+        }
         _ => parallel_sample(&row, u),
     }
 }
@@ -175,10 +190,12 @@ pub fn pdf<F: Float>(
     let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
     let (e1, e2) = (row.vector(3), row.vector(6));
-    let mut pdf = planar_pdf(e1.cross(e2), triangle, direction, t);
+    let disc = has(F::Int::gather(&table.flags, emitter, mask), flag::ROUND);
+    let part = part_of(triangle, disc);
+    let mut pdf = planar_pdf(e1.cross(e2), part, direction, t);
     // The corner, or a sphere's centre.
     let first = row.vector(0) - position;
-    let near = is_near(first, e1, e2) & mask & !sphere;
+    let near = is_near(first, e1, e2) & mask & !sphere & !disc;
     if near.any() {
         let angle = Fan::new(first, e1, e2, triangle).solid_angle();
         pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
@@ -249,10 +266,16 @@ fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
     !(flags & I::splat(bit)).eq(I::splat(0))
 }
 
-/// d² / (A |cos|), with |e₁ × e₂| = A or 2A.
+/// The part of a parallelogram that a triangle takes up, or a disc within it.
 #[inline(always)]
-fn planar_pdf<F: Float>(cross: Vector<F>, triangle: F::Mask, direction: Vector<F>, distance: F) -> F {
-    let part = F::select(triangle, F::splat(0.5), F::one());
+fn part_of<F: Float>(triangle: F::Mask, disc: F::Mask) -> F {
+    let rest = F::select(disc, F::splat(std::f32::consts::FRAC_PI_4), F::one());
+    F::select(triangle, F::splat(0.5), rest)
+}
+
+/// d² / (A |cos|), with A = `part` |e₁ × e₂|.
+#[inline(always)]
+fn planar_pdf<F: Float>(cross: Vector<F>, part: F, direction: Vector<F>, distance: F) -> F {
     let seen = cross.dot(direction).abs() * part;
     distance * distance / seen.max(F::splat(1e-30))
 }
@@ -273,7 +296,7 @@ enum Measure {
     SolidAngle,
 }
 
-/// Uniform over a triangle or a parallelogram; and which part of each edge it is from the corner.
+/// Uniform over a triangle, a parallelogram or a disc; and which part of each edge it is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
     row: &impl EmitterRows<F>,
@@ -289,10 +312,15 @@ fn planar_sample<F: Float>(
     let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
     let b = F::select(upper, u.1 - u.0 * half, u.1 * half);
     let (mut a, mut b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
+    let disc = has(flags, flag::ROUND);
+    if disc.any() {
+        let (x, y) = concentric_disk(u.0, u.1);
+        (a, b) = (F::select(disc, x * half + half, a), F::select(disc, y * half + half, b));
+    }
     let (e1, e2) = (row.vector(3), row.vector(6));
     let corner = row.vector(0) - position;
     let near = match measure {
-        Measure::SolidAngle => is_near(corner, e1, e2),
+        Measure::SolidAngle => is_near(corner, e1, e2) & !disc,
         Measure::Area => F::Mask::from_bits(0),
     };
     let mut angle = F::zero();
@@ -310,7 +338,7 @@ fn planar_sample<F: Float>(
     let facing = cross.dot(direction);
     let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
     let shines = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
-    let by_area = planar_pdf(cross, triangle, direction, distance);
+    let by_area = planar_pdf(cross, part_of(triangle, disc), direction, distance);
     let sample = EmitterSample {
         direction,
         distance,
@@ -414,6 +442,33 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
         light = light * F::select(spot, inside * inside, F::one());
     }
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
+}
+
+/// What a lamp's profile says of the direction away from it, profile by profile.
+#[inline(always)]
+fn photometric_part<F: Float>(
+    textures: &Textures,
+    row: &impl EmitterRows<F>,
+    profile: F::Int,
+    to_lamp: Vector<F>,
+    mask: F::Mask,
+) -> Color<F> {
+    let (axis, across, away) = (row.vector(3), row.vector(6), -to_lamp);
+    let side = across.cross(axis);
+    let turns = atan2_turns(away.dot(side), away.dot(across));
+    let around = turns - turns.floor();
+    let down = acos_turns(away.dot(axis).max(-F::one()).min(F::one())) * F::splat(2.0);
+    let at = Coordinates { uv: [(around, down); 2], footprint: [Footprint::point(); 2] };
+    let mut part = Color::black();
+    let mut todo = mask;
+    while todo.any() {
+        let first = lane(profile, todo);
+        let same = profile.eq(F::Int::splat(first)) & todo;
+        let found = texel(textures, &textures.sampled[first as usize], &at, same).color;
+        part = Color::select(same, found, part);
+        todo = todo & !same;
+    }
+    part
 }
 
 /// Parallel light, or from a disk in the sky.

@@ -126,13 +126,24 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         } else {
             Basis::about(self.surface.normal)
         };
-        is_turned(normal_in(&frame, self.mapped(m.normal)), self.surface.geometric_normal, self.to_viewer)
+        let normal = self.seen_in(&frame, m.normal, Layer::Base);
+        is_turned(normal, self.surface.geometric_normal, self.to_viewer)
+    }
+
+    /// A layer's normal, with what maps do to it.
+    #[inline(always)]
+    fn seen_in(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Vector<F> {
+        let normal = normal_in(frame, self.mapped(map));
+        match &self.material.bump {
+            Some(bump) if layer == Layer::Base => self.risen(normal, bump),
+            _ => normal,
+        }
     }
 
     #[inline(always)]
     fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Basis<F> {
         let geometric = self.surface.geometric_normal;
-        let mut normal = normal_in(frame, self.mapped(map));
+        let mut normal = self.seen_in(frame, map, layer);
         if self.material.has_mirror() || layer == Layer::Coat {
             let below = self.mask & mirrors_what_is_below(normal, geometric, self.to_viewer);
             if below.any() {

@@ -3,7 +3,7 @@
 
 use crate::math::{Mat4, Quat, Rgb, Vec2, Vec3};
 
-use super::assets::{ImageId, MaterialId, MeshId};
+use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 
 /// What the author calls an entity. Names are unique in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,6 +110,26 @@ pub enum Falloff {
     Constant,
 }
 
+/// What an area light is cut out as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outline {
+    /// All of it.
+    #[default]
+    Rectangle,
+    /// The ellipse that touches its sides.
+    Disc,
+}
+
+impl Outline {
+    /// The part of the rectangle that is there.
+    pub fn part(self) -> f32 {
+        match self {
+            Self::Rectangle => 1.0,
+            Self::Disc => std::f32::consts::FRAC_PI_4,
+        }
+    }
+}
+
 /// What sends light into the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
@@ -131,6 +151,15 @@ pub enum Light {
         /// With distance.
         falloff: Falloff,
     },
+    /// From the local origin into all directions, more into some than into others: as a measured lamp that hangs
+    /// with its axis along −Z.
+    Photometric {
+        /// Φ in W, of all directions together.
+        power_w: Rgb,
+        /// Looked up by the angle about the axis from +X to +Y, as u, and the angle to the axis, as v: 0 is straight
+        /// ahead, 1 straight back. Only the proportions count.
+        profile: TextureId,
+    },
     /// Parallel light along −Z.
     Directional {
         /// On a surface across the light, W m⁻².
@@ -148,13 +177,27 @@ pub enum Light {
         /// as seen from within.
         image: Option<ImageId>,
     },
-    /// A rectangle in the local XY plane, centred at the origin, that emits
+    /// A clear sky with its sun, infinitely far away, over a grey ground, from its own model of the air. The
+    /// entity's rotation turns it; it counts as an [`Light::Environment`] and a [`Light::Directional`].
+    Sky {
+        /// Of the sun above the horizon in radians; negative after sunset.
+        elevation: f32,
+        /// Where the sun stands in radians: 0 along −Z, growing to +X.
+        azimuth: f32,
+        /// As many times the haze of a clear day.
+        haze: f32,
+        /// A factor; with white, white in the noon sun has a radiance of about 1.
+        radiance: Rgb,
+    },
+    /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
     /// towards −Z with the same radiance Φ/(πA) in all directions.
     Area {
         /// Φ in W.
         power_w: Rgb,
-        /// Width along X and height along Y in metres.
+        /// Width along X and height along Y in metres: of a disc both diameters.
         size_m: Vec2,
+        /// What of that is there.
+        outline: Outline,
         /// Shadow rays for each hit, at least 1.
         samples: u32,
         /// Where on the light they go.

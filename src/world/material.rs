@@ -136,6 +136,8 @@ pub struct Principled {
     pub roughness: ScalarInput,
     /// Bends the shading normal.
     pub normal: Option<NormalMap>,
+    /// The same by heights, on top of the normal map.
+    pub bump: Option<BumpMap>,
     /// Radiance that the surface gives off, W m⁻² sr⁻¹ (glTF: nits).
     pub emission: ColorInput,
     /// Whether its back is there, too. What is behind a single-sided surface is seen through it.
@@ -187,6 +189,7 @@ impl Default for Principled {
             metallic: ScalarInput::constant(1.0),
             roughness: ScalarInput::constant(1.0),
             normal: None,
+            bump: None,
             emission: ColorInput::default(),
             double_sided: false,
             unlit: false,
@@ -233,13 +236,42 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
-/// The inside of a body (KHR_materials_volume).
+/// Heights above a surface, which is shaded as if it had them (Blinn 1978).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BumpMap {
+    /// Looked up as it is stored.
+    pub texture: TextureId,
+    /// Which number of it.
+    pub channel: Channel,
+    /// How much higher 1 is than 0, in metres.
+    pub height_m: f32,
+}
+
+/// The inside of a body (KHR_materials_volume, KHR_materials_volume_scatter).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
-    /// What is left of white light after [`Volume::attenuation_distance`].
+    /// What is left of white light after [`Volume::attenuation_distance`], neither absorbed nor scattered.
     pub attenuation_color: Rgb,
-    /// In metres; infinite for a body that absorbs nothing.
+    /// In metres; infinite for a body that does nothing to light.
     pub attenuation_distance: f32,
+    /// The colour of a body so large that all light that leaves it has been scattered many times: which part of
+    /// the attenuation is scattering follows from it. Black where nothing scatters.
+    pub multiscatter_color: Rgb,
+    /// The mean cosine between light before and after it is scattered, in −1..1: above 0 it goes on much as it did.
+    pub scatter_anisotropy: f32,
+}
+
+impl Volume {
+    /// The largest magnitude of [`Volume::scatter_anisotropy`]: beyond it nothing is scattered any more.
+    pub const MOST: f32 = 0.99;
+
+    /// Does nothing to light.
+    pub const CLEAR: Volume = Volume {
+        attenuation_color: Rgb::WHITE,
+        attenuation_distance: f32::INFINITY,
+        multiscatter_color: Rgb::BLACK,
+        scatter_anisotropy: 0.0,
+    };
 }
 
 /// Microfacets that are stretched along one direction (KHR_materials_anisotropy).

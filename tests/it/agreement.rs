@@ -66,6 +66,27 @@ pub const GLASS: &str = r#"(
     ],
 )"#;
 
+/// Bodies that scatter light, one in another, with every kind of boundary.
+const MEDIA: &str = r#"(
+    settings: (size: (24, 18), samples: 4, transport: Path, background: (0.5, 0.7, 1)),
+    entities: [
+        (camera: Pinhole, transform: LookAt(from: (0, 1, 4), to: (0, 0, 0))),
+        (light: Point(power_w: 100), transform: (translate: (2, 3, 1))),
+        (shape: Sphere(radius_m: 1), transform: (translate: (-0.8, 0, 0)),
+         material: Principled(metallic: 0, roughness: 0.3, diffuse_transmission: 1,
+                              volume: (attenuation_color: (0.5, 0.2, 0.05), attenuation_distance_m: 0.05,
+                                       multiscatter_color: (0.9, 0.6, 0.4)))),
+        (shape: Sphere(radius_m: 0.8), transform: (translate: (0.8, 0, 0)),
+         material: Principled(metallic: 0, roughness: 0.2, transmission: 1,
+                              volume: (attenuation_color: (0.5, 0.6, 0.8), attenuation_distance_m: 0.3,
+                                       multiscatter_color: 0.9, scatter_anisotropy: 0.7))),
+        (shape: Sphere(radius_m: 0.2), transform: (translate: (0.8, 0, 0)), material: (diffuse: (0.8, 0.1, 0.1))),
+        (shape: Mesh("tetrahedron.ply"), transform: (translate: (0, -0.8, 1), scale: 0.4),
+         material: Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1,
+                              volume: (attenuation_color: (0.5, 1, 0.8), attenuation_distance_m: 0.1))),
+    ],
+)"#;
+
 /// Facing mirrors with textured weights, through a lens, under two area lights of several samples.
 pub const MIRRORS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 20, filter: Tent(radius: 1.25)),
@@ -236,6 +257,11 @@ fn shapes() {
 #[test]
 fn glass() {
     check(GLASS);
+}
+
+#[test]
+fn media() {
+    check(MEDIA);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod films;
 mod gltf;
 mod images;
 mod lamps;
+mod media;
 mod meshes;
 mod metamorphic;
 mod path;

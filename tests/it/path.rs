@@ -5,7 +5,7 @@ use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;
 use rayfront::world::{
     Background, BlinnPhong, Camera, ColorInput, DepthLimits, Light, Material, PixelFilter, Principled,
-    Sampler, ScalarInput, Shape, Sharing, Transform, Transport, World,
+    Sampler, ScalarInput, Shape, Sharing, Transform, Transport, Volume, World,
 };
 
 use crate::support::{self, Picture};
@@ -95,6 +95,7 @@ fn a_rectangle_lights_the_floor_as_lambert_says() {
     let light = Light::Area {
         power_w: Rgb::splat(std::f32::consts::PI * 2.0 * 10.0),
         size_m: size,
+        outline: Default::default(),
         samples: 1,
         pattern: Default::default(),
         visible: false,
@@ -250,7 +251,7 @@ fn shadows_of_sheets_are_transparent() {
 #[test]
 fn colours_add_up_to_white() {
     use rayfront::world::{Iridescence, Volume};
-    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY };
+    let clear = Volume::CLEAR;
     for (dispersion, film, transmission, roughness, allowed) in [
         (1.0, 0.0, 1.0, 0.0, 0.01),
         // Fewer colours, more noise.
@@ -295,9 +296,10 @@ fn a_body_absorbs_by_its_thickness() {
         roughness: ScalarInput::constant(0.0),
         transmission: ScalarInput::constant(1.0),
         ior: 1.0,
-        volume: Some(rayfront::world::Volume {
+        volume: Some(Volume {
             attenuation_color: Rgb::new(0.25, 0.5, 1.0),
             attenuation_distance: 2.0,
+            ..Volume::CLEAR
         }),
         ..Principled::default()
     };

@@ -34,6 +34,7 @@ impl AssetFiles for MadeUp {
             Some("noise") => Ok(noise()),
             Some("floats") => Ok(floats()),
             Some("ramp") => Ok(ramp()),
+            Some("lamp") => Ok(lamp()),
             _ => Err(LoadError::invalid(path, "no such picture has been made up")),
         }
     }
@@ -101,6 +102,18 @@ fn ramp() -> Image {
     let at = |i: u32| (i as f32 + 0.5) / SIDE as f32;
     let texels = (0..SIDE * SIDE).map(|i| [at(i % SIDE), at(i / SIDE), 1.0]).collect();
     Image { source: None, width: SIDE, height: SIDE, texels: Texels::Rgb32(texels) }
+}
+
+/// A lamp's profile: twice as bright to +Y as to −Y, and dark behind.
+fn lamp() -> Image {
+    const SIZE: [u32; 2] = [64, 32];
+    let texel = |i: u32| {
+        let (column, row) = (i % SIZE[0], i / SIZE[0]);
+        let there = if row < SIZE[1] / 2 { 1.0 } else { 0.0 };
+        [if column < SIZE[0] / 2 { 2.0 * there } else { there }; 3]
+    };
+    let texels = (0..SIZE[0] * SIZE[1]).map(texel).collect();
+    Image { source: None, width: SIZE[0], height: SIZE[1], texels: Texels::Rgb32(texels) }
 }
 
 /// Flat, with coloured corners and texture coordinates.

@@ -9,6 +9,7 @@ use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
+use crate::formats::surroundings::Surroundings;
 use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Settings, SourceFiles};
 
@@ -118,6 +119,9 @@ pub struct View {
     /// Of models.
     #[serde(default)]
     pub solid_glass: bool,
+    /// In place of the scene's own environment.
+    #[serde(default)]
+    pub surroundings: Option<Surroundings>,
 }
 
 impl View {
@@ -147,8 +151,8 @@ impl View {
 
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
-        let View { time_s, variant, scene, light_units, solid_glass, .. } = self.clone();
-        LoadOptions { time_s, variant, scene, light_units, solid_glass }
+        let View { time_s, variant, scene, light_units, solid_glass, surroundings, .. } = self.clone();
+        LoadOptions { time_s, variant, scene, light_units, solid_glass, surroundings }
     }
 }
 

@@ -84,10 +84,16 @@ impl Import<'_> {
                 distance if distance > 0.0 => distance,
                 _ => f32::INFINITY,
             },
+            ..Volume::CLEAR
         });
+        let scatter: Option<read::VolumeScatter> =
+            document.extension(extensions, "KHR_materials_volume_scatter", at)?;
+        if let (Some(volume), Some(read)) = (&mut material.volume, scatter) {
+            volume.multiscatter_color = Rgb::from(read.multiscatter_color).map(unit);
+            volume.scatter_anisotropy = read.scatter_anisotropy.clamp(-Volume::MOST, Volume::MOST);
+        }
         if self.solid_glass && material.volume.is_none() && material.transmission.factor > 0.0 {
-            material.volume =
-                Some(Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY });
+            material.volume = Some(Volume::CLEAR);
         }
         let dispersion: Option<read::Dispersion> =
             document.extension(extensions, "KHR_materials_dispersion", at)?;

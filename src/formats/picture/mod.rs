@@ -6,6 +6,7 @@
 //! | 8 bits a channel or fewer | [`Texels::Rgba8`]: the bytes as they are |
 //! | PNG of 16 bits | [`Texels::Rgb32`]: taken for sRGB and decoded to linear; alpha is left out |
 //! | Radiance HDR, OpenEXR | [`Texels::Rgb32`]: linear, as the file says |
+//! | photometric profile (IES) | [`Texels::Rgb32`]: candela by direction |
 //!
 //! A file's content decides what it is; its extension only where the content does not
 //! tell (TGA). Memory is bounded before any pixel is allocated: see [`limits`].
@@ -15,6 +16,7 @@ mod encode;
 mod encode_openexr;
 mod encode_png;
 mod encode_radiance;
+mod ies;
 pub mod limits;
 mod openexr;
 mod texts;
@@ -72,6 +74,9 @@ pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
 }
 
 fn decode_unchanged(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
+    if ies::is_ies(bytes) {
+        return ies::decode(bytes, path);
+    }
     match decode::recognise(bytes, path)? {
         image::ImageFormat::OpenExr => openexr::decode(bytes, path),
         format => decode::decode(bytes, format, path),

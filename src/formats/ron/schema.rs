@@ -94,6 +94,7 @@ pub(super) struct Principled<'a> {
     pub metallic: Option<Raw<'a>>,
     pub roughness: Option<Raw<'a>>,
     pub normal: Option<Raw<'a>>,
+    pub bump: Option<Raw<'a>>,
     pub emission: Option<Raw<'a>>,
     pub double_sided: Option<Raw<'a>>,
     pub unlit: Option<Raw<'a>>,
@@ -129,10 +130,20 @@ pub(super) struct NormalMap<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct BumpMap<'a> {
+    pub texture: Raw<'a>,
+    #[serde(alias = "height")]
+    pub height_m: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct Volume<'a> {
     pub attenuation_color: Option<Raw<'a>>,
     #[serde(alias = "attenuation_distance")]
     pub attenuation_distance_m: Option<Raw<'a>>,
+    pub multiscatter_color: Option<Raw<'a>>,
+    pub scatter_anisotropy: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]
@@ -253,9 +264,28 @@ pub(super) struct Environment<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Photometric<'a> {
+    pub power_w: Raw<'a>,
+    pub profile: Raw<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Sky<'a> {
+    #[serde(alias = "elevation")]
+    pub elevation_degrees: Option<Raw<'a>>,
+    #[serde(alias = "azimuth")]
+    pub azimuth_degrees: Option<Raw<'a>>,
+    pub haze: Option<Raw<'a>>,
+    pub radiance: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct Area<'a> {
     pub power_w: Raw<'a>,
     pub size_m: Raw<'a>,
+    pub outline: Option<Raw<'a>>,
     pub samples: Option<Raw<'a>>,
     pub pattern: Option<Raw<'a>>,
     pub visible: Option<Raw<'a>>,

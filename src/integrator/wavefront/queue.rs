@@ -147,14 +147,14 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
 }
 
 /// Paths: origin, direction, throughput, radiance, density, width, spread; pixel,
-/// sample, branch, depth, medium, facing, source.
+/// sample, branch, depth, medium, facing, scatterings, source.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<15, 7>);
+pub struct PathQueue(pub Columns<15, 8>);
 
 /// Bytes of a path in its queue.
-pub const PATH_BYTES: usize = Columns::<15, 6>::ITEM;
+pub const PATH_BYTES: usize = Columns::<15, 8>::ITEM;
 /// Bytes of a hit.
 pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
 /// Bytes of a shadow ray.
@@ -165,7 +165,7 @@ pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;
 /// Integer column of [`PathQueue`].
-const SOURCE: usize = 6;
+const SOURCE: usize = 7;
 
 impl PathQueue {
     /// The paths from `at` on.
@@ -186,6 +186,7 @@ impl PathQueue {
             spread: q.float(14, at),
             medium: q.integer(4, at),
             facing: q.integer(5, at),
+            scatterings: q.integer(6, at),
         }
     }
 
@@ -207,6 +208,7 @@ impl PathQueue {
             spread: F::gather(&f[14], places, mask),
             medium: F::Int::gather(&i[4], places, mask),
             facing: F::Int::gather(&i[5], places, mask),
+            scatterings: F::Int::gather(&i[6], places, mask),
         }
     }
 
@@ -216,7 +218,8 @@ impl PathQueue {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
         let floats =
             [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.width, path.spread];
-        let integers = [path.pixel, path.sample, path.branch, path.depth, path.medium, path.facing, source];
+        let Path { pixel, sample, branch, depth, medium, facing, scatterings, .. } = *path;
+        let integers = [pixel, sample, branch, depth, medium, facing, scatterings, source];
         self.0.pack::<F>(at, mask, floats, integers);
     }
 

@@ -22,6 +22,8 @@ const SAMPLES: u32 = 2048;
 pub struct Table {
     entries: Vec<f32>,
     means: Vec<f32>,
+    /// Mean and standard deviation of the cosine under which microfacets meet the light that they reflect.
+    cosines: Vec<f32>,
 }
 
 /// Two parts of an albedo (see [`directional`]).
@@ -53,11 +55,11 @@ impl<F: Float> Albedo<F> {
 
 impl Table {
     /// Without entries.
-    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new() };
+    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new(), cosines: Vec::new() };
 
     /// Takes about a quarter of a second.
     pub(super) fn new() -> Self {
-        let (mut entries, mut means) = (Vec::new(), Vec::new());
+        let (mut entries, mut means, mut cosines) = (Vec::new(), Vec::new(), Vec::new());
         for r in 0..ROUGHNESSES {
             let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
             let alpha = (roughness * roughness).max(1e-4);
@@ -65,8 +67,9 @@ impl Table {
                 let node = c as f32 / (COSINES - 1) as f32;
                 let cosine = (node * node).max(1e-4);
                 let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-                let albedo = integrate(w, &Ggx { x: alpha, y: alpha }, SAMPLES);
+                let (albedo, cosine) = integrate(w, &Ggx { x: alpha, y: alpha }, SAMPLES);
                 entries.extend([albedo.straight, albedo.grazing]);
+                cosines.extend(cosine);
             }
             // ∫ 2 μ E(μ) dμ.
             let steps = 256;
@@ -85,14 +88,16 @@ impl Table {
             }
             means.extend([straight as f32, grazing as f32]);
         }
-        Table { entries, means }
+        Table { entries, means, cosines }
     }
 }
 
-/// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts.
-pub(super) fn integrate(w: Vector<f32>, ggx: &Ggx<f32>, samples: u32) -> Albedo<f32> {
+/// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts; and mean and standard deviation
+/// of the angles' cosines.
+pub(super) fn integrate(w: Vector<f32>, ggx: &Ggx<f32>, samples: u32) -> (Albedo<f32>, [f32; 2]) {
     let own = 1.0 + ggx.lambda(w);
     let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+    let (mut first, mut second) = (0.0f64, 0.0f64);
     for i in 0..samples {
         let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
         let cos = w.dot(h).max(0.0);
@@ -102,10 +107,15 @@ pub(super) fn integrate(w: Vector<f32>, ggx: &Ggx<f32>, samples: u32) -> Albedo<
             let f = (1.0 - cos as f64).powi(5);
             straight += weight * (1.0 - f);
             grazing += weight * f;
+            first += weight * cos as f64;
+            second += weight * (cos * cos) as f64;
         }
     }
-    let count = samples as f64;
-    Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 }
+    let (count, whole) = (samples as f64, (straight + grazing).max(1e-9));
+    let mean = first / whole;
+    let deviation = (second / whole - mean * mean).max(0.0).sqrt();
+    let albedo = Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 };
+    (albedo, [mean as f32, deviation as f32])
 }
 
 /// The place between two nodes: the lower one and the weight of the upper.
@@ -119,7 +129,21 @@ pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
 /// Albedo for a cosine to the normal at a roughness √α.
 #[inline(always)]
 pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
-    let table = &table.entries[..];
+    let [straight, grazing] = pair(&table.entries, cosine, roughness, mask);
+    Albedo { straight, grazing }
+}
+
+/// The cosines at which a function of the angle between light and microfacets has the mean over all of them, one
+/// half each, given the same.
+#[inline(always)]
+pub fn cosines<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
+    let [mean, deviation] = pair(&table.cosines, cosine, roughness, mask);
+    [(mean - deviation).clamp(1e-3, 1.0), (mean + deviation).clamp(1e-3, 1.0)]
+}
+
+/// Two numbers of a table of pairs.
+#[inline(always)]
+fn pair<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let first = (r * F::Int::splat(COSINES as u32) + c) * F::Int::splat(2);
@@ -127,7 +151,8 @@ pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Ma
     let low = entry(table, first, mask).mix(entry(table, first + F::Int::splat(2), mask), wc);
     let first = first + row;
     let high = entry(table, first, mask).mix(entry(table, first + F::Int::splat(2), mask), wc);
-    low.mix(high, wr)
+    let both = low.mix(high, wr);
+    [both.straight, both.grazing]
 }
 
 /// The same, averaged over the hemisphere with weight cos/π.

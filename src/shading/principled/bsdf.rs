@@ -6,10 +6,9 @@
 //! Fresnel mix of single microfacets replaced by the mix of whole lobes; Kulla and Conty 2017).
 
 use super::albedo::{self, Albedo};
-use super::ggx::Ggx;
 use super::glass;
 use super::parameters::{Has, Parameters};
-use super::reflectance::{Reflectance, schlick};
+use super::reflectance::{Reflectance, Seen};
 use super::sheen;
 use super::stretched;
 use super::tables::LobeTables;
@@ -31,21 +30,25 @@ pub struct Bsdf<F: Float> {
     pub(super) smooth: F::Mask,
     /// Λ of the viewer's direction.
     pub(super) lambda: F,
-    pub(super) own: Albedo<F>,
+    pub(super) own: Seen<F>,
     pub(super) mean: Albedo<F>,
     /// Albedo of single reflections, for the viewer.
     pub(super) once: Reflectance<F>,
     /// Albedo of light that bounced more than once between microfacets.
     pub(super) multiple: Color<F>,
-    /// What makes up for light lost between the microfacets of glass.
-    gain: Color<F>,
+    /// What makes up for light lost between the microfacets of bodies that let light through.
+    gain: Reflectance<F>,
     /// The same as `multiple` for what is no metal.
     pub(super) dielectric: Color<F>,
+    /// And for what is.
+    pub(super) further_metal: Color<F>,
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     pub(super) left: Color<F>,
     pub(super) left_mean: Color<F>,
     /// What the layers above leave.
     pub(super) below: F,
+    /// What the clear one alone leaves.
+    below_coat: F,
     pub(super) coat_wo: Vector<F>,
     pub(super) coat_smooth: F::Mask,
     /// Probabilities of lobes: diffuse, back, microfacets, coat. Whether a microfacet reflects or lets
@@ -69,15 +72,17 @@ impl<F: Float> Bsdf<F> {
             wo,
             smooth: none,
             lambda: zero,
-            own: nothing,
+            own: Seen { albedo: nothing, cosines: [zero; 2] },
             mean: nothing,
             once: Reflectance { dielectric: black, metal: black },
             multiple: black,
-            gain: white,
+            gain: Reflectance { dielectric: white, metal: white },
             dielectric: black,
+            further_metal: black,
             left: white,
             left_mean: white,
             below: one,
+            below_coat: one,
             coat_wo: wo,
             coat_smooth: none,
             chance: [zero; 4],
@@ -85,7 +90,7 @@ impl<F: Float> Bsdf<F> {
         if has.specular {
             bsdf.smooth = p.ggx.x.max(p.ggx.y).lt(F::splat(SMOOTH));
             bsdf.lambda = p.ggx.lambda(wo);
-            bsdf.own = bsdf.albedo(wo, mask);
+            bsdf.own = bsdf.seen(wo, mask);
             bsdf.mean = if has.stretched {
                 stretched::average(tables.stretched, &p.ggx, mask)
             } else {
@@ -105,30 +110,47 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn divide(&mut self, mask: F::Mask) {
         let scatters = self.has.diffuse || self.has.back;
-        let by_schlick = self.left;
         if scatters {
             // Schlick's term knows nothing about total reflection.
-            self.left = self.fresnel(self.wo.z).complement();
+            self.left = self.fresnel(self.wo.z).dielectric.complement();
         }
         let rough = mask & !self.smooth;
         if !rough.any() {
             return;
         }
         let place = glass::place(self.wo.z, self.p.roughness, self.p.eta);
-        let gain = place.gain(self.tables.glass, self.own.whole(), mask);
-        self.gain = if self.has.film { self.gain_under_film(gain) } else { Color::grey(gain) };
+        let gain = place.gain(self.tables.glass, self.own.albedo.whole(), mask);
+        let mut reflected = Color::black();
+        if self.has.film || scatters {
+            let part = place.reflected(self.tables.glass, rough);
+            reflected = Color::grey(part);
+            self.gain.dielectric = Color::grey(gain);
+            if self.has.film {
+                (self.gain.dielectric, reflected) = self.glass_under_film(gain, part);
+            }
+        } else {
+            self.gain.dielectric = Color::grey(gain);
+        }
+        if self.has.metallic {
+            self.gain.metal = self.gain_of_metal();
+        }
         if scatters {
-            let left = if self.has.film {
-                // The table knows no films, and Schlick's mean angle none beyond the critical one.
-                Color::select(self.p.eta.gt(F::one()), self.left, by_schlick)
-            } else {
-                Color::grey(place.reflected(self.tables.glass, rough)).complement()
-            };
-            self.left = Color::select(rough, left, self.left);
+            self.left = Color::select(rough, reflected.complement(), self.left);
         }
     }
 
-    /// Of one bounce on the mirror lobe, for a direction on either side.
+    /// The mirror lobe from a direction on either side.
+    #[inline(always)]
+    fn seen(&self, w: Vector<F>, mask: F::Mask) -> Seen<F> {
+        let cosines = if self.has.film {
+            albedo::cosines(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
+        } else {
+            [F::zero(); 2]
+        };
+        Seen { albedo: self.albedo(w, mask), cosines }
+    }
+
+    /// Of one bounce on it.
     #[inline(always)]
     fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
         if self.has.stretched {
@@ -141,27 +163,20 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn layers(&mut self, to_viewer: Vector<F>, mask: F::Mask) {
         let one = F::one();
-        if self.has.sheen {
-            let sheen = &self.p.sheen;
-            let albedo = sheen::albedo(self.tables.sheen, self.wo.z, sheen.roughness, mask);
-            self.below = self.below * (one - sheen.color.max_component() * albedo);
-        }
         if self.has.coat {
             let coat = &self.p.coat;
             self.coat_wo = coat.frame.local(to_viewer);
             let alpha = coat.roughness * coat.roughness;
             self.coat_smooth = alpha.lt(F::splat(SMOOTH));
             let reflected = self.coat_albedo(mask);
-            self.below = self.below * (one - reflected);
+            self.below_coat = one - reflected;
+            self.below = self.below_coat;
         }
-    }
-
-    /// The clear layer's part of what comes.
-    #[inline(always)]
-    fn coat_albedo(&self, mask: F::Mask) -> F {
-        let coat = &self.p.coat;
-        let own = albedo::directional(self.tables.mirror, self.coat_wo.z, coat.roughness, mask);
-        (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
+        if self.has.sheen {
+            let sheen = &self.p.sheen;
+            let albedo = sheen::albedo(self.tables.sheen, self.wo.z, sheen.roughness, mask);
+            self.below = self.below * (one - sheen.color.max_component() * albedo);
+        }
     }
 
     /// Probabilities by what each lobe gives back.
@@ -178,29 +193,31 @@ impl<F: Float> Bsdf<F> {
         if self.has.back {
             back = p.back.luminance() * left;
         }
-        if self.has.sheen {
-            diffuse = diffuse + p.sheen.color.luminance() * F::splat(0.5);
-        }
         if self.has.specular {
             microfacets = self.mixed(self.once).luminance().max(F::splat(1e-3));
             if !self.has.solid {
-                let often = self.multiple.luminance() * (F::one() - self.own.whole());
+                let often = self.multiple.luminance() * (F::one() - self.own.albedo.whole());
                 diffuse = diffuse + F::select(self.smooth, zero, often);
             }
         }
         if self.has.transmission {
-            let reflected = self.fresnel(self.wo.z.abs()).luminance();
-            let through = p.through.luminance() * (F::one() - reflected);
+            let fresnel = self.fresnel(self.wo.z.abs());
+            let through = (p.through * fresnel.dielectric.complement()).luminance();
+            let reflected = self.mixed(fresnel).luminance();
             microfacets = through + if self.has.solid { reflected } else { microfacets };
             if !self.has.solid {
-                let often = self.often_through().luminance() * (F::one() - self.own.whole());
+                let often = self.often_through().luminance() * (F::one() - self.own.albedo.whole());
                 back = back + F::select(self.smooth, zero, often);
             }
         }
         if self.has.coat {
-            coat = F::one() - self.below;
+            coat = F::one() - self.below_coat;
         }
-        let [diffuse, back, microfacets] = [diffuse, back, microfacets].map_each(self.below);
+        let [mut diffuse, back, microfacets] = [diffuse, back, microfacets].map_each(self.below);
+        if self.has.sheen {
+            // Fibres have no directions of their own.
+            diffuse = diffuse + (self.below_coat - self.below);
+        }
         let scale = F::one() / (diffuse + back + microfacets + coat).max(F::splat(1e-20));
         self.chance = [diffuse * scale, back * scale, microfacets * scale, coat * scale];
     }
@@ -208,12 +225,12 @@ impl<F: Float> Bsdf<F> {
     /// The probability that a microfacet that has been drawn reflects, by its own Fresnel term: that of the
     /// mean one says little where many reflect all light and many hardly any.
     #[inline(always)]
-    pub(super) fn reflects(&self, fresnel: Color<F>) -> F {
+    pub(super) fn reflects(&self, fresnel: &Reflectance<F>) -> F {
         if !self.has.transmission {
             return F::one();
         }
-        let reflected = fresnel.luminance();
-        let through = self.p.through.luminance() * (F::one() - reflected);
+        let reflected = self.mixed(*fresnel).luminance();
+        let through = (self.p.through * fresnel.dielectric.complement()).luminance();
         reflected / (reflected + through).max(F::splat(1e-20))
     }
 
@@ -246,7 +263,8 @@ impl<F: Float> Bsdf<F> {
         }
         value = value * self.below;
         if self.has.sheen {
-            value = value + sheen::evaluate(p.sheen.color, p.sheen.roughness, self.wo, wi) * cos;
+            let lobe = sheen::evaluate(p.sheen.color, p.sheen.roughness, self.wo, wi);
+            value = value + lobe * (cos * self.below_coat);
         }
         value = Color::select(front, value, Color::black());
         pdf = F::select(front, pdf, zero);
@@ -289,7 +307,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular {
             return Color::select(front, black.complement(), black);
         }
-        let incoming = self.left_by(&self.albedo(wi, mask & front));
+        let incoming = self.left_by(&self.seen(wi, mask & front));
         let value = self.diffuse_value(incoming, wi.z.abs() * F::splat(1.0 / PI)) * self.below;
         let least = F::splat(1e-30);
         let whole = Color::new(whole.r.max(least), whole.g.max(least), whole.b.max(least));
@@ -319,17 +337,21 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
-        let other = self.albedo(wi, mask);
+        let other = self.seen(wi, mask);
         let incoming = if self.has.diffuse { self.left_by(&other) } else { Color::black() };
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let fresnel = self.fresnel(self.wo.dot(h).max(zero));
-        let single = fresnel * (density * visible);
-        let multiple = self.multiple * (self.lost(&other) * wi.z * F::splat(1.0 / PI));
-        let value = if self.has.solid { single * self.gain } else { single + multiple };
+        let bounces = density * visible;
+        let value = if self.has.solid {
+            self.mixed(fresnel.by(&self.gain)) * bounces
+        } else {
+            let multiple = self.multiple * (self.lost(&other.albedo) * wi.z * F::splat(1.0 / PI));
+            self.mixed(fresnel) * bounces + multiple
+        };
         let rough = !self.smooth;
-        let pdf = density / (F::one() + self.lambda) * self.reflects(fresnel);
+        let pdf = density / (F::one() + self.lambda) * self.reflects(&fresnel);
         (Color::select(rough, value, Color::black()), F::select(rough, pdf, zero), incoming)
     }
 
@@ -360,7 +382,7 @@ impl<F: Float> Bsdf<F> {
     /// later: what does not come back.
     #[inline(always)]
     fn often_through(&self) -> Color<F> {
-        self.p.through * self.multiple.complement()
+        self.p.through * self.dielectric.complement()
     }
 
     /// How light that bounced more than once is divided between directions, over that of a matte surface, for a
@@ -368,7 +390,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn lost(&self, other: &Albedo<F>) -> F {
         let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
-        (F::one() - self.own.whole()) * (F::one() - other.whole()) / lost_mean
+        (F::one() - self.own.albedo.whole()) * (F::one() - other.whole()) / lost_mean
     }
 
     /// Through a thin sheet: the mirror lobe turned over.
@@ -380,8 +402,8 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(turned));
         let fresnel = self.fresnel(self.wo.dot(h).max(F::zero()));
-        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(fresnel));
-        (p.through * fresnel.complement() * (density * visible), pdf)
+        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
+        (p.through * fresnel.dielectric.complement() * (density * visible), pdf)
     }
 
     /// Refracted by microfacets (Walter and others 2007; PBRT 4th ed., 9.7).
@@ -400,8 +422,9 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let fresnel = self.fresnel(cos_o.max(zero));
-        let value = self.through() * fresnel.complement() * self.gain * (density * visible);
-        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(fresnel));
+        let passes = self.through() * fresnel.dielectric.complement() * self.gain.dielectric;
+        let value = passes * (density * visible);
+        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
 
@@ -409,21 +432,6 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     pub(super) fn through(&self) -> Color<F> {
         if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
-    }
-
-    /// The clear layer's mirror.
-    #[inline(always)]
-    fn coat(&self, direction: Vector<F>, outwards: F::Mask) -> (Color<F>, F) {
-        let (zero, coat) = (F::zero(), &self.p.coat);
-        let alpha = coat.roughness * coat.roughness;
-        let ggx = Ggx { x: alpha, y: alpha };
-        let wi = coat.frame.local(direction);
-        let (lobe, pdf) = single_mirror(&ggx, self.coat_wo, wi);
-        let h = (self.coat_wo + wi).normalize();
-        let reflected = schlick(coat.f0, coat.f90, self.coat_wo.dot(h).max(zero));
-        let there = outwards & wi.z.gt(zero) & !self.coat_smooth;
-        let value = reflected * (lobe * coat.weight);
-        (Color::select(there, value, Color::black()), F::select(there, pdf, zero))
     }
 
     /// Whether microfacets let light through.
@@ -462,15 +470,6 @@ impl<F: Float> Outlined for Evaluate<'_, F> {
     fn run(self) -> (Color<F>, F) {
         self.bsdf.value(self.direction, self.mask)
     }
-}
-
-/// D G₂ / (4 cos_o) and the density of visible normals for it.
-#[inline(always)]
-fn single_mirror<F: Float>(ggx: &Ggx<F>, wo: Vector<F>, wi: Vector<F>) -> (F, F) {
-    let h = (wo + wi).normalize();
-    let density = ggx.density(h) / (F::splat(4.0) * wo.z);
-    let own = ggx.lambda(wo);
-    (density / (F::one() + own + ggx.lambda(wi)), density / (F::one() + own))
 }
 
 /// Products with one factor.

@@ -117,11 +117,11 @@ impl<F: Float> Bsdf<F> {
         let cos = self.wo.dot(h);
         let reflected = h * (F::splat(2.0) * cos) - self.wo;
         let fresnel = self.fresnel(cos.max(zero));
-        let reflects = self.reflects(fresnel);
+        let reflects = self.reflects(&fresnel);
         let through = !which.lt(reflects);
         let all = F::Mask::from_bits(u32::MAX);
         let chance = self.below / self.chance[2];
-        let weight = fresnel * (chance / reflects.max(F::splat(1e-20)));
+        let weight = self.mixed(fresnel) * (chance / reflects.max(F::splat(1e-20)));
         if !self.has.transmission {
             return FromMicrofacet {
                 direction: reflected,
@@ -131,7 +131,7 @@ impl<F: Float> Bsdf<F> {
             };
         }
         let left = (F::one() - reflects).max(F::splat(1e-20));
-        let passes = self.through() * fresnel.complement() * (chance / left);
+        let passes = self.through() * fresnel.dielectric.complement() * (chance / left);
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();

@@ -13,12 +13,12 @@ use crate::simd::{Float, Int};
 
 /// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side: nodes at squares to
 /// either side, closer together about 1, from where on there is total reflection.
-const RATIOS: usize = 25;
-/// Of [`RATIOS`] the first and, above zero, the last: ior 2.6 from either side.
-const LAST: f32 = 0.45;
+const RATIOS: usize = 29;
+/// Of [`RATIOS`] the first and, above zero, the last: ior 3 from either side.
+const LAST: f32 = 0.5;
 const ROUGHNESSES: usize = 16;
 /// Nodes at squares, closer together at grazing angles.
-const COSINES: usize = 16;
+const COSINES: usize = 20;
 /// Directions for an entry.
 const SAMPLES: u32 = 512;
 

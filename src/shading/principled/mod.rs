@@ -3,15 +3,17 @@
 pub mod albedo;
 pub mod basis;
 pub mod bsdf;
+mod coat;
 pub mod dispersion;
 pub mod draw;
-
 pub mod ggx;
 pub mod glass;
 pub mod parameters;
 pub mod reflectance;
 pub mod sheen;
 pub mod stretched;
+#[cfg(test)]
+mod sweep;
 pub mod tables;
 #[cfg(test)]
 mod tests;

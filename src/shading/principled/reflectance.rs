@@ -5,7 +5,6 @@ use super::albedo::{self, Albedo};
 use super::bsdf::Bsdf;
 use super::thin_film::{Interference, ThinFilm};
 use crate::math::Color;
-use crate::math::elementary::pow;
 use crate::shading::fresnel;
 use crate::simd::{Float, Outlined};
 
@@ -32,6 +31,31 @@ impl<F: Float> Reflectance<F> {
     fn plus(self, other: Self) -> Self {
         Self { dielectric: self.dielectric + other.dielectric, metal: self.metal + other.metal }
     }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        Self { dielectric: self.dielectric - other.dielectric, metal: self.metal - other.metal }
+    }
+
+    #[inline(always)]
+    fn clamped(self) -> Self {
+        Self { dielectric: self.dielectric.clamp(0.0, 1.0), metal: self.metal.clamp(0.0, 1.0) }
+    }
+
+    /// Colour by colour.
+    #[inline(always)]
+    pub fn by(self, factors: &Self) -> Self {
+        Self { dielectric: self.dielectric * factors.dielectric, metal: self.metal * factors.metal }
+    }
+}
+
+/// How microfacets are seen from a direction.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<F: Float> {
+    /// Of single reflections, if they reflect all.
+    pub albedo: Albedo<F>,
+    /// Cosines that stand for all under which they reflect; of no meaning without a film.
+    pub cosines: [F; 2],
 }
 
 /// What a mirror lobe with Schlick's Fresnel term leaves to what lies below it.
@@ -85,31 +109,46 @@ fn rest<F: Float>(once: Color<F>, further: Color<F>, own: &Albedo<F>) -> Color<F
 impl<F: Float> Bsdf<F> {
     /// Reflectance of a microfacet.
     #[inline(always)]
-    pub(super) fn fresnel(&self, cos: F) -> Color<F> {
-        if self.has.constant_fresnel {
-            return self.p.f0;
-        }
-        let plain = if self.has.dispersion {
-            self.p.spectrum.reflectance(cos)
-        } else if self.has.solid {
-            Color::grey(fresnel::reflectance(cos, self.p.eta))
-        } else {
-            schlick(self.p.f0, self.p.f90, cos)
-        };
-        self.mixed(self.microfacet(plain, cos))
+    pub(super) fn fresnel(&self, cos: F) -> Reflectance<F> {
+        let bare = self.bare(cos);
+        if self.has.film && !self.has.constant_fresnel { self.covered(bare, cos) } else { bare }
     }
 
-    /// The same for both parts, given the dielectric's without a film.
+    /// Without a film.
     #[inline(always)]
-    fn microfacet(&self, plain: Color<F>, cos: F) -> Reflectance<F> {
+    fn bare(&self, cos: F) -> Reflectance<F> {
         let p = &self.p;
+        if self.has.constant_fresnel {
+            return Reflectance { dielectric: p.f0, metal: p.f0 };
+        }
+        let dielectric = if self.has.dispersion {
+            p.spectrum.reflectance(cos)
+        } else if self.has.solid {
+            Color::grey(fresnel::reflectance(cos, p.eta))
+        } else {
+            schlick(p.f0, p.f90, cos)
+        };
         let metal =
             if self.has.metallic { schlick(p.metal, Color::grey(F::one()), cos) } else { Color::black() };
-        let bare = Reflectance { dielectric: plain, metal };
-        if !self.has.film {
-            return bare;
+        Reflectance { dielectric, metal }
+    }
+
+    /// With one.
+    #[inline(always)]
+    fn covered(&self, bare: Reflectance<F>, cos: F) -> Reflectance<F> {
+        let (film, metallic) = (self.p.film, self.has.metallic);
+        F::outlined(Covered { film, cos: self.cos_outside(cos), bare, metallic })
+    }
+
+    /// What a film adds to the mean reflectance of microfacets, over cosines that stand for all of them.
+    #[inline(always)]
+    fn added_by_film(&self, cosines: &[F]) -> Reflectance<F> {
+        let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
+        for &cos in cosines {
+            let bare = self.bare(cos);
+            sum = sum.plus(self.covered(bare, cos).minus(bare));
         }
-        F::outlined(Covered { film: p.film, cos: self.cos_outside(cos), bare, metallic: self.has.metallic })
+        sum.times(F::splat(1.0 / cosines.len() as f32))
     }
 
     /// Films lie on the outside of bodies: what leaves one meets its film at the angle that it has
@@ -136,58 +175,62 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     pub(super) fn mirror_albedos(&mut self, mask: F::Mask) {
         let average = self.average(mask);
-        self.once = self.singly(&self.own);
+        self.once = self.singly(&self.own.albedo, &self.own.cosines);
         let further =
             Reflectance { dielectric: self.further(average.dielectric), metal: self.further(average.metal) };
         self.dielectric = further.dielectric;
+        self.further_metal = further.metal;
         self.multiple = self.mixed(further);
         self.left = self.left_by(&self.own);
         let once = if self.has.film {
             average.dielectric * self.mean.whole()
         } else {
-            self.singly(&self.mean).dielectric
+            self.singly(&self.mean, &[]).dielectric
         };
         self.left_mean = rest(once, self.dielectric, &self.mean).clamp(1e-6, 1.0);
     }
 
     /// Albedo of single reflections by microfacets.
     #[inline(always)]
-    fn singly(&self, own: &Albedo<F>) -> Reflectance<F> {
+    fn singly(&self, own: &Albedo<F>, cosines: &[F]) -> Reflectance<F> {
         let p = &self.p;
         if self.has.constant_fresnel {
             return Reflectance { dielectric: p.f0 * own.whole(), metal: Color::black() };
-        }
-        if self.has.film {
-            return self.under_film(own).times(own.whole());
         }
         let metal = if self.has.metallic {
             p.metal * own.straight + Color::grey(own.grazing)
         } else {
             Color::black()
         };
-        Reflectance { dielectric: p.f0 * own.straight + p.f90 * own.grazing, metal }
+        let bare = Reflectance { dielectric: p.f0 * own.straight + p.f90 * own.grazing, metal };
+        if !self.has.film {
+            return bare;
+        }
+        bare.plus(self.added_by_film(cosines).times(own.whole())).clamped()
     }
 
-    /// The mean over microfacets of a reflectance that the tables know nothing about: that under the
-    /// angle at which Schlick's has its mean.
+    /// The factor that makes up for light lost between microfacets, where it is given back by them.
     #[inline(always)]
-    fn under_film(&self, own: &Albedo<F>) -> Reflectance<F> {
-        let (part, cos) = mean_angle(own);
-        self.microfacet(self.p.f0.mix(self.p.f90, part), cos)
+    pub(super) fn gain_of_metal(&self) -> Color<F> {
+        let (once, least) = (self.once.metal, F::splat(1e-6));
+        let later = self.further_metal * (F::one() - self.own.albedo.whole());
+        let divisor = Color::new(once.r.max(least), once.g.max(least), once.b.max(least));
+        (once + later).over(divisor)
     }
 
-    /// The factor that makes up for light lost between microfacets of glass, given that without a
-    /// film: the film reflects another part, of which another part is lost.
+    /// Of rough glass what goes on at once, 1 over a gain, and the part of it that is reflected, where a film is
+    /// on it: the film reflects another part, of which another part is lost between microfacets.
     #[inline(always)]
-    pub(super) fn gain_under_film(&self, gain: F) -> Color<F> {
-        let (one, kept) = (F::one(), self.own.whole());
-        let cos = mean_angle(&self.own).1;
-        let plain = fresnel::reflectance(cos, self.p.eta);
-        let reflected = self.microfacet(Color::grey(plain), cos).dielectric;
-        let passed = (one / gain - plain * kept) / (one - plain).max(F::splat(1e-3));
-        let albedo = reflected * kept + reflected.complement() * passed.max(kept * F::splat(0.5)).min(one);
-        // From within reflectance rises too steeply with the angle to have a mean one.
-        Color::select(self.p.eta.gt(one), Color::grey(gain), Color::grey(one).over(albedo))
+    pub(super) fn glass_under_film(&self, gain: F, reflected: F) -> (Color<F>, Color<F>) {
+        let (one, kept) = (F::one(), self.own.albedo.whole().max(F::splat(0.05)));
+        let added = self.added_by_film(&self.own.cosines).dielectric;
+        let (plain_back, plain_through) = (reflected / gain, (one - reflected) / gain);
+        // What each microfacet does not reflect.
+        let rest = (one - plain_back / kept).max(F::splat(1e-3));
+        let back = (added * kept + Color::grey(plain_back)).clamp(0.0, 1.0);
+        let through = (added * (one / rest)).clamp(-1e3, 1.0).complement() * plain_through;
+        let both = back + through;
+        (Color::grey(one).over(both), back.over(both))
     }
 
     /// Mean reflectance over the hemisphere.
@@ -202,10 +245,12 @@ impl<F: Float> Bsdf<F> {
         let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
         let mut weights = F::zero();
         for (cos, weight) in NODES {
-            let own = albedo::directional(self.tables.mirror, F::splat(cos), p.roughness, mask);
-            let weight = own.whole() * F::splat(weight);
-            sum = sum.plus(self.under_film(&own).times(weight));
-            weights = weights + weight;
+            let (table, cos) = (self.tables.mirror, F::splat(cos));
+            let own = albedo::directional(table, cos, p.roughness, mask);
+            let [low, high] = albedo::cosines(table, cos, p.roughness, mask);
+            let middle = (low + high) * F::splat(0.5);
+            sum = sum.plus(self.singly(&own, &[middle]).times(F::splat(weight)));
+            weights = weights + own.whole() * F::splat(weight);
         }
         sum.times(F::one() / weights.max(F::splat(1e-6)))
     }
@@ -221,9 +266,11 @@ impl<F: Float> Bsdf<F> {
     /// What the mirror lobe of what is no metal, with all its bounces, leaves to what lies below it,
     /// for a direction of that albedo.
     #[inline(always)]
-    pub(super) fn left_by(&self, own: &Albedo<F>) -> Color<F> {
+    pub(super) fn left_by(&self, seen: &Seen<F>) -> Color<F> {
+        let own = &seen.albedo;
         if self.has.film || self.has.constant_fresnel {
-            return rest(self.singly(own).dielectric, self.dielectric, own).clamp(0.0, 1.0);
+            let once = self.singly(own, &seen.cosines).dielectric;
+            return rest(once, self.dielectric, own).clamp(0.0, 1.0);
         }
         self.under_mirror().left(own)
     }
@@ -264,13 +311,6 @@ impl<F: Float> Outlined for Covered<F> {
         }
         Reflectance { dielectric: covered, metal: metal.mix(seen.over(metal), film.weight) }
     }
-}
-
-/// The mean of Schlick's term over the microfacets, and the cosine at which it has that.
-#[inline(always)]
-fn mean_angle<F: Float>(own: &Albedo<F>) -> (F, F) {
-    let part = own.grazing / own.whole().max(F::splat(1e-6));
-    (part, F::one() - pow(part.clamp(0.0, 1.0), F::splat(0.2)))
 }
 
 /// Schlick's approximation of Fresnel's equations (1994).

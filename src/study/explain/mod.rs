@@ -415,7 +415,7 @@ impl Story<'_> {
             Fate::Unlit => Why::Unlit,
             Fate::Absorbed => Why::Absorbed,
             Fate::Black => Why::Black,
-            Fate::Drawn { .. } => Why::Roulette,
+            Fate::Scattered { .. } | Fate::Drawn { .. } => Why::Roulette,
         }
     }
 }

@@ -75,6 +75,60 @@ fn area_expected() -> f64 {
     0.5 * 100.0 / 6.0 * factor
 }
 
+/// A profile of 2 and 1 in front, 0 behind has a mean of ¾.
+#[test]
+fn a_profile_divides_a_lamps_power_between_directions() {
+    let at = |x: f64, z: f64, turned: f64| {
+        // Hangs 2 m above the floor, its axis down: its +Y, where angles of 90° are, points to −Z of the scene.
+        let lamp = format!(
+            "(light: Photometric(power_w: 1000, profile: \"lamp.hdr\"),
+              transform: (translate: ({x}, 2, {z}), rotate_degrees: (-90, {turned}, 0)))"
+        );
+        let whitted = floor_under(&lamp);
+        let path = grey("transport: Path, sharing: Off", &[ABOVE, FLOOR, &lamp]) * PI;
+        near(path, whitted, 1e-4);
+        whitted
+    };
+    let cosine = 2.0 / 5f64.sqrt();
+    let even = 0.5 * 1000.0 / (4.0 * PI * 5.0) * cosine;
+    // The pixel is to the lamp's −Z, +Z.
+    near(at(0.0, 1.0, 0.0), even * 2.0 / 0.75, 1e-4);
+    near(at(0.0, -1.0, 0.0), even / 0.75, 1e-4);
+    // Half a turn about the axis exchanges them.
+    near(at(0.0, 1.0, 180.0), even / 0.75, 1e-4);
+    // From below, nothing of it shines upwards.
+    let below = "(light: Photometric(power_w: 1000, profile: \"lamp.hdr\"), transform: (translate: (0, 2, 0), rotate_degrees: (90, 0, 0)))";
+    assert_eq!(floor_under(below), 0.0);
+}
+
+/// On the axis of a disc of radius R at the distance d: F = R²/(R² + d²), so E = Φ/(π (R² + d²)).
+#[test]
+fn a_disc_gives_its_form_factor() {
+    let expected = 100.0 / (PI * (1.2 * 1.2 + 2.0 * 2.0));
+    for visible in [false, true] {
+        let light = format!(
+            "(light: Area(power_w: 100, size_m: 2.4, outline: Disc, samples: 16, visible: {visible}),
+              transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (0, 0, 1)))"
+        );
+        // Visible it is between the camera and the floor: from below.
+        let camera = "(camera: Orthographic(height_m: 1e-4),
+            transform: LookAt(from: (0, 1, 0), to: (0, 0, 0), up: (0, 0, -1)))";
+        for (transport, factor) in [("Whitted", 0.5), ("Path", 0.5 / PI)] {
+            let settings =
+                format!("size: (8, 8), samples: 256, filter: Box, sharing: Off, transport: {transport}");
+            let pixels = picture(&scene(&settings, &[camera, FLOOR, &light])).pixels;
+            let mean = pixels.iter().map(|pixel| f64::from(pixel.g)).sum::<f64>() / 64.0;
+            near(mean / factor, expected, 2e-3);
+        }
+    }
+    // Seen by itself it is round: π/4 of its square.
+    let light = "(light: Area(power_w: 100, size_m: 2, outline: Disc, visible: true))";
+    let camera = "(camera: Orthographic(height_m: 2), transform: LookAt(from: (0, 0, -5), to: (0, 0, 0)))";
+    let pixels = picture(&scene("size: (128, 128), samples: 4, filter: Box", &[camera, light])).pixels;
+    let mean = pixels.iter().map(|pixel| f64::from(pixel.g)).sum::<f64>() / (128.0 * 128.0);
+    near(mean, 100.0 / (PI * PI) * PI / 4.0, 2e-3);
+}
+
 #[test]
 fn an_area_light_gives_its_form_factor() {
     let settings = "size: (1, 1), samples: 1024, filter: Box";

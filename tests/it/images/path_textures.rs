@@ -9,7 +9,9 @@ use rayfront::world::{
     PixelFilter, Principled, ScalarInput, Shape, Texels, Texture, TextureId, Transform, Transport, World,
 };
 
-use super::near;
+use std::f64::consts::PI;
+
+use super::{near, pixel};
 use crate::support::Picture;
 
 /// Texture coordinates of the quad's corners: top left, bottom left, bottom right, top right.
@@ -474,5 +476,48 @@ fn fibres_in_even_light_give_back_their_albedo() {
         // What the strongest colour's fibres take is not left to what is below.
         let expected = [0.2, 0.5, 1.0].map(|c| 1.0 - albedo + c * albedo);
         same(furnace(sheen(roughness, 1.0)), expected, 0.01);
+    }
+}
+
+/// A white matte shape under a relief of heights that grow with u (red) or v (green), lit by 1 W m⁻² from `light`:
+/// the cosine between that and its normal in the middle.
+fn relief(shape: &str, channel: &str, height: f64, light: [f64; 3]) -> f64 {
+    let [x, y, z] = light;
+    let lamp = format!(
+        "(light: Directional(irradiance: 1), transform: LookAt(from: ({x}, {y}, {z}), to: (0, 0, 0)))"
+    );
+    let shape = format!(
+        "({shape}, material: Principled(metallic: 0, specular: 0, double_sided: true,
+           bump: (texture: Image(\"ramp.hdr\", {channel}), height_m: {height})))"
+    );
+    let camera = "(camera: Orthographic(height_m: 1e-4), transform: (translate: (0, 0, 5)))";
+    let found = pixel("transport: Path, sharing: Off", &[camera, &lamp, &shape]);
+    found[0] * PI
+}
+
+#[test]
+fn relief_bends_normals_by_its_slope_in_metres() {
+    let square = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
+    let cos = |slope: [f64; 2], light: [f64; 3]| {
+        let normal = [-slope[0], -slope[1], 1.0];
+        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        normal.iter().zip(light).map(|(a, b)| a * b).sum::<f64>() / length(normal) / length(light)
+    };
+    let above = [0.0, 0.0, 1.0];
+    let lights = [above, [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, -1.0, 2.0]];
+    for light in lights {
+        // From −1 to 1 m a height of 0.4 m; v grows downwards.
+        near(relief(square, "Red", 0.4, light), cos([0.2, 0.0], light), 1e-4);
+        near(relief(square, "Green", 0.4, light), cos([0.0, -0.2], light), 1e-4);
+        near(relief(square, "Green", -0.4, light), cos([0.0, 0.2], light), 1e-4);
+        // Of twice the size and turned by a quarter of a turn, so that u grows along Y.
+        let turned = format!("{square}, transform: (scale: 2, rotate_degrees: (0, 0, 90))");
+        near(relief(&turned, "Red", 0.4, light), cos([0.0, 0.1], light), 1e-4);
+        // A sphere's u grows along X at +Z, by one in its circumference.
+        let slope = 0.4 / (2.0 * PI * 0.5);
+        near(relief("shape: Sphere(radius_m: 0.5)", "Red", 0.4, light), cos([slope, 0.0], light), 1e-3);
+        // Seen from behind as from the front.
+        let mirrored = "shape: Plane(corners: ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))";
+        near(relief(mirrored, "Red", 0.4, light), cos([0.2, 0.0], light), 1e-4);
     }
 }

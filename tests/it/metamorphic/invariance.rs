@@ -43,8 +43,14 @@ fn spawn(world: &mut World, thing: usize, material: &Material) {
         }
         7 => {
             let (power_w, size_m) = (Rgb::splat(20.0), Vec2::new(1.0, 0.7));
-            let light =
-                Light::Area { power_w, size_m, samples: 2, pattern: Default::default(), visible: true };
+            let light = Light::Area {
+                power_w,
+                size_m,
+                outline: Default::default(),
+                samples: 2,
+                pattern: Default::default(),
+                visible: true,
+            };
             world.entities.spawn((light, stage::looking([1.5, 1.5, -1.5], [0.0, 0.0, 0.0])));
         }
         _ => {
@@ -198,8 +204,13 @@ fn light_has_no_scale() {
             world.settings.ambient = Rgb::splat(0.05 * factor);
             world.change_lights(|light| match light {
                 Light::Directional { irradiance, .. } => *irradiance = *irradiance * factor,
-                Light::Environment { radiance, .. } => *radiance = *radiance * factor,
-                Light::Point { power_w, .. } | Light::Spot { power_w, .. } | Light::Area { power_w, .. } => {
+                Light::Environment { radiance, .. } | Light::Sky { radiance, .. } => {
+                    *radiance = *radiance * factor;
+                }
+                Light::Point { power_w, .. }
+                | Light::Spot { power_w, .. }
+                | Light::Photometric { power_w, .. }
+                | Light::Area { power_w, .. } => {
                     *power_w = *power_w * factor;
                 }
             });

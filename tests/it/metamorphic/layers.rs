@@ -11,7 +11,7 @@ use super::{Relations, Seen};
 
 type Change = fn(&mut Principled);
 
-const CLEAR: Volume = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY };
+const CLEAR: Volume = Volume::CLEAR;
 
 /// A sheet under a lamp and a sky.
 fn sheet(material: impl FnOnce(&mut World) -> Material) -> World {

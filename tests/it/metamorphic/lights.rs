@@ -83,7 +83,14 @@ fn an_area_light_is_a_sheet_that_shines() {
         if let Some(visible) = visible {
             let power_w = Rgb::splat(std::f32::consts::PI * side * side * radiance);
             let size_m = Vec2::splat(side);
-            let light = Light::Area { power_w, size_m, samples: 1, pattern: Default::default(), visible };
+            let light = Light::Area {
+                power_w,
+                size_m,
+                outline: Default::default(),
+                samples: 1,
+                pattern: Default::default(),
+                visible,
+            };
             world.entities.spawn((light, stage::looking([0.1, 1.7, 0.0], [0.1, 0.0, 0.0])));
         } else {
             let place = stage::at(0.1, 0.0, 0.0);
@@ -124,7 +131,8 @@ fn within(ior: f32, roughness: f32, volume: Option<Volume>, sphere_lamp: bool) -
 #[test]
 fn light_within_a_body_is_absorbed_however_it_is_found() {
     let mut all = Relations::default();
-    let half = Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0 };
+    let half =
+        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::CLEAR };
     for sphere_lamp in [false, true] {
         for ior in [1.0, 1.2] {
             let mut world = within(ior, 0.0, Some(half), sphere_lamp);
@@ -139,12 +147,15 @@ fn light_within_a_body_is_absorbed_however_it_is_found() {
 #[test]
 fn absorption_is_by_distance_alone() {
     let mut all = Relations::default();
-    let whole = Volume { attenuation_color: Rgb::new(0.25, 0.16, 0.36), attenuation_distance: 2.0 };
-    let half = Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0 };
+    let whole =
+        Volume { attenuation_color: Rgb::new(0.25, 0.16, 0.36), attenuation_distance: 2.0, ..Volume::CLEAR };
+    let half =
+        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::CLEAR };
     let [a, b] = [whole, half].map(|volume| Seen::of(&within(1.1, 0.0, Some(volume), false)));
     all.same(&a, &b, "the same body");
-    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: 1.0 };
-    let never = Volume { attenuation_color: Rgb::splat(0.1), attenuation_distance: f32::INFINITY };
+    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: 1.0, ..Volume::CLEAR };
+    let never =
+        Volume { attenuation_color: Rgb::splat(0.1), attenuation_distance: f32::INFINITY, ..Volume::CLEAR };
     let [a, b] = [clear, never].map(|volume| Seen::of(&within(1.1, 0.0, Some(volume), true)));
     all.same(&a, &b, "clear bodies");
 }

@@ -256,7 +256,8 @@ pub fn materials(assets: &mut Assets) -> Vec<(&'static str, Material)> {
     let (paint, bumps, holes) = (paint(assets), bumps(assets), holes(assets));
     let painted = ColorInput::Texture(paint);
     let map = Some(NormalMap { texture: bumps, scale: 1.0 });
-    let clear = Volume { attenuation_color: Rgb::new(0.9, 0.7, 0.8), attenuation_distance: 1.0 };
+    let clear =
+        Volume { attenuation_color: Rgb::new(0.9, 0.7, 0.8), attenuation_distance: 1.0, ..Volume::CLEAR };
     let classic = BlinnPhong { diffuse: painted, specular: grey(0.2), ..BlinnPhong::default() };
     let glass = BlinnPhong { ior: Some(1.4), ..BlinnPhong::default() };
     let two = |change: fn(&mut Principled)| {

@@ -46,6 +46,16 @@ pub(in super::super) struct Volume {
     pub attenuation_color: [f32; 3],
 }
 
+/// `KHR_materials_volume_scatter`.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct VolumeScatter {
+    #[serde(default, deserialize_with = "all_finite")]
+    pub multiscatter_color: [f32; 3],
+    #[serde(default, deserialize_with = "finite")]
+    pub scatter_anisotropy: f32,
+}
+
 fn infinite() -> f32 {
     f32::INFINITY
 }

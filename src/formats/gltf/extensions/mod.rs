@@ -15,7 +15,7 @@ use super::document::Document;
 use crate::error::LoadError;
 
 /// Those that are not merely tolerated, besides those of [`is_known`].
-const KNOWN: [&str; 23] = [
+const KNOWN: [&str; 27] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -35,10 +35,16 @@ const KNOWN: [&str; 23] = [
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_materials_volume",
+    "KHR_materials_volume_scatter",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    // Of no matter to an image, as descriptions are.
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
     "KHR_node_visibility",
     "KHR_texture_transform",
+    // What an author wrote about the file.
+    "KHR_xmp_json_ld",
 ];
 
 /// Refuses a file that cannot be read rightly, and names in a warning what it loses.

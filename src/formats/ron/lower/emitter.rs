@@ -5,10 +5,13 @@ use super::settings::{MOST_SAMPLES, PATTERNS};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source, Variant};
+use crate::formats::surroundings::Sky;
 use crate::math::{Rgb, Vec2};
-use crate::world::{Camera, Falloff, Light, Pattern};
+use crate::world::assets::{ColorSpace, Wrap};
+use crate::world::{Camera, Falloff, Light, Outline, Pattern, Texture};
 
-const LIGHTS: &[&str] = &["Point", "Spot", "Directional", "Environment", "Area"];
+const LIGHTS: &[&str] = &["Point", "Spot", "Photometric", "Directional", "Environment", "Sky", "Area"];
+const OUTLINES: &[(&str, Outline)] = &[("Rectangle", Outline::Rectangle), ("Disc", Outline::Disc)];
 const CAMERAS: &[&str] = &["Pinhole", "ThinLens", "Orthographic"];
 const FALLOFFS: &[(&str, Falloff)] =
     &[("InverseSquare", Falloff::InverseSquare), ("Constant", Falloff::Constant)];
@@ -40,6 +43,14 @@ impl<'a> Lowering<'_, 'a> {
                 })
             }
             "Spot" => spot(source, variant),
+            "Photometric" => {
+                let read: schema::Photometric = source.variant_fields(variant)?;
+                let image = self.assets.image(source, read.profile, &mut self.world)?;
+                let wrap = [Wrap::Repeat, Wrap::Clamp];
+                let texture = Texture { wrap, color_space: ColorSpace::Linear, ..Texture::new(image) };
+                let profile = self.assets.texture(texture, &mut self.world);
+                Ok(Light::Photometric { power_w: source.color(read.power_w, "a power")?, profile })
+            }
             "Directional" => directional(source, variant),
             "Environment" => {
                 let read: schema::Environment = source.variant_fields(variant)?;
@@ -47,6 +58,7 @@ impl<'a> Lowering<'_, 'a> {
                 let image = read.image.map(|raw| self.assets.image(source, raw, &mut self.world));
                 Ok(Light::Environment { radiance, image: image.transpose()? })
             }
+            "Sky" => sky(source, variant),
             "Area" => area(source, variant),
             other => Err(source.unknown(other, "light", LIGHTS)),
         }
@@ -87,6 +99,26 @@ fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadErro
     Ok(Light::Spot { power_w, inner_angle: radians(inner), outer_angle: radians(outer), falloff })
 }
 
+fn sky<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+    let read: schema::Sky = source.variant_fields(variant)?;
+    let Sky { elevation_degrees, azimuth_degrees, haze } = Sky::default();
+    let elevation = read.elevation_degrees.map_or(Ok(elevation_degrees), |raw| {
+        let degrees = source.number::<f64>(raw)?;
+        if (-90.0..=90.0).contains(&degrees) {
+            Ok(degrees)
+        } else {
+            Err(source.out_of_range(raw, "the sun's elevation", "from -90 to 90 degrees"))
+        }
+    })?;
+    let azimuth = read.azimuth_degrees.map_or(Ok(azimuth_degrees), |raw| source.number::<f64>(raw))?;
+    let radiance = read.radiance.map_or(Ok(Rgb::WHITE), |raw| source.color(raw, "a radiance"))?;
+    let haze = read.haze.map_or(Ok(haze), |raw| {
+        let haze = source.at_least_zero(raw, "haze")?;
+        if haze <= Sky::MOST_HAZE { Ok(haze) } else { Err(source.out_of_range(raw, "haze", "from 0 to 100")) }
+    })?;
+    Ok(Sky { elevation_degrees: elevation, azimuth_degrees: azimuth, haze }.light(radiance))
+}
+
 fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
     let read: schema::Area = source.variant_fields(variant)?;
     let side = |raw| source.positive(raw, "a side of an area light");
@@ -101,6 +133,9 @@ fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadErro
     Ok(Light::Area {
         power_w: source.color(read.power_w, "a power")?,
         size_m,
+        outline: read
+            .outline
+            .map_or(Ok(Outline::default()), |raw| source.choice(raw, "outline", OUTLINES))?,
         samples: samples as u32,
         pattern: pattern(source, read.pattern)?,
         visible: read.visible.map_or(Ok(false), |raw| source.flag(raw))?,

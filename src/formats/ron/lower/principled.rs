@@ -28,6 +28,9 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = read.normal {
             material.normal = Some(self.normal_map(raw)?);
         }
+        if let Some(raw) = read.bump {
+            material.bump = Some(self.bump_map(raw)?);
+        }
         if let Some(raw) = read.emission {
             material.emission = self.color_input(raw, "an emission")?;
         }
@@ -117,16 +120,26 @@ impl<'a> Lowering<'_, 'a> {
     fn volume(&self, raw: Raw<'a>) -> Result<Volume, LoadError> {
         let source = self.source;
         let read: schema::Volume = source.fields(raw, "a volume")?;
-        let mut volume =
-            Volume { attenuation_color: crate::math::Rgb::WHITE, attenuation_distance: f32::INFINITY };
-        if let Some(raw) = read.attenuation_color {
-            volume.attenuation_color = source.color(raw, "attenuation_color")?;
-            if volume.attenuation_color.max_component() > 1.0 {
-                return Err(source.out_of_range(raw, "attenuation_color", "from 0 to 1"));
+        let mut volume = Volume::CLEAR;
+        let colors = [
+            (read.attenuation_color, "attenuation_color", &mut volume.attenuation_color),
+            (read.multiscatter_color, "multiscatter_color", &mut volume.multiscatter_color),
+        ];
+        for (raw, name, to) in colors {
+            let Some(raw) = raw else { continue };
+            *to = source.color(raw, name)?;
+            if to.max_component() > 1.0 {
+                return Err(source.out_of_range(raw, name, "from 0 to 1"));
             }
         }
         if let Some(raw) = read.attenuation_distance_m {
             volume.attenuation_distance = source.positive(raw, "attenuation_distance_m")?;
+        }
+        if let Some(raw) = read.scatter_anisotropy {
+            volume.scatter_anisotropy = source.number(raw)?;
+            if volume.scatter_anisotropy.abs() > Volume::MOST {
+                return Err(source.out_of_range(raw, "scatter_anisotropy", "from -0.99 to 0.99"));
+            }
         }
         Ok(volume)
     }

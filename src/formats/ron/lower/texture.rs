@@ -6,7 +6,7 @@ use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Variant};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::{Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
+use crate::world::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
 const INPUTS: &[&str] = &["Image", "Texture"];
 const WRAPS: &[(&str, Wrap)] = &[("Repeat", Wrap::Repeat), ("Clamp", Wrap::Clamp), ("Mirror", Wrap::Mirror)];
@@ -98,6 +98,14 @@ impl<'a> Lowering<'_, 'a> {
         let read: schema::NormalMap = self.source.fields(raw, "a normal map")?;
         let scale = read.scale.map_or(Ok(1.0), |raw| self.source.number(raw))?;
         Ok(NormalMap { texture: self.data_input(read.texture)?, scale })
+    }
+
+    /// `(texture: …, height_m: …)`.
+    pub(super) fn bump_map(&mut self, raw: Raw<'a>) -> Result<BumpMap, LoadError> {
+        let read: schema::BumpMap = self.source.fields(raw, "a bump map")?;
+        let height_m = self.source.number(read.height_m)?;
+        let (texture, channel) = self.channel_input(read.texture, Channel::Red)?;
+        Ok(BumpMap { texture, channel, height_m })
     }
 
     fn data(&mut self, raw: Raw<'a>) -> Result<Read<'a>, LoadError> {

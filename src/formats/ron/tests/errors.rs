@@ -95,7 +95,7 @@ fn unknown_variants() {
     );
     entity_fails(
         "light: ^Sun()",
-        "unknown light \"Sun\"; lights: Point, Spot, Directional, Environment, Area",
+        "unknown light \"Sun\"; lights: Point, Spot, Photometric, Directional, Environment, Sky, Area",
     );
     entity_fails(
         "camera: ^Pinhol()",

@@ -56,7 +56,8 @@ fn every_key_is_read() {
     let (transmission, channel) = material.transmission.texture.unwrap();
     assert_eq!((channel, material.transmission.factor), (Channel::Blue, 0.75));
     assert_eq!((texture(&world, transmission).uv_set, texture(&world, transmission).factor), (1, Rgb::WHITE));
-    let volume = Volume { attenuation_color: Rgb::new(0.5, 0.75, 1.0), attenuation_distance: 0.125 };
+    let volume =
+        Volume { attenuation_color: Rgb::new(0.5, 0.75, 1.0), attenuation_distance: 0.125, ..Volume::CLEAR };
     assert_eq!(material.volume, Some(volume));
     assert_eq!(material.diffuse_transmission, scalar(0.25));
     assert_eq!((material.clearcoat, material.clearcoat_roughness), (scalar(1.0), scalar(0.125)));
@@ -74,7 +75,7 @@ fn every_key_is_read() {
 fn defaults_are_those_of_the_world() {
     assert_eq!(principled("").0, Principled::default());
     let (glass, _) = principled("transmission: 1, volume: (), alpha_mode: Blend");
-    let volume = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: f32::INFINITY };
+    let volume = Volume::CLEAR;
     assert_eq!((glass.volume, glass.alpha_mode), (Some(volume), AlphaMode::Blend));
     assert_eq!(principled("alpha_mode: Mask").0.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     // The names of the world are understood, too.

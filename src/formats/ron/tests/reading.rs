@@ -106,6 +106,7 @@ fn shapes_lights_and_cameras_have_their_defaults() {
         Light::Area {
             power_w: grey(1.0),
             size_m: Vec2::splat(2.0),
+            outline: Outline::Rectangle,
             samples: 1,
             pattern: Pattern::Jittered,
             visible: false

@@ -266,15 +266,15 @@ fn light() -> impl Strategy<Value = Light> {
         (color(), 0.0..=std::f32::consts::PI)
             .prop_map(|(irradiance, angle)| Light::Directional { irradiance, angle }),
         color().prop_map(|radiance| Light::Environment { radiance, image: None }),
-        (color(), [positive(), positive()], 1..=1_u32 << 22, pattern(), any::<bool>()).prop_map(
-            |(power_w, size, samples, pattern, visible)| Light::Area {
+        (color(), [positive(), positive()], 1..=1_u32 << 22, pattern(), [any::<bool>(), any::<bool>()])
+            .prop_map(|(power_w, size, samples, pattern, [visible, disc])| Light::Area {
                 power_w,
                 size_m: Vec2::from(size),
+                outline: if disc { Outline::Disc } else { Outline::Rectangle },
                 samples,
                 pattern,
                 visible
-            }
-        ),
+            }),
     ]
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use super::{Written, quote};
-use crate::world::{Assets, ImageId, MeshId};
+use crate::world::{Assets, ImageId, MeshId, TextureId};
 
 /// Paths as seen from the scene's folder.
 pub(super) struct AssetPaths<'a> {
@@ -57,6 +57,12 @@ impl<'a> AssetPaths<'a> {
         let image = image.ok_or_else(|| format!("there is no image of number {number}"))?;
         let source = image.source.as_deref();
         self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?)
+    }
+
+    /// The same of a texture.
+    pub(super) fn image_of(&self, id: TextureId) -> Written {
+        let texture = self.assets.textures.get(id.0 as usize);
+        self.image(texture.ok_or_else(|| format!("there is no texture of number {}", id.0))?.image)
     }
 
     fn relative(&self, file: &Path) -> Written {

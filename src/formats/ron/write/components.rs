@@ -4,7 +4,7 @@ use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, pairs, same, tuple, uniform_or_tuple, vectors};
 use crate::math::{Mat4, Rgb};
-use crate::world::{Camera, Falloff, Light, Pattern, Shape, Transform};
+use crate::world::{Camera, Falloff, Light, Outline, Pattern, Shape, Transform};
 
 /// None for the identity, which need not be said.
 pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
@@ -68,6 +68,11 @@ pub(super) fn light(light: &Light, paths: &AssetPaths) -> Written {
             keys.push("outer_degrees", degrees(*outer_angle)?);
             with_falloff(keys, falloff, "Spot")
         }
+        Light::Photometric { power_w, profile } => {
+            keys.push("power_w", color(*power_w)?);
+            keys.push("profile", paths.image_of(*profile)?);
+            Ok(keys.finish("Photometric"))
+        }
         Light::Directional { irradiance, angle } => {
             keys.push("irradiance", color(*irradiance)?);
             keys.push_unless(same(&[*angle], &[0.0]), "angle_degrees", || degrees(*angle))?;
@@ -81,9 +86,17 @@ pub(super) fn light(light: &Light, paths: &AssetPaths) -> Written {
             }
             Ok(keys.finish("Environment"))
         }
-        Light::Area { power_w, size_m, samples, pattern, visible } => {
+        Light::Sky { elevation, azimuth, haze, radiance } => {
+            keys.push("elevation_degrees", degrees(*elevation)?);
+            keys.push("azimuth_degrees", degrees(*azimuth)?);
+            keys.push("haze", number(*haze)?);
+            keys.push_unless(*radiance == Rgb::WHITE, "radiance", || color(*radiance))?;
+            Ok(keys.finish("Sky"))
+        }
+        Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
             keys.push("power_w", color(*power_w)?);
             keys.push("size_m", uniform_or_tuple(&size_m.to_array())?);
+            keys.push_unless(*outline == Outline::default(), "outline", || Ok(format!("{outline:?}")))?;
             keys.push_unless(*samples == 1, "samples", || Ok(samples.to_string()))?;
             keys.push_unless(*pattern == Pattern::default(), "pattern", || Ok(format!("{pattern:?}")))?;
             keys.push_unless(!*visible, "visible", || Ok("true".to_owned()))?;

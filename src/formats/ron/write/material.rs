@@ -7,8 +7,8 @@ use super::texture::Textures;
 use crate::formats::ron::lower::glass;
 use crate::math::Rgb;
 use crate::world::{
-    AlphaMode, Anisotropy, Assets, BlinnPhong, ColorInput, Highlight, Iridescence, Material, NormalMap,
-    Principled, ScalarInput, Volume,
+    AlphaMode, Anisotropy, Assets, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, Material,
+    NormalMap, Principled, ScalarInput, Volume,
 };
 
 pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths) -> Written {
@@ -57,6 +57,7 @@ impl Writer<'_> {
         self.scalar("metallic", &material.metallic, &default.metallic)?;
         self.scalar("roughness", &material.roughness, &default.roughness)?;
         self.normal("normal", &material.normal)?;
+        self.bump(&material.bump)?;
         self.color("emission", &material.emission, &default.emission)?;
         self.flag("double_sided", material.double_sided);
         self.flag("unlit", material.unlit);
@@ -114,13 +115,27 @@ impl Writer<'_> {
         Ok(())
     }
 
+    fn bump(&mut self, map: &Option<BumpMap>) -> Written<()> {
+        let Some(BumpMap { texture, channel, height_m }) = map else { return Ok(()) };
+        let input = ScalarInput { factor: 1.0, texture: Some((*texture, *channel)) };
+        let (texture, height) = (self.textures.scalar(&input, "bump")?, number(*height_m)?);
+        self.keys.push("bump", format!("(texture: {texture}, height_m: {height})"));
+        Ok(())
+    }
+
     fn volume(&mut self, volume: &Option<Volume>) -> Written<()> {
-        let Some(Volume { attenuation_color, attenuation_distance }) = volume else { return Ok(()) };
+        let Some(volume) = volume else { return Ok(()) };
+        let Volume { attenuation_color, attenuation_distance, multiscatter_color, scatter_anisotropy } =
+            volume;
         let mut keys = Keys::default();
         let is_default = same(&attenuation_color.to_array(), &Rgb::WHITE.to_array());
         keys.push_unless(is_default, "attenuation_color", || color(*attenuation_color))?;
         let is_default = *attenuation_distance == f32::INFINITY;
         keys.push_unless(is_default, "attenuation_distance_m", || number(*attenuation_distance))?;
+        let is_default = multiscatter_color.is_black();
+        keys.push_unless(is_default, "multiscatter_color", || color(*multiscatter_color))?;
+        let is_default = *scatter_anisotropy == 0.0;
+        keys.push_unless(is_default, "scatter_anisotropy", || number(*scatter_anisotropy))?;
         self.keys.push("volume", keys.finish(""));
         Ok(())
     }

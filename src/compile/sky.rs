@@ -1,0 +1,370 @@
+//! A clear sky and its sun, from what air does to light: it scatters it by molecules (Rayleigh) and by haze
+//! (Mie), and its ozone absorbs it, each at heights of its own. Light that is scattered once is followed along
+//! every line of sight; what is scattered more often is taken for even at each height (Hillaire, "A scalable and
+//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are).
+//!
+//! Lengths are in kilometres. The sun outside of the air is white.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A colour's red, green and blue.
+type Triple = [f64; 3];
+
+/// From the middle of the earth to its ground, and to where the air ends.
+const GROUND: f64 = 6360.0;
+const TOP: f64 = 6460.0;
+/// What the ground sends back.
+const GROUND_ALBEDO: f64 = 0.3;
+/// Where the picture is seen from, above the ground.
+const EYE: f64 = 0.1;
+
+/// Of molecules at the ground, km⁻¹, and the height above which an e-th of them is.
+const RAYLEIGH: (Triple, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
+/// The same of haze that is scattered by, and that is absorbed by.
+const HAZE: ([f64; 2], f64) = ([3.996e-3, 4.4e-3], 1.2);
+/// Henyey and Greenstein's g of haze.
+const HAZE_ANISOTROPY: f64 = 0.8;
+/// Of ozone where most of it is, that height, and how far it reaches above and below.
+const OZONE: (Triple, f64, f64) = ([0.65e-3, 1.881e-3, 0.085e-3], 25.0, 15.0);
+
+/// Irradiance of the sun outside of the air: white in the sun at noon has a radiance of about 1.
+pub(super) const SOLAR: f64 = 4.0;
+/// The angle that the sun takes up.
+pub(super) const SUN_ANGLE: f32 = 0.533 * std::f32::consts::PI / 180.0;
+
+/// Size of the picture.
+pub(super) const SIZE: [usize; 2] = [512, 256];
+
+/// Air with its haze.
+pub(super) struct Air {
+    /// Times the haze of a clear day.
+    haze: f64,
+    /// What comes through from the top: see [`Air::transmittance`].
+    transmittance: Vec<Triple>,
+    /// Light that was scattered twice or more, for a sun of irradiance 1: see [`Air::again`].
+    again: Vec<Triple>,
+}
+
+/// Sizes of the tables: heights, cosines.
+const TRANSMITTANCE: [usize; 2] = [64, 256];
+const AGAIN: [usize; 2] = [24, 32];
+
+/// What a cubic metre of air does.
+struct Matter {
+    rayleigh: Triple,
+    haze: f64,
+    extinction: Triple,
+}
+
+impl Air {
+    /// Takes about a twentieth of a second.
+    pub(super) fn new(haze: f32) -> Self {
+        let mut air = Self { haze: f64::from(haze), transmittance: Vec::new(), again: Vec::new() };
+        let [heights, cosines] = TRANSMITTANCE;
+        let entry = |i: usize| {
+            let (r, mu) = place_of(part(i / cosines, heights), part(i % cosines, cosines));
+            air.through(r, mu)
+        };
+        air.transmittance = (0..heights * cosines).into_par_iter().map(entry).collect();
+        let [heights, cosines] = AGAIN;
+        let entry = |i: usize| {
+            let part_up = part(i / cosines, heights);
+            let height = (TOP - GROUND) * part_up * part_up;
+            air.scattered_again(GROUND + height.max(0.01), sun_cosine(part(i % cosines, cosines)))
+        };
+        air.again = (0..heights * cosines).into_par_iter().map(entry).collect();
+        air
+    }
+
+    fn matter(&self, height: f64) -> Matter {
+        let rayleigh = RAYLEIGH.0.map(|c| c * libm::exp(-height / RAYLEIGH.1));
+        let haze = self.haze * libm::exp(-height / HAZE.1);
+        let ozone = (1.0 - (height - OZONE.1).abs() / OZONE.2).max(0.0);
+        let extinction =
+            std::array::from_fn(|k| rayleigh[k] + (HAZE.0[0] + HAZE.0[1]) * haze + OZONE.0[k] * ozone);
+        Matter { rayleigh, haze: HAZE.0[0] * haze, extinction }
+    }
+
+    /// From a distance to the middle of the earth, along a cosine to the zenith, to the top.
+    fn through(&self, r: f64, mu: f64) -> Triple {
+        const STEPS: usize = 64;
+        let length = to_top(r, mu);
+        let step = length / STEPS as f64;
+        let mut depth = [0.0; 3];
+        for i in 0..STEPS {
+            let t = (i as f64 + 0.5) * step;
+            let extinction = self.matter(height_at(r, mu, t)).extinction;
+            depth = std::array::from_fn(|k| depth[k] + extinction[k] * step);
+        }
+        depth.map(|depth| libm::exp(-depth))
+    }
+
+    /// What of the sun's light comes to a place; a part of its disc may be below the horizon.
+    fn transmittance(&self, r: f64, mu: f64) -> Triple {
+        let horizon = -(1.0 - (GROUND / r) * (GROUND / r)).max(0.0).sqrt();
+        let half = f64::from(SUN_ANGLE) / 2.0;
+        let there = ((mu - horizon) / half * 0.5 + 0.5).clamp(0.0, 1.0);
+        if there == 0.0 {
+            return [0.0; 3];
+        }
+        let (x, y) = coordinates_of(r, mu.max(horizon));
+        between(&self.transmittance, TRANSMITTANCE, x, y).map(|c| c * there)
+    }
+
+    /// The sun's irradiance at the ground on a surface that faces it.
+    pub(super) fn sun(&self, elevation: f64) -> Triple {
+        self.transmittance(GROUND + EYE, libm::sin(elevation)).map(|c| c * SOLAR)
+    }
+
+    /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1: even in all directions.
+    fn again(&self, r: f64, sun: f64) -> Triple {
+        let x = ((r - GROUND) / (TOP - GROUND)).max(0.0).sqrt();
+        // The inverse of `sun_cosine`.
+        let y = if sun < 0.0 { 0.5 - (-sun).sqrt() * 0.5 } else { 0.5 + sun.sqrt() * 0.5 };
+        between(&self.again, AGAIN, x, y)
+    }
+
+    /// An entry of that table: light scattered twice, over what is not scattered on (equations 5 to 10).
+    fn scattered_again(&self, r: f64, sun: f64) -> Triple {
+        const DIRECTIONS: usize = 8;
+        let (mut second, mut onwards) = ([0.0; 3], [0.0; 3]);
+        let sun_way = DVec3::new((1.0 - sun * sun).max(0.0).sqrt(), sun, 0.0);
+        for i in 0..DIRECTIONS * DIRECTIONS {
+            let cos = 1.0 - 2.0 * (part(i / DIRECTIONS, DIRECTIONS + 1) + 0.5 / DIRECTIONS as f64);
+            let turn = 2.0 * PI * ((i % DIRECTIONS) as f64 + 0.5) / DIRECTIONS as f64;
+            let sin = (1.0 - cos * cos).max(0.0).sqrt();
+            let way = DVec3::new(sin * libm::cos(turn), cos, sin * libm::sin(turn));
+            let seen = self.seen(r, way, sun_way, Phase::Even);
+            for k in 0..3 {
+                second[k] += seen.light[k] / (DIRECTIONS * DIRECTIONS) as f64;
+                onwards[k] += seen.scattered[k] / (DIRECTIONS * DIRECTIONS) as f64;
+            }
+        }
+        std::array::from_fn(|k| second[k] / (1.0 - onwards[k]))
+    }
+
+    /// Along a line of sight, for a sun of irradiance 1.
+    fn seen(&self, r: f64, way: DVec3, sun: DVec3, phase: Phase) -> Seen {
+        const STEPS: usize = 32;
+        let mu = way.y;
+        let ground = to_ground(r, mu);
+        let length = ground.unwrap_or_else(|| to_top(r, mu));
+        let [by_molecules, by_haze] = phase.values(way.dot(sun));
+        let mut seen = Seen { light: [0.0; 3], scattered: [0.0; 3] };
+        let (mut left, mut before) = ([1.0; 3], 0.0);
+        for i in 0..STEPS {
+            // Shorter steps where the air is denser.
+            let part = (i + 1) as f64 / STEPS as f64;
+            let end = length * part * part;
+            let (step, t) = (end - before, (end + before) * 0.5);
+            before = end;
+            let place = DVec3::new(0.0, r, 0.0) + way * t;
+            let here = place.length();
+            let matter = self.matter(here - GROUND);
+            let sun_cos = place.dot(sun) / here;
+            let sunlight = self.transmittance(here, sun_cos);
+            let again = if phase == Phase::Even { [0.0; 3] } else { self.again(here, sun_cos) };
+            for k in 0..3 {
+                let scattering = matter.rayleigh[k] + matter.haze;
+                let once = sunlight[k] * (matter.rayleigh[k] * by_molecules + matter.haze * by_haze);
+                let passes = libm::exp(-matter.extinction[k] * step);
+                let within = left[k] * (1.0 - passes) / matter.extinction[k].max(1e-12);
+                seen.light[k] += within * (once + scattering * again[k]);
+                seen.scattered[k] += within * scattering;
+                left[k] *= passes;
+            }
+        }
+        if ground.is_some() {
+            let place = DVec3::new(0.0, r, 0.0) + way * length;
+            let sun_cos = place.dot(sun) / place.length();
+            let sunlight = self.transmittance(GROUND, sun_cos);
+            for k in 0..3 {
+                seen.light[k] += left[k] * sunlight[k] * sun_cos.max(0.0) * GROUND_ALBEDO / PI;
+            }
+        }
+        seen
+    }
+
+    /// Radiance from all around, row by row from the zenith, with the sun's azimuth in the middle; without the sun.
+    pub(super) fn panorama(&self, elevation: f64) -> Vec<[f32; 3]> {
+        let [width, height] = SIZE;
+        let sun = DVec3::new(0.0, libm::sin(elevation), -libm::cos(elevation));
+        let row = |row: usize| {
+            let polar = PI * (row as f64 + 0.5) / height as f64;
+            // To the sun's left it looks as to its right.
+            let half = (0..width / 2).map(|column| {
+                let turn = PI * (1.0 - (column as f64 + 0.5) / (width / 2) as f64);
+                let level = libm::sin(polar);
+                let way = DVec3::new(libm::sin(turn) * level, libm::cos(polar), -libm::cos(turn) * level);
+                let light = self.seen(GROUND + EYE, way, sun, Phase::Own).light;
+                light.map(|c| (c * SOLAR) as f32)
+            });
+            let half: Vec<[f32; 3]> = half.collect();
+            half.iter().chain(half.iter().rev()).copied().collect::<Vec<_>>()
+        };
+        (0..height).into_par_iter().flat_map_iter(row).collect()
+    }
+}
+
+/// What a line of sight brings.
+struct Seen {
+    light: Triple,
+    /// The part of even light of radiance 1 along it that would be scattered towards the eye.
+    scattered: Triple,
+}
+
+/// Where light is scattered to.
+#[derive(Clone, Copy, PartialEq)]
+enum Phase {
+    /// Everywhere alike.
+    Even,
+    /// As molecules and haze do.
+    Own,
+}
+
+impl Phase {
+    /// Of molecules and of haze (Cornette and Shanks 1992).
+    fn values(self, cos: f64) -> [f64; 2] {
+        if self == Phase::Even {
+            return [0.25 / PI; 2];
+        }
+        let g = HAZE_ANISOTROPY;
+        let away = 1.0 + g * g - 2.0 * g * cos;
+        let haze =
+            3.0 / (8.0 * PI) * (1.0 - g * g) * (1.0 + cos * cos) / ((2.0 + g * g) * away * away.sqrt());
+        [3.0 / (16.0 * PI) * (1.0 + cos * cos), haze]
+    }
+}
+
+fn part(i: usize, count: usize) -> f64 {
+    i as f64 / (count - 1) as f64
+}
+
+/// Closer together about the horizon.
+fn sun_cosine(part: f64) -> f64 {
+    let odd = 2.0 * part - 1.0;
+    odd * odd.abs()
+}
+
+fn height_at(r: f64, mu: f64, t: f64) -> f64 {
+    (r * r + t * t + 2.0 * r * mu * t).sqrt() - GROUND
+}
+
+fn to_top(r: f64, mu: f64) -> f64 {
+    -r * mu + (r * r * (mu * mu - 1.0) + TOP * TOP).max(0.0).sqrt()
+}
+
+fn to_ground(r: f64, mu: f64) -> Option<f64> {
+    let root = r * r * (mu * mu - 1.0) + GROUND * GROUND;
+    (mu < 0.0 && root >= 0.0).then(|| (-r * mu - root.sqrt()).max(0.0))
+}
+
+/// The distance from a place on the ground to the top along the horizon.
+fn horizon() -> f64 {
+    (TOP * TOP - GROUND * GROUND).sqrt()
+}
+
+/// Height and cosine to the zenith by two numbers from 0 to 1, closer together where the air is dense and about the
+/// horizon (Bruneton and Neyret 2008).
+fn place_of(x: f64, y: f64) -> (f64, f64) {
+    let rho = horizon() * x;
+    let r = (rho * rho + GROUND * GROUND).sqrt();
+    let (least, most) = (TOP - r, rho + horizon());
+    let distance = least + y * (most - least);
+    let mu = if distance <= 0.0 {
+        1.0
+    } else {
+        (horizon() * horizon() - rho * rho - distance * distance) / (2.0 * r * distance)
+    };
+    (r, mu.clamp(-1.0, 1.0))
+}
+
+/// The inverse of [`place_of`].
+fn coordinates_of(r: f64, mu: f64) -> (f64, f64) {
+    let rho = (r * r - GROUND * GROUND).max(0.0).sqrt();
+    let (least, most) = (TOP - r, rho + horizon());
+    (rho / horizon(), (to_top(r, mu) - least) / (most - least))
+}
+
+/// Between the entries of a table.
+fn between(table: &[Triple], [rows, columns]: [usize; 2], x: f64, y: f64) -> Triple {
+    let place = |part: f64, count: usize| {
+        let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
+        let low = (at as usize).min(count - 2);
+        (low, at - low as f64)
+    };
+    let ((row, down), (column, across)) = (place(x, rows), place(y, columns));
+    let first = row * columns + column;
+    std::array::from_fn(|k| {
+        let line = |first: usize| table[first][k] * (1.0 - across) + table[first + 1][k] * across;
+        line(first) * (1.0 - down) + line(first + columns) * down
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_up_the_air_is_as_thick_as_its_columns() {
+        let air = Air::new(1.0);
+        let found = air.sun(PI / 2.0);
+        for (k, found) in found.into_iter().enumerate() {
+            // ∫ of each part's density over the height; of ozone's tent half its width.
+            let column = |scale: f64| scale * (libm::exp(-EYE / scale) - libm::exp(-(TOP - GROUND) / scale));
+            let depth = RAYLEIGH.0[k] * column(RAYLEIGH.1)
+                + (HAZE.0[0] + HAZE.0[1]) * column(HAZE.1)
+                + OZONE.0[k] * OZONE.2;
+            let expected = SOLAR * libm::exp(-depth);
+            assert!((found / expected - 1.0).abs() < 2e-3, "{k}: {found} {expected}");
+        }
+    }
+
+    /// Irradiance on the ground, and of that what comes from the sky alone.
+    fn ground(air: &Air, elevation: f64) -> [Triple; 2] {
+        let mut sky = [0.0; 3];
+        let texels = air.panorama(elevation);
+        let [width, height] = SIZE;
+        for (row, texels) in texels.chunks(width).take(height / 2).enumerate() {
+            let polar = PI * (row as f64 + 0.5) / height as f64;
+            let weight = libm::sin(polar) * libm::cos(polar) * 2.0 * PI * PI / (width * height) as f64;
+            for texel in texels {
+                (0..3).for_each(|k| sky[k] += f64::from(texel[k]) * weight);
+            }
+        }
+        let sun = air.sun(elevation).map(|c| c * libm::sin(elevation).max(0.0));
+        [std::array::from_fn(|k| sun[k] + sky[k]), sky]
+    }
+
+    #[test]
+    fn skies_are_as_bright_and_as_blue_as_measured_ones() {
+        let air = Air::new(1.0);
+        let [all, sky] = ground(&air, 60f64.to_radians());
+        let share = sky[1] / all[1];
+        assert!((0.08..0.2).contains(&share), "diffuse share at noon {share}");
+        assert!(sky[2] > 1.7 * sky[0], "{sky:?}");
+        // White in the sun.
+        assert!((0.8..1.1).contains(&(all[1] / PI)), "{all:?}");
+        let [all, sky] = ground(&air, 5f64.to_radians());
+        assert!(sky[1] / all[1] > 0.4, "{all:?} {sky:?}");
+        let sun = air.sun(2f64.to_radians());
+        assert!(sun[0] > 2.0 * sun[1] && sun[1] > 5.0 * sun[2], "the low sun is red: {sun:?}");
+        let [_, night] = ground(&air, -18f64.to_radians());
+        assert!(night[1] < 1e-4 * SOLAR, "{night:?}");
+        // Haze scatters more about the sun.
+        let hazy = ground(&Air::new(6.0), 60f64.to_radians());
+        assert!(hazy[1][1] > 1.5 * sky[1].max(1e-9) && hazy[0][1] < ground(&air, 60f64.to_radians())[0][1]);
+    }
+
+    #[test]
+    fn nothing_is_lost_between_table_and_place() {
+        for (x, y) in [(0.0, 0.3), (0.2, 0.0), (0.5, 0.5), (0.9, 1.0), (1.0, 0.7)] {
+            let (r, mu) = place_of(x, y);
+            let (a, b) = coordinates_of(r, mu);
+            assert!((a - x).abs() < 1e-6 && (b - y).abs() < 1e-3, "{x} {y}: {a} {b}");
+        }
+    }
+}

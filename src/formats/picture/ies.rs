@@ -1,0 +1,194 @@
+//! Photometric profiles (IES LM-63): what a lamp sends into each direction, as a picture. Columns are angles about
+//! the lamp's axis, from 0 to 360°, rows angles to it, from straight ahead to straight back.
+
+use std::path::Path;
+
+use crate::error::LoadError;
+use crate::world::{Image, Texels};
+
+/// Of the picture.
+const WIDTH: usize = 72;
+const HEIGHT: usize = 360;
+
+/// Whether it says that it is one.
+pub(super) fn is_ies(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"IES")
+}
+
+/// The numbers of a file, in their order.
+struct Numbers<'a> {
+    text: std::str::SplitAsciiWhitespace<'a>,
+    path: &'a Path,
+}
+
+impl Numbers<'_> {
+    fn next(&mut self, what: &str) -> Result<f32, LoadError> {
+        let text = self.text.next().ok_or_else(|| self.error(&format!("it ends before {what}")))?;
+        let number = text.parse().ok().filter(|number: &f32| number.is_finite());
+        number.ok_or_else(|| self.error(&format!("{what}: {text:?} is no number")))
+    }
+
+    /// At most as many as the file has letters, so that nothing is made for what is not there.
+    fn count(&mut self, what: &str) -> Result<usize, LoadError> {
+        let number = self.next(what)?;
+        if number.fract() == 0.0 && (1.0..=1e4).contains(&number) {
+            Ok(number as usize)
+        } else {
+            Err(self.error(&format!("{what} is {number}, not a number from 1 to 10000")))
+        }
+    }
+
+    fn several(&mut self, count: usize, what: &str) -> Result<Vec<f32>, LoadError> {
+        (0..count).map(|_| self.next(what)).collect()
+    }
+
+    /// Growing numbers.
+    fn angles(&mut self, count: usize, what: &str) -> Result<Vec<f32>, LoadError> {
+        let angles = self.several(count, what)?;
+        if angles.windows(2).all(|pair| pair[0] < pair[1]) {
+            Ok(angles)
+        } else {
+            Err(self.error(&format!("its {what} do not grow")))
+        }
+    }
+
+    fn error(&self, reason: &str) -> LoadError {
+        LoadError::invalid(self.path, format!("the photometric profile cannot be read: {reason}"))
+    }
+}
+
+/// Reads a profile.
+pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
+    // Keywords may be in any encoding; numbers are not.
+    let text = String::from_utf8_lossy(bytes).replace(',', " ");
+    let nothing = Numbers { text: "".split_ascii_whitespace(), path };
+    let (_, rest) = text.split_once("TILT=").ok_or_else(|| nothing.error("it has no line TILT="))?;
+    let (tilt, rest) = rest.split_once('\n').ok_or_else(|| nothing.error("it ends after TILT="))?;
+    let mut numbers = Numbers { text: rest.split_ascii_whitespace(), path };
+    match tilt.trim() {
+        "NONE" => {}
+        "INCLUDE" => {
+            // How a lamp ages when it is tilted: ours hang as they were measured.
+            numbers.next("the tilt's geometry")?;
+            let count = numbers.count("the number of tilts")?;
+            numbers.several(2 * count, "the tilts")?;
+        }
+        other => return Err(numbers.error(&format!("TILT={other} is in another file: use TILT=NONE"))),
+    }
+    numbers.several(3, "lamps, lumens and the multiplier")?;
+    let vertical = numbers.count("the number of vertical angles")?;
+    let horizontal = numbers.count("the number of horizontal angles")?;
+    let kind = numbers.next("the photometric type")?;
+    if kind != 1.0 {
+        return Err(numbers.error(&format!("it is of photometric type {kind}, and only type C (1) is read")));
+    }
+    numbers.several(7, "sizes, ballast factors and watts")?;
+    let down = numbers.angles(vertical, "vertical angles")?;
+    let around = numbers.angles(horizontal, "horizontal angles")?;
+    let candela = numbers.several(vertical * horizontal, "candela values")?;
+    let profile = Profile { down, around, candela };
+    let texel = |i: usize| {
+        let at = |place: usize, count: usize, whole: f32| (place as f32 + 0.5) / count as f32 * whole;
+        [profile.at(at(i / WIDTH, HEIGHT, 180.0), at(i % WIDTH, WIDTH, 360.0)); 3]
+    };
+    let texels = Texels::Rgb32((0..WIDTH * HEIGHT).map(texel).collect());
+    Ok(Image { source: None, width: WIDTH as u32, height: HEIGHT as u32, texels })
+}
+
+/// Measured intensities.
+struct Profile {
+    down: Vec<f32>,
+    around: Vec<f32>,
+    /// For each angle around all angles down.
+    candela: Vec<f32>,
+}
+
+impl Profile {
+    /// In a direction, in degrees.
+    fn at(&self, down: f32, around: f32) -> f32 {
+        // What was not measured is dark.
+        let Some((row, part)) = between(&self.down, down) else { return 0.0 };
+        let last = self.around.last().copied().unwrap_or(0.0);
+        // Lamps that look the same in every quarter, or on both sides, are measured there alone.
+        let around = match last {
+            last if last <= 0.0 => 0.0,
+            last if last <= 90.0 => 90.0 - ((around % 180.0) - 90.0).abs(),
+            last if last <= 180.0 => 180.0 - (around - 180.0).abs(),
+            _ => around,
+        };
+        let (column, across) = between(&self.around, around.clamp(self.around[0], last)).unwrap_or((0, 0.0));
+        let value = |column: usize| {
+            let values = &self.candela[column * self.down.len()..];
+            let next = values[(row + 1).min(self.down.len() - 1)];
+            values[row] * (1.0 - part) + next * part
+        };
+        let next = (column + 1).min(self.around.len() - 1);
+        (value(column) * (1.0 - across) + value(next) * across).max(0.0)
+    }
+}
+
+/// The last of growing numbers that is not above another, and the part of the way to the next.
+fn between(angles: &[f32], angle: f32) -> Option<(usize, f32)> {
+    let (first, last) = (*angles.first()?, *angles.last()?);
+    // Half of a row of the picture beyond the ends.
+    if angle < first - 0.25 || angle > last + 0.25 {
+        return None;
+    }
+    let low = angles.partition_point(|other| *other <= angle).saturating_sub(1);
+    let next = angles.get(low + 1).copied().unwrap_or(f32::INFINITY);
+    Some((low, ((angle - angles[low]) / (next - angles[low])).clamp(0.0, 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Image, LoadError> {
+        decode(text.as_bytes(), Path::new("lamp.ies"))
+    }
+
+    fn value(image: &Image, down: f32, around: f32) -> f32 {
+        let Texels::Rgb32(texels) = &image.texels else { panic!() };
+        let place =
+            |angle: f32, whole: f32, count: usize| ((angle / whole * count as f32) as usize).min(count - 1);
+        texels[place(down, 180.0, HEIGHT) * WIDTH + place(around, 360.0, WIDTH)][0]
+    }
+
+    const HEAD: &str = "IESNA:LM-63-2002\n[TEST] made up\nTILT=NONE\n1 1000 1 ";
+
+    #[test]
+    fn lamps_are_read_with_their_symmetries() {
+        let round = read(&format!("{HEAD}3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n100 50, 0\n")).unwrap();
+        for around in [0.0, 77.0, 311.0] {
+            assert!((value(&round, 22.5, around) - 75.0).abs() < 0.6);
+            assert!((value(&round, 0.1, around) - 100.0).abs() < 0.6);
+            assert_eq!(value(&round, 91.0, around), 0.0);
+        }
+        // 0 to 90°: as in a mirror in either plane.
+        let quarter = read(&format!("{HEAD}2 2 1 2 0 0 0 1 1 10 0 180 0 90 100 100 20 20")).unwrap();
+        for around in [30.0, 150.0, 210.0, 330.0] {
+            let found = value(&quarter, 90.0, around);
+            assert!((found - (100.0 - 80.0 / 3.0)).abs() < 3.0, "{around}: {found}");
+        }
+        // 0 to 360°.
+        let whole = read(&format!("{HEAD}2 3 1 2 0 0 0 1 1 10 0 180 0 180 360 0 0 90 90 0 0")).unwrap();
+        assert!((value(&whole, 10.0, 90.0) - 45.0).abs() < 2.0);
+        assert!((value(&whole, 10.0, 270.0) - 45.0).abs() < 2.0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (text, part) in [
+            ("IESNA", "TILT="),
+            ("TILT=NONE\n1 2", "ends before"),
+            ("TILT=NONE\n1 2 3 2.5 1 1", "2.5"),
+            ("TILT=NONE\n1 2 3 9999 9999 1 2 0 0 0 1 1 10 0 1", "ends before"),
+            ("TILT=NONE\n1 2 3 2 1 2", "type C"),
+            ("TILT=NONE\n1 2 3 2 1 1 2 0 0 0 1 1 10 90 0 0 5 5", "do not grow"),
+            ("TILT=NONE\n1 2 3 two", "is no number"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+}

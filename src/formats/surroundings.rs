@@ -1,0 +1,128 @@
+//! What is put around a scene in place of its own surroundings: a picture, a sky, a studio.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::names::TakenNames;
+use super::{AssetFiles, Files, studio};
+use crate::error::LoadError;
+use crate::math::Rgb;
+use crate::world::{Light, SourceFiles, Transform, World};
+
+/// What `--env` names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Surroundings {
+    /// A photographer's.
+    Studio,
+    /// With its sun.
+    Sky(Sky),
+    /// Equirectangular.
+    Picture(PathBuf),
+}
+
+/// Where the sun stands, and through what it is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sky {
+    /// Above the horizon.
+    pub elevation_degrees: f64,
+    /// 0 along −Z, growing to +X.
+    pub azimuth_degrees: f64,
+    /// Times that of a clear day.
+    pub haze: f32,
+}
+
+impl Sky {
+    /// The thickest [`Sky::haze`].
+    pub const MOST_HAZE: f32 = 100.0;
+
+    /// As a light.
+    pub(in crate::formats) fn light(&self, radiance: Rgb) -> Light {
+        let radians = |degrees: f64| degrees.to_radians() as f32;
+        let (elevation, azimuth) = (radians(self.elevation_degrees), radians(self.azimuth_degrees));
+        Light::Sky { elevation, azimuth, haze: self.haze, radiance }
+    }
+}
+
+impl Default for Sky {
+    /// Half way up, behind the left shoulder of who looks along −Z.
+    fn default() -> Self {
+        Self { elevation_degrees: 45.0, azimuth_degrees: 220.0, haze: 1.0 }
+    }
+}
+
+impl FromStr for Surroundings {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "studio" {
+            return Ok(Self::Studio);
+        }
+        let Some(place) = text.strip_prefix("sky") else { return Ok(Self::Picture(text.into())) };
+        let mut sky = Sky::default();
+        let Some(place) = place.strip_prefix(':') else {
+            return if place.is_empty() { Ok(Self::Sky(sky)) } else { Ok(Self::Picture(text.into())) };
+        };
+        let number = |text: &str| text.parse().ok().filter(|degrees: &f64| degrees.is_finite());
+        let (elevation, azimuth) = place.split_once(',').unwrap_or((place, "220"));
+        let wrong = || {
+            format!("where the sun stands is sky:ELEVATION,AZIMUTH in degrees, as sky:30,220, not {text:?}")
+        };
+        (sky.elevation_degrees, sky.azimuth_degrees) =
+            number(elevation).zip(number(azimuth)).ok_or_else(wrong)?;
+        if sky.elevation_degrees.abs() > 90.0 {
+            return Err("the sun's elevation is from -90 to 90 degrees".into());
+        }
+        Ok(Self::Sky(sky))
+    }
+}
+
+/// Puts it around a scene, whose own environment goes.
+pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result<(), LoadError> {
+    let is_around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
+    let mut query = world.entities.query::<(hecs::Entity, &Light)>();
+    let old: Vec<_> = query.iter().filter(|(_, light)| is_around(light)).map(|(entity, _)| entity).collect();
+    drop(query);
+    for entity in old {
+        // It is known to be there.
+        let _ = world.entities.remove_one::<Light>(entity);
+    }
+    let around = |image| Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
+    let (name, light) = match surroundings {
+        Surroundings::Studio => ("studio", around(world.assets.add_image(studio::image()))),
+        Surroundings::Sky(sky) => ("sky", sky.light(Rgb::WHITE)),
+        Surroundings::Picture(path) => ("environment", around(read(world, path)?)),
+    };
+    let name = TakenNames::of(world).unique(name);
+    world.entities.spawn((name, light, Transform::IDENTITY));
+    Ok(())
+}
+
+fn read(world: &mut World, path: &Path) -> Result<crate::world::ImageId, LoadError> {
+    let mut files = Files { sources: SourceFiles::clone(&world.assets.files), ..Files::default() };
+    let image = files.image(path)?;
+    world.assets.files.extend(&files.sources);
+    Ok(world.assets.add_image(image))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read() {
+        let sky = |elevation_degrees, azimuth_degrees| {
+            Ok(Surroundings::Sky(Sky { elevation_degrees, azimuth_degrees, haze: 1.0 }))
+        };
+        assert_eq!("studio".parse(), Ok(Surroundings::Studio));
+        assert_eq!("sky".parse(), sky(45.0, 220.0));
+        assert_eq!("sky:10".parse(), sky(10.0, 220.0));
+        assert_eq!("sky:-3.5,90".parse(), sky(-3.5, 90.0));
+        assert_eq!("sky.exr".parse(), Ok(Surroundings::Picture("sky.exr".into())));
+        assert_eq!("skyline/a.hdr".parse(), Ok(Surroundings::Picture("skyline/a.hdr".into())));
+        for wrong in ["sky:", "sky:up", "sky:10,", "sky:91", "sky:nan"] {
+            assert!(wrong.parse::<Surroundings>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! What happens to light within bodies: it is absorbed and scattered, everywhere alike (PBRT 4th ed., 11.1 and
+//! 14.1). The boundary hides lights from what is within, so that paths find them by themselves.
+
+use super::Frame;
+use super::path::Path;
+use super::path_tracing::{is_last, plays_roulette};
+use crate::math::elementary::{exp2, log2, sin_cos_turns};
+use crate::math::{Color, NONE, Vector};
+use crate::sampling::draw::draw_2d;
+use crate::sampling::{Dimension, Key};
+use crate::scene::material::Medium;
+use crate::shading::emitter;
+use crate::shading::principled::basis::Basis;
+use crate::simd::{Float, Int, Mask};
+
+/// A path is scattered within bodies so many times at most: what has not come out of milk by then is some
+/// thousandth of what went in.
+const MOST: u32 = 4096;
+/// Forks the numbers that say how far light comes from those for directions.
+const DISTANCE: u32 = 0x6d65_6469;
+
+/// How far a path's ray comes in the body that it is in.
+pub struct Flight<F: Float> {
+    /// What is left of the path there.
+    pub throughput: Color<F>,
+    /// Where it is scattered before it comes to the surface that it meets.
+    pub scattered: F::Mask,
+    /// How far it has come.
+    pub t: F,
+}
+
+/// Along a path's ray to a surface at distance `t`.
+#[inline(always)]
+pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Flight<F> {
+    let none = F::Mask::from_bits(0);
+    let mut flight = Flight { throughput: path.throughput, scattered: none, t };
+    let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
+    // Infinity times an extinction of zero would be no number.
+    let t = t.min(F::splat(f32::MAX));
+    while todo.any() {
+        let (medium, same) = first(frame, path.medium, todo);
+        todo = todo & !same;
+        if medium.scatters() {
+            let key = path.only_key(frame.seed).fork(DISTANCE);
+            let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+            let way = within(medium, path.throughput, t, u);
+            flight.throughput = Color::select(same, way.throughput, flight.throughput);
+            flight.t = F::select(same, way.t, flight.t);
+            flight.scattered = flight.scattered | (same & way.scattered);
+        } else {
+            let left = path.throughput * transmittance(medium, t);
+            flight.throughput = Color::select(same, left, flight.throughput);
+        }
+    }
+    flight
+}
+
+/// Throughput after a way of length `t` through bodies on which nothing is scattered.
+#[inline(always)]
+pub fn passed<F: Float>(
+    frame: &Frame,
+    throughput: Color<F>,
+    medium: F::Int,
+    t: F,
+    mask: F::Mask,
+) -> Color<F> {
+    let mut throughput = throughput;
+    let mut todo = mask & !medium.eq(F::Int::splat(NONE));
+    let t = t.min(F::splat(f32::MAX));
+    while todo.any() {
+        let (medium, same) = first(frame, medium, todo);
+        todo = todo & !same;
+        throughput = Color::select(same, throughput * transmittance(medium, t), throughput);
+    }
+    throughput
+}
+
+/// The medium of the first lane, and the lanes that are in the same.
+#[inline(always)]
+fn first<I: Int>(frame: &Frame, media: I, todo: I::Mask) -> (&Medium, I::Mask) {
+    let material = emitter::lane(media, todo);
+    (&frame.scene.materials[material as usize].medium, todo & media.eq(I::splat(material)))
+}
+
+/// e^(−σₜ t) (Beer and Lambert).
+#[inline(always)]
+fn transmittance<F: Float>(medium: &Medium, t: F) -> Color<F> {
+    let [r, g, b] = medium.extinction;
+    Color::new(decay(r, t), decay(g, t), decay(b, t))
+}
+
+#[inline(always)]
+fn decay<F: Float>(extinction: f32, t: F) -> F {
+    exp2(t * F::splat(-extinction * std::f32::consts::LOG2_E))
+}
+
+/// A place in a medium, or the surface behind it, chosen as one colour sees them; all colours together are
+/// weighted by the density with which any of them would have chosen it (one-sample balance heuristic, Veach 1997;
+/// PBRT 4th ed., 14.1.1 has it for a single one).
+#[inline(always)]
+fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F, F)) -> Flight<F> {
+    let (zero, one) = (F::zero(), F::one());
+    let [r, g, b] = medium.extinction.map(F::splat);
+    let chances = throughput * (one / (throughput.r + throughput.g + throughput.b).max(F::splat(1e-30)));
+    let extinction = F::select(which.lt(chances.r), r, F::select(which.lt(chances.r + chances.g), g, b));
+    // −ln(1 − u)/σ; a colour that nothing happens to comes to the surface.
+    let distance = log2((one - u).max(F::splat(1e-9))) * F::splat(-std::f32::consts::LN_2)
+        / extinction.max(F::splat(1e-30));
+    let scattered = distance.lt(t);
+    let t = F::select(scattered, distance, t);
+    let left = transmittance(medium, t);
+    let rates = Color::new(r, g, b);
+    let densities = left * Color::select(scattered, rates, Color::grey(one)) * chances;
+    let density = (densities.r + densities.g + densities.b).max(F::splat(1e-30));
+    let [r, g, b] = medium.albedo.map(F::splat);
+    let kept = Color::select(scattered, rates * Color::new(r, g, b), Color::grey(one));
+    let throughput = throughput * left * kept * (one / density);
+    let alive = !throughput.max_component().le(zero);
+    Flight { throughput: Color::select(alive, throughput, Color::black()), scattered, t }
+}
+
+/// Where paths go on that have been scattered, `path` with what is left of them there.
+#[inline(always)]
+pub fn scattered<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    flight: &Flight<F>,
+    key: Key<F::Int>,
+) -> (Path<F>, F::Mask) {
+    let one = F::Int::splat(1);
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+    let direction = turned(frame, path, flight, u);
+    let again = path.scatterings.lt(F::Int::splat(MOST));
+    let (throughput, survives) = plays_roulette(frame, path, path.throughput, key, flight.scattered);
+    let alive = throughput.max_component().gt(F::zero());
+    let goes_on = flight.scattered & again & alive & survives & !is_last(frame, path);
+    let next = Path {
+        origin: path.origin + path.direction * flight.t,
+        direction,
+        throughput,
+        radiance: Color::black(),
+        depth: path.depth + one,
+        scatterings: path.scatterings + one,
+        pdf: F::zero(),
+        facing: F::Int::splat(NONE),
+        width: path.width + path.spread * flight.t,
+        ..*path
+    };
+    (next, goes_on)
+}
+
+/// A direction by Henyey and Greenstein's phase function (1941; PBRT 4th ed., 11.3.1), in each lane by that of the
+/// body it is in.
+#[inline(always)]
+fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> Vector<F> {
+    let mut cos = F::one();
+    let mut todo = flight.scattered;
+    while todo.any() {
+        let (medium, same) = first(frame, path.medium, todo);
+        todo = todo & !same;
+        cos = F::select(same, cosine(medium.anisotropy, u), cos);
+    }
+    let sin = (F::one() - cos * cos).max(F::zero()).sqrt();
+    let (y, x) = sin_cos_turns(turns);
+    Basis::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize()
+}
+
+/// Of the angle between light before and after it is scattered.
+#[inline(always)]
+fn cosine<F: Float>(g: f32, u: F) -> F {
+    let (one, two) = (F::one(), F::splat(2.0));
+    if g.abs() < 1e-3 {
+        return one - two * u;
+    }
+    let (own, square) = (F::splat(g), F::splat(g * g));
+    let ratio = F::splat(1.0 - g * g) / (one - own + two * own * u);
+    ((one + square - ratio * ratio) / (two * own)).clamp(-1.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_cosine_is_the_anisotropy() {
+        for g in [-0.9, -0.3, 0.0, 0.0005, 0.5, 0.95] {
+            let count = 100_000;
+            let (mut mean, mut forwards) = (0.0f64, 0.0f64);
+            for i in 0..count {
+                let cos: f32 = cosine(g, (i as f32 + 0.5) / count as f32);
+                mean += f64::from(cos) / f64::from(count);
+                forwards += f64::from(u8::from(cos > 0.0)) / f64::from(count);
+            }
+            assert!((mean - f64::from(g)).abs() < 1e-3, "{g}: {mean}");
+            // ∫ of the phase function over the forward hemisphere.
+            if g.abs() > 1e-2 {
+                let g = f64::from(g);
+                let part = (1.0 - g * g) / (2.0 * g) * (1.0 / (1.0 - g) - 1.0 / (1.0 + g * g).sqrt());
+                assert!((forwards - part).abs() < 1e-3, "{g}: {forwards}, not {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_scattered_and_what_passes_are_all_there_is() {
+        let medium = Medium { extinction: [0.3, 2.0, 9.0], albedo: [1.0; 3], anisotropy: 0.0 };
+        let throughput = Color::new(0.7f32, 0.2, 0.5);
+        let (mut sum, count) = ([0.0f64; 3], 200);
+        for i in 0..count * count {
+            let u = [i / count, i % count].map(|k| (k as f32 + 0.5) / count as f32);
+            let Color { r, g, b } = within(&medium, throughput, 0.4, (u[0], u[1])).throughput;
+            sum = [sum[0] + f64::from(r), sum[1] + f64::from(g), sum[2] + f64::from(b)];
+        }
+        for (sum, expected) in sum.into_iter().zip([0.7, 0.2, 0.5]) {
+            let mean = sum / f64::from(count * count);
+            assert!((mean / expected - 1.0).abs() < 0.01, "{mean}, not {expected}");
+        }
+    }
+}
