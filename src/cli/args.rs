@@ -245,6 +245,9 @@ pub struct ModelOptions {
     /// Glass of glTF files that says nothing of a volume is the boundary of a body, and bends light
     #[arg(long)]
     pub solid_glass: bool,
+    /// Surfaces of glTF files are there from both sides, whatever the files say
+    #[arg(long)]
+    pub double_sided: bool,
     /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE")]
     pub env: Option<Surroundings>,
@@ -252,8 +255,9 @@ pub struct ModelOptions {
 
 impl From<&ModelOptions> for LoadOptions {
     fn from(options: &ModelOptions) -> Self {
-        let ModelOptions { time, variant, scene, light_units, solid_glass, env } = options.clone();
-        Self { time_s: time, variant, scene, light_units, solid_glass, surroundings: env }
+        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env } =
+            options.clone();
+        Self { time_s: time, variant, scene, light_units, solid_glass, double_sided, surroundings: env }
     }
 }
 

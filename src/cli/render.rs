@@ -104,6 +104,7 @@ fn render(
         scene: arguments.model.scene.clone(),
         light_units: arguments.model.light_units,
         solid_glass: arguments.model.solid_glass,
+        double_sided: arguments.model.double_sided,
         surroundings: arguments.model.env.clone(),
     };
     let quiet = arguments.work.quiet;

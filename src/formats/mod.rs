@@ -40,6 +40,8 @@ pub struct LoadOptions {
     pub light_units: LightUnits,
     /// Glass without a volume is the boundary of a body all the same.
     pub solid_glass: bool,
+    /// Surfaces of models are there from both sides.
+    pub double_sided: bool,
     /// In place of its own environment.
     pub surroundings: Option<Surroundings>,
 }
@@ -78,8 +80,8 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "ron" if *options == common => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
         _ if LoadOptions { surroundings: None, ..options.clone() } == LoadOptions::default() => None,
-        _ if options.light_units != LightUnits::Auto || options.solid_glass => Some(
-            "--light-units and --solid-glass are for .gltf and .glb files, and .ron files that name these",
+        _ if options.light_units != LightUnits::Auto || options.solid_glass || options.double_sided => Some(
+            "--light-units, --solid-glass and --double-sided are for .gltf and .glb files, and .ron files that name these",
         ),
         _ => Some("--time, --variant and --scene are for .gltf and .glb files (--time for .ron files, too)"),
     };

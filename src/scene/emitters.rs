@@ -7,7 +7,7 @@ use crate::math::NONE;
 pub mod kind {
     /// A triangle: corner, two edges, radiance.
     pub const TRIANGLE: u32 = 0;
-    /// A parallelogram: corner, two edges, radiance; with [`flag::ROUND`] the ellipse that touches its sides.
+    /// A parallelogram: corner, two edges, radiance; with [`super::flag::ROUND`] the ellipse that touches its sides.
     pub const QUAD: u32 = 1;
     /// A sphere: centre, radius at 9, radiance at 10.
     pub const SPHERE: u32 = 2;

@@ -105,6 +105,35 @@ fn a_model_alone_stands_in_a_studio() {
     assert!(world.warnings[0].contains("no camera") && world.warnings[1].contains("a studio"));
 }
 
+/// What `--env` names takes the place of what a scene has around it, and of what it would get.
+#[test]
+fn surroundings_can_be_chosen() {
+    let around = |path: &std::path::Path, name: &str| {
+        let options = LoadOptions { surroundings: Some(name.parse().unwrap()), ..LoadOptions::default() };
+        let world = formats::load_with(path, &options).unwrap();
+        let lights: Vec<Light> = world.entities.query::<&Light>().iter().cloned().collect();
+        assert!(!world.warnings.iter().any(|warning| warning.contains("no light")), "{:?}", world.warnings);
+        lights
+    };
+    let model = triangle("around.gltf", false);
+    let [Light::Sky { elevation, azimuth, .. }] = around(&model, "sky:30,90")[..] else { panic!() };
+    assert!((elevation.to_degrees() - 30.0).abs() < 1e-4 && (azimuth.to_degrees() - 90.0).abs() < 1e-4);
+    assert!(matches!(around(&model, "studio")[..], [Light::Environment { image: Some(_), .. }]));
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let scene = folder.join("around.ron");
+    let text = "(entities: [(light: Environment(radiance: 3)), (light: Point(power_w: 1)), (shape: Sphere),
+                            (camera: Pinhole)])";
+    std::fs::write(&scene, text).unwrap();
+    let lights = around(&scene, "sky");
+    assert_eq!(lights.len(), 2);
+    assert!(lights.iter().any(|light| matches!(light, Light::Point { .. })));
+    assert!(lights.iter().any(|light| matches!(light, Light::Sky { .. })));
+    let missing =
+        LoadOptions { surroundings: Some("nothing.exr".parse().unwrap()), ..LoadOptions::default() };
+    let Err(error) = formats::load_with(&scene, &missing) else { panic!() };
+    assert!(error.to_string().contains("nothing.exr"), "{error}");
+}
+
 #[test]
 fn what_is_unlit_keeps_its_colours() {
     let plain = std::fs::read_to_string(triangle("lit.gltf", false)).unwrap();

@@ -119,6 +119,9 @@ pub struct View {
     /// Of models.
     #[serde(default)]
     pub solid_glass: bool,
+    /// Of models.
+    #[serde(default)]
+    pub double_sided: bool,
     /// In place of the scene's own environment.
     #[serde(default)]
     pub surroundings: Option<Surroundings>,
@@ -151,8 +154,9 @@ impl View {
 
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
-        let View { time_s, variant, scene, light_units, solid_glass, surroundings, .. } = self.clone();
-        LoadOptions { time_s, variant, scene, light_units, solid_glass, surroundings }
+        let View { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, .. } =
+            self.clone();
+        LoadOptions { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings }
     }
 }
 

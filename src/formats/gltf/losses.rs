@@ -15,6 +15,8 @@ pub(super) struct Losses {
     pub other_sets: usize,
     /// Closed meshes of glass that has no inside.
     pub hollow_bodies: usize,
+    /// Closed meshes whose surfaces face inwards and have no backs.
+    pub inside_out: usize,
 }
 
 impl Losses {
@@ -36,6 +38,11 @@ impl Losses {
                 self.hollow_bodies,
                 "closed meshes are of glass without a volume (Blender exports it so): light goes straight through \
                  (--solid-glass bends it)",
+            ),
+            (
+                self.inside_out,
+                "closed meshes are inside out: seen from outside only their far inner sides are there, where no light \
+                 comes to (--double-sided shows both sides)",
             ),
         ];
         lines.extend(

@@ -66,7 +66,7 @@ impl Import<'_> {
                 return Err(document.error(format_args!("{at}/alphaMode"), reason));
             }
         };
-        let double_sided = source.double_sided;
+        let double_sided = source.double_sided || self.double_sided;
         let mut material = Principled { alpha_mode, double_sided, ..Principled::default() };
         let older: Option<SpecularGlossiness> =
             document.extension(extensions, "KHR_materials_pbrSpecularGlossiness", at)?;

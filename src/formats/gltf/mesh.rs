@@ -16,10 +16,7 @@ use super::tangent;
 use super::vertex;
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
-use crate::world::{Material, MaterialId, Mesh, MeshId};
-
-/// Larger meshes are not asked whether they are closed: all their edges would be kept.
-const MOST_LOOKED_AT: usize = 1 << 20;
+use crate::world::{MaterialId, Mesh, MeshId};
 
 /// How the node that shows a mesh bends it.
 #[derive(Clone, Copy, Default)]
@@ -98,6 +95,7 @@ impl Import<'_> {
             mesh.alphas.clear();
         }
         self.losses.hollow_bodies += usize::from(self.is_hollow_body(&mesh));
+        self.losses.inside_out += usize::from(self.is_inside_out(&mesh));
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));
         mesh.source = Some(document.path.to_owned());
         let id = (!mesh.triangles.is_empty()).then(|| self.assets.add_mesh(mesh));
@@ -107,39 +105,6 @@ impl Import<'_> {
         let placed = id.map(|id| PlacedMesh { id, material: None });
         self.meshes.insert(key, placed);
         Ok(placed)
-    }
-
-    /// Whether a mesh, or what of it is clear, is closed, and of glass that has no inside; of Blender's files, which
-    /// are like that unless their authors took pains. Others mean sheets.
-    fn is_hollow_body(&self, mesh: &Mesh) -> bool {
-        if !self.document.is_of_blender() || mesh.triangles.len() > MOST_LOOKED_AT {
-            return false;
-        }
-        let is_sheet =
-            |id: MaterialId| match self.assets.materials.get(id.0 as usize).map(|named| &named.material) {
-                Some(Material::Principled(m)) => m.volume.is_none() && m.transmission.factor > 0.0,
-                _ => false,
-            };
-        let mut sheets: Vec<MaterialId> = mesh.triangle_materials.clone();
-        sheets.dedup();
-        sheets.retain(|id| is_sheet(*id));
-        if sheets.is_empty() {
-            return false;
-        }
-        // How often edges are gone along, less how often the other way, whatever vertices are split for.
-        let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
-        let place = |vertex: u32| (mesh.positions[vertex as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
-        for (triangle, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-            if !sheets.contains(material) {
-                continue;
-            }
-            let [a, b, c] = triangle.map(place);
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                let (edge, sense) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
-                *edges.entry(edge).or_default() += sense;
-            }
-        }
-        edges.values().all(|balance| *balance == 0)
     }
 
     /// What the triangles of a mesh are made of and which material it has, if it can be shared.

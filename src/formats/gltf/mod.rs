@@ -17,6 +17,7 @@ mod accessor;
 mod ahead;
 mod animation;
 mod basis;
+mod bodies;
 mod container;
 mod document;
 mod draco;
@@ -94,6 +95,8 @@ struct Import<'a> {
     light_scale: f32,
     /// See [`LoadOptions`].
     solid_glass: bool,
+    /// All surfaces have backs.
+    double_sided: bool,
     /// The number of the variant that was asked for.
     variant: Option<usize>,
     images: Images,
@@ -147,6 +150,7 @@ pub fn parse(
         lights,
         light_scale,
         solid_glass: options.solid_glass,
+        double_sided: options.double_sided,
         variant: variant(&document, options.variant.as_deref())?,
         images: Images::default(),
         textures: Textures::default(),

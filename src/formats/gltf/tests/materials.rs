@@ -300,3 +300,34 @@ fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
     assert_eq!(seen(blender, &faces, filled, false), (false, true));
     assert_eq!(seen(blender, &faces, json!({}), true), (false, false), "no glass");
 }
+
+/// A body that faces inwards and has no backs is not what anybody means.
+#[test]
+fn closed_meshes_that_are_inside_out_are_told_and_can_be_seen() {
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let seen = |turned: bool, open: bool, double_sided: bool, all: bool| {
+        let corner =
+            |corner: usize| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][corner];
+        let faces = faces
+            .iter()
+            .skip(usize::from(open))
+            .map(|[a, b, c]| if turned { [*a, *c, *b] } else { [*a, *b, *c] });
+        let numbers: Vec<f32> = faces.flatten().flat_map(corner).collect();
+        let mut file = with(&[
+            ("/materials", json!([{"doubleSided": double_sided}])),
+            ("/meshes/0/primitives/0/material", json!(0)),
+        ]);
+        let accessor = add_accessor(&mut file, &floats(&numbers), 5126, "VEC3", numbers.len() / 3);
+        set(&mut file, "/meshes/0/primitives/0/attributes/POSITION", json!(accessor));
+        file["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
+        let options = LoadOptions { double_sided: all, ..LoadOptions::default() };
+        let read = read_with(file.to_string().as_bytes(), &options).unwrap();
+        let told = read.warnings.iter().any(|line| line.contains("1 closed meshes are inside out"));
+        (told, read.material().double_sided)
+    };
+    assert_eq!(seen(false, false, false, false), (false, false));
+    assert_eq!(seen(true, false, false, false), (true, false));
+    assert_eq!(seen(true, true, false, false), (false, false), "open");
+    assert_eq!(seen(true, false, true, false), (false, true));
+    assert_eq!(seen(true, false, false, true), (false, true), "--double-sided");
+}

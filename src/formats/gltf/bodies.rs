@@ -1,0 +1,77 @@
+//! What encloses something, and may not be meant as the file says.
+
+use std::collections::HashMap;
+
+use super::Import;
+use crate::math::Vec3;
+use crate::world::{AlphaMode, Material, MaterialId, Mesh, Principled};
+
+/// Larger meshes are not asked whether they are closed: all their edges would be kept.
+const MOST_LOOKED_AT: usize = 1 << 20;
+
+impl Import<'_> {
+    /// Whether a mesh, or what of it is clear, is closed, and of glass that has no inside; of Blender's files, which
+    /// are like that unless their authors took pains. Others mean sheets.
+    pub(super) fn is_hollow_body(&self, mesh: &Mesh) -> bool {
+        if !self.document.is_of_blender() {
+            return false;
+        }
+        let sheets = self.materials_of(mesh, |m| m.volume.is_none() && m.transmission.factor > 0.0);
+        is_closed(mesh, &sheets)
+    }
+
+    /// Whether a mesh, or what of it can be seen from one side alone, is closed and faces inwards: from outside
+    /// there is nothing but the inner sides of what is behind.
+    pub(super) fn is_inside_out(&self, mesh: &Mesh) -> bool {
+        let one_sided = self.materials_of(mesh, |m| {
+            !m.double_sided && m.volume.is_none() && m.alpha_mode == AlphaMode::Opaque && !m.unlit
+        });
+        six_volumes(mesh, &one_sided) < 0.0 && is_closed(mesh, &one_sided)
+    }
+
+    /// Those of a mesh's materials of which something holds.
+    fn materials_of(&self, mesh: &Mesh, holds: impl Fn(&Principled) -> bool) -> Vec<MaterialId> {
+        let mut ids = mesh.triangle_materials.clone();
+        ids.dedup();
+        ids.retain(|id| match self.assets.materials.get(id.0 as usize).map(|named| &named.material) {
+            Some(Material::Principled(material)) => holds(material),
+            _ => false,
+        });
+        ids
+    }
+}
+
+/// The corners of the triangles of some materials.
+fn triangles_of(mesh: &Mesh, materials: &[MaterialId]) -> impl Iterator<Item = [Vec3; 3]> {
+    let pairs = mesh.triangles.iter().zip(&mesh.triangle_materials);
+    let those = pairs.filter(|(_, material)| materials.contains(material));
+    those.map(|(triangle, _)| triangle.map(|vertex| mesh.positions[vertex as usize]))
+}
+
+/// Six times the volume that triangles enclose, if they are closed: negative if they face inwards.
+fn six_volumes(mesh: &Mesh, materials: &[MaterialId]) -> f64 {
+    let middle = mesh.positions.first().copied().unwrap_or_default().as_dvec3();
+    let volume = |[a, b, c]: [Vec3; 3]| {
+        let [a, b, c] = [a, b, c].map(|corner| corner.as_dvec3() - middle);
+        a.dot(b.cross(c))
+    };
+    triangles_of(mesh, materials).map(volume).sum()
+}
+
+/// Whether there are triangles of some materials that are no more than can be looked at, and closed.
+fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
+    if materials.is_empty() || mesh.triangles.len() > MOST_LOOKED_AT {
+        return false;
+    }
+    // How often edges are gone along, less how often the other way, whatever vertices are split for.
+    let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
+    let place = |corner: Vec3| (corner + Vec3::ZERO).to_array().map(f32::to_bits);
+    for corners in triangles_of(mesh, materials) {
+        let [a, b, c] = corners.map(place);
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            let (edge, sense) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
+            *edges.entry(edge).or_default() += sense;
+        }
+    }
+    edges.values().all(|balance| *balance == 0)
+}
