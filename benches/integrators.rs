@@ -61,6 +61,7 @@ fn soft_shadows() -> Frame {
         vertical_fov: 0.7,
         lens_radius_m: 0.05,
         focus_distance_m: 3.2,
+        aperture: None,
         pattern: Pattern::Jittered,
     };
     stage.0.entities.spawn((camera, look(Vec3::new(1.5, 1.5, 3.5), Vec3::ZERO)));

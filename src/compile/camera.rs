@@ -2,11 +2,14 @@
 
 use hecs::Entity;
 
+use super::environment::radiances;
 use super::transforms::{WorldTransforms, direction, point};
 use crate::error::CompileError;
-use crate::math::Vec3;
-use crate::scene::{Camera, Projection};
-use crate::world::{self, World};
+use crate::math::{Rgb, Vec3};
+use crate::sampling::table::Distribution2d;
+
+use crate::scene::{Aperture, Camera, Projection};
+use crate::world::{self, Image, World};
 
 /// Names of all cameras in the order of the world.
 pub fn camera_names(world: &World) -> Vec<String> {
@@ -19,7 +22,7 @@ pub(super) fn compile(
     order: &[Entity],
     transforms: &WorldTransforms,
     name: Option<&str>,
-) -> Result<Camera, CompileError> {
+) -> Result<(Camera, Option<Aperture>), CompileError> {
     let mut cameras = order.iter().filter_map(|&entity| {
         let camera = world.entities.get::<&world::Camera>(entity).ok()?;
         Some((entity, *camera))
@@ -40,7 +43,13 @@ pub(super) fn compile(
     let right = right * matrix.matrix3.determinant().signum();
     let up = right.cross(forward.as_dvec3()) * matrix.matrix3.determinant().signum();
     let tangent = |fov: f32| libm::tan(fov as f64 * 0.5) as f32;
-    Ok(Camera {
+    let aperture = match found.1 {
+        world::Camera::ThinLens { aperture: Some(image), .. } => {
+            Some(aperture(&world.assets.images[image.0 as usize]))
+        }
+        _ => None,
+    };
+    let camera = Camera {
         origin: point(matrix, Vec3::ZERO),
         right: right.as_vec3(),
         up: up.normalize().as_vec3(),
@@ -49,7 +58,7 @@ pub(super) fn compile(
             world::Camera::Pinhole { vertical_fov } => {
                 Projection::Pinhole { tan_half_fov: tangent(vertical_fov) }
             }
-            world::Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern } => {
+            world::Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern, .. } => {
                 Projection::ThinLens {
                     tan_half_fov: tangent(vertical_fov),
                     lens_radius: lens_radius_m,
@@ -61,5 +70,61 @@ pub(super) fn compile(
                 Projection::Orthographic { half_height: height_m * 0.5 }
             }
         },
-    })
+    };
+    Ok((camera, aperture))
+}
+
+/// Columns and rows of an aperture, at most: of larger pictures every so many-th counts.
+const FINEST: usize = 512;
+
+/// A picture's luminance, with a dark edge.
+fn aperture(image: &Image) -> Aperture {
+    let texels = radiances(image);
+    let step = (image.width.max(image.height) as usize).div_ceil(FINEST);
+    let (columns, rows) = (image.width as usize / step, image.height as usize / step);
+    let width = columns + 2;
+    let mut nodes = vec![0.0; width * (rows + 2)];
+    for row in 0..rows {
+        for column in 0..columns {
+            let texel = texels[row * step * image.width as usize + column * step];
+            nodes[(row + 1) * width + column + 1] = Rgb::from(texel).luminance();
+        }
+    }
+    let scale = [width as f32 / columns as f32, (rows + 2) as f32 / rows as f32];
+    Aperture { table: Distribution2d::new(&nodes, width), scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::camera::on_lens;
+    use crate::world::Texels;
+
+    /// Of two texels beside each other 7/8 of each one's light comes through its own half, blended as they are.
+    #[test]
+    fn light_comes_through_a_lens_where_its_picture_is_bright() {
+        let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
+        let picture = Image { source: None, width: 2, height: 2, texels: Texels::Rgba8(texels) };
+        let aperture = aperture(&picture);
+        let count = 512;
+        let mut found = [[0.0f64; 2]; 2];
+        for i in 0..count * count {
+            let u = [i / count, i % count].map(|k| (k as f32 + 0.5) / count as f32);
+            let (x, y): (f32, f32) = on_lens(Some(&aperture), (u[0], u[1]));
+            assert!(x.abs() <= 2.0 && y.abs() <= 2.0, "within the dark edge");
+            found[usize::from(y < 0.0)][usize::from(x > 0.0)] += 1.0 / f64::from(count * count);
+        }
+        let own = [[0.2126, 0.7152], [0.0722, 1.0]];
+        let sum: f64 = own.as_flattened().iter().sum();
+        for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let part = |i: usize, k: usize| if i == k { 0.875 } else { 0.125 };
+            let places = [(0, 0), (0, 1), (1, 0), (1, 1)];
+            let blended = places.map(|(i, k)| part(row, i) * part(column, k) * own[i][k] / sum);
+            let expected: f64 = blended.iter().sum();
+            assert!(
+                (found[row][column] - expected).abs() < 3e-3,
+                "{row} {column}: {found:?}, not {expected}"
+            );
+        }
+    }
 }

@@ -96,7 +96,7 @@ fn less_their_mean(weights: &mut [f32], columns: usize) {
 }
 
 /// Linear texels.
-fn radiances(image: &Image) -> Vec<[f32; 3]> {
+pub(super) fn radiances(image: &Image) -> Vec<[f32; 3]> {
     match &image.texels {
         Texels::Rgb32(texels) => texels.clone(),
         Texels::Rgba8(texels) => {

@@ -39,7 +39,7 @@ pub fn compile_after(
 ) -> Result<CompiledScene, CompileError> {
     let order = world.in_order();
     let transforms = transforms::compile(world, &order)?;
-    let camera = camera::compile(world, &order, &transforms, camera)?;
+    let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
     let textures = textures::compile(&world.assets, before.map(|before| &before.textures))?;
     let (mut materials, mut material_names) = materials::compile(&world.assets);
     let lights::CompiledLights { lamps, panels } =
@@ -61,6 +61,7 @@ pub fn compile_after(
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
         camera,
+        aperture,
         geometry,
         bvh,
         materials,

@@ -37,6 +37,10 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         }
         _ => (half, half),
     };
+    let lens = match frame.scene.camera.projection {
+        Projection::ThinLens { .. } => camera::on_lens(frame.scene.aperture.as_ref(), lens),
+        _ => lens,
+    };
     let ray = camera::ray(&frame.scene.camera, x, y, lens);
     let (at_lens, per_metre) = camera::pixel_width(&frame.scene.camera, height);
     let footprint = footprint::<F>(sample);

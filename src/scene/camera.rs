@@ -1,6 +1,7 @@
 //! The compiled camera.
 
 use crate::math::Vec3;
+use crate::sampling::table::Distribution2d;
 use crate::world::Pattern;
 
 /// A place, three unit axes and a projection.
@@ -16,6 +17,15 @@ pub struct Camera {
     pub forward: Vec3,
     /// From image points to rays.
     pub projection: Projection,
+}
+
+/// An opening of any shape.
+#[derive(Clone, Debug)]
+pub struct Aperture {
+    /// How much light comes through where, over a square a little larger than that around the lens.
+    pub table: Distribution2d,
+    /// Across and down, so many times as large.
+    pub scale: [f32; 2],
 }
 
 /// How image points become rays.

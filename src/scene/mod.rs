@@ -10,7 +10,7 @@ pub mod lights;
 pub mod material;
 pub mod textures;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Aperture, Camera, Projection};
 pub use emitters::Emitters;
 pub use environment::Environment;
 pub use geometry::{Geometry, Part};
@@ -30,6 +30,8 @@ use emitters::kind;
 pub struct CompiledScene {
     /// What is looked through.
     pub camera: Camera,
+    /// The opening of its lens, if that is not round.
+    pub aperture: Option<Aperture>,
     /// Vertices, triangles and spheres with what shading needs of them.
     pub geometry: Geometry,
     /// The same geometry in the order of rays.

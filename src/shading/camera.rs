@@ -2,8 +2,9 @@
 
 use crate::math::{Ray, Vector};
 use crate::sampling::warp;
-use crate::scene::{Camera, Projection};
-use crate::simd::Float;
+
+use crate::scene::{Aperture, Camera, Projection};
+use crate::simd::{Float, Mask};
 
 /// How wide a pixel's ray is at the camera, in metres, and how much wider it becomes with every
 /// metre; `height` is that of the image in pixels.
@@ -15,8 +16,19 @@ pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
     }
 }
 
+/// The point of a lens of radius 1 that one of the unit square stands for.
+#[inline(always)]
+pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
+    let Some(Aperture { table, scale: [across, down] }) = aperture else {
+        return warp::concentric_disk(u.0, u.1);
+    };
+    let ((s, t), _) = table.sample(u, F::Mask::from_bits(u32::MAX));
+    let (two, one) = (F::splat(2.0), F::one());
+    ((s * two - one) * F::splat(*across), (one - t * two) * F::splat(*down))
+}
+
 /// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
-/// and y up (PBRT 4th ed., 5.2), through a point of the lens that one of the unit square stands for.
+/// and y up (PBRT 4th ed., 5.2), through a point of the lens, whose radius is 1 there.
 #[inline(always)]
 pub fn ray<F: Float>(camera: &Camera, x: F, y: F, lens: (F, F)) -> Ray<F> {
     let origin = Vector::splat(camera.origin);
@@ -31,9 +43,8 @@ pub fn ray<F: Float>(camera: &Camera, x: F, y: F, lens: (F, F)) -> Ray<F> {
         Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, .. } => {
             let k = F::splat(tan_half_fov);
             let focus = (forward + right * (x * k) + up * (y * k)) * F::splat(focus_distance);
-            let (a, b) = warp::concentric_disk(lens.0, lens.1);
             let radius = F::splat(lens_radius);
-            let offset = right * (a * radius) + up * (b * radius);
+            let offset = right * (lens.0 * radius) + up * (lens.1 * radius);
             (origin + offset, focus - offset)
         }
         Projection::Orthographic { half_height } => {

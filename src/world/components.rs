@@ -223,6 +223,9 @@ pub enum Camera {
         lens_radius_m: f32,
         /// From the lens to the plane in focus, along −Z.
         focus_distance_m: f32,
+        /// Through which parts of the square around the lens light comes, by their brightness, top up; none for a
+        /// round opening.
+        aperture: Option<ImageId>,
         /// How a pixel's samples are spread over the lens.
         pattern: Pattern,
     },

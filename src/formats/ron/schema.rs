@@ -303,6 +303,7 @@ pub(super) struct ThinLens<'a> {
     pub vertical_fov_degrees: Option<Raw<'a>>,
     pub lens_radius_m: Raw<'a>,
     pub focus_distance_m: Raw<'a>,
+    pub aperture: Option<Raw<'a>>,
     pub pattern: Option<Raw<'a>>,
 }
 

@@ -63,6 +63,38 @@ impl<'a> Lowering<'_, 'a> {
             other => Err(source.unknown(other, "light", LIGHTS)),
         }
     }
+
+    pub(super) fn camera(&mut self, raw: Raw<'a>) -> Result<Camera, LoadError> {
+        let source = self.source;
+        let Some(variant) = source.variant(raw) else {
+            return Err(source.expected(raw, &format!("a camera: {}", CAMERAS.join(", "))));
+        };
+        match variant.name {
+            "Pinhole" => {
+                let read: schema::Pinhole = source.variant_fields(variant)?;
+                Ok(Camera::Pinhole { vertical_fov: field_of_view(source, read.vertical_fov_degrees)? })
+            }
+            "ThinLens" => {
+                let read: schema::ThinLens = source.variant_fields(variant)?;
+                Ok(Camera::ThinLens {
+                    vertical_fov: field_of_view(source, read.vertical_fov_degrees)?,
+                    lens_radius_m: source.at_least_zero(read.lens_radius_m, "a lens's radius")?,
+                    focus_distance_m: source.positive(read.focus_distance_m, "a focus distance")?,
+                    aperture: read
+                        .aperture
+                        .map(|raw| self.assets.image(source, raw, &mut self.world))
+                        .transpose()?,
+                    pattern: pattern(source, read.pattern)?,
+                })
+            }
+            "Orthographic" => {
+                let read: schema::Orthographic = source.variant_fields(variant)?;
+                let height = read.height_m.map(|raw| source.positive(raw, "the image's height"));
+                Ok(Camera::Orthographic { height_m: height.unwrap_or(Ok(DEFAULT_HEIGHT_M))? })
+            }
+            other => Err(source.unknown(other, "camera", CAMERAS)),
+        }
+    }
 }
 
 fn directional<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
@@ -148,33 +180,6 @@ fn falloff<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Falloff, Loa
 
 fn pattern<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Pattern, LoadError> {
     raw.map_or(Ok(Pattern::default()), |raw| source.choice(raw, "pattern", PATTERNS))
-}
-
-pub(super) fn camera<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Camera, LoadError> {
-    let Some(variant) = source.variant(raw) else {
-        return Err(source.expected(raw, &format!("a camera: {}", CAMERAS.join(", "))));
-    };
-    match variant.name {
-        "Pinhole" => {
-            let read: schema::Pinhole = source.variant_fields(variant)?;
-            Ok(Camera::Pinhole { vertical_fov: field_of_view(source, read.vertical_fov_degrees)? })
-        }
-        "ThinLens" => {
-            let read: schema::ThinLens = source.variant_fields(variant)?;
-            Ok(Camera::ThinLens {
-                vertical_fov: field_of_view(source, read.vertical_fov_degrees)?,
-                lens_radius_m: source.at_least_zero(read.lens_radius_m, "a lens's radius")?,
-                focus_distance_m: source.positive(read.focus_distance_m, "a focus distance")?,
-                pattern: pattern(source, read.pattern)?,
-            })
-        }
-        "Orthographic" => {
-            let read: schema::Orthographic = source.variant_fields(variant)?;
-            let height = read.height_m.map(|raw| source.positive(raw, "the image's height"));
-            Ok(Camera::Orthographic { height_m: height.unwrap_or(Ok(DEFAULT_HEIGHT_M))? })
-        }
-        other => Err(source.unknown(other, "camera", CAMERAS)),
-    }
 }
 
 fn field_of_view<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<f32, LoadError> {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::overrides::{self, Override};
-use super::{Lowering, emitter, transform};
+use super::{Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, shorten, suggest};
@@ -89,7 +89,7 @@ impl<'a> Lowering<'_, 'a> {
             builder.add(self.light(raw)?);
         }
         if let Some(raw) = camera {
-            builder.add(emitter::camera(source, raw)?);
+            builder.add(self.camera(raw)?);
         }
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),

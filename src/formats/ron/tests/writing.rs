@@ -284,7 +284,13 @@ fn camera() -> impl Strategy<Value = Camera> {
         fov().prop_map(|vertical_fov| Camera::Pinhole { vertical_fov }),
         (fov(), float(), positive(), pattern()).prop_map(
             |(vertical_fov, radius, focus_distance_m, pattern)| {
-                Camera::ThinLens { vertical_fov, lens_radius_m: radius.abs(), focus_distance_m, pattern }
+                Camera::ThinLens {
+                    vertical_fov,
+                    lens_radius_m: radius.abs(),
+                    focus_distance_m,
+                    aperture: None,
+                    pattern,
+                }
             }
         ),
         positive().prop_map(|height_m| Camera::Orthographic { height_m }),

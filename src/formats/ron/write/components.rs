@@ -105,16 +105,19 @@ pub(super) fn light(light: &Light, paths: &AssetPaths) -> Written {
     }
 }
 
-pub(super) fn camera(camera: &Camera) -> Written {
+pub(super) fn camera(camera: &Camera, paths: &AssetPaths) -> Written {
     Ok(match camera {
         Camera::Pinhole { vertical_fov } => {
             format!("Pinhole(vertical_fov_degrees: {})", degrees(*vertical_fov)?)
         }
-        Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern } => {
+        Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, aperture, pattern } => {
             let mut keys = Keys::default();
             keys.push("vertical_fov_degrees", degrees(*vertical_fov)?);
             keys.push("lens_radius_m", number(*lens_radius_m)?);
             keys.push("focus_distance_m", number(*focus_distance_m)?);
+            if let Some(aperture) = aperture {
+                keys.push("aperture", paths.image(*aperture)?);
+            }
             keys.push_unless(*pattern == Pattern::default(), "pattern", || Ok(format!("{pattern:?}")))?;
             keys.finish("ThinLens")
         }

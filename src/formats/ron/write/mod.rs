@@ -127,7 +127,7 @@ fn one_entity(
         keys.push(format!("light: {}", components::light(&light, paths).map_err(within)?));
     }
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
-        keys.push(format!("camera: {}", components::camera(&camera).map_err(within)?));
+        keys.push(format!("camera: {}", components::camera(&camera, paths).map_err(within)?));
     }
     if keys.is_empty() {
         // An entity needs one, and this is what the default would be.
