@@ -249,7 +249,7 @@ pub struct ModelOptions {
     #[arg(long)]
     pub double_sided: bool,
     /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
     pub env: Option<Surroundings>,
 }
 

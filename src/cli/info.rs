@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Failure, args};
 use crate::math::Vec3;
-use crate::scene::emitters::kind;
+use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
 use crate::world::World;
 
@@ -85,13 +85,16 @@ fn describe_light(scene: &CompiledScene, light: &LightSamples) -> String {
     match kind {
         kind::POINT => format!("point at {}", place(vector(0))),
         kind::SPOT => format!("spot at {} along {}", place(vector(0)), place(vector(3))),
+        kind::PHOTOMETRIC => format!("photometric at {} along {}", place(vector(0)), place(vector(3))),
         kind::DIRECTIONAL => format!("directional along {}", place(-vector(0))),
         _ => {
             let (up, across) = (vector(3), vector(6));
             let center = place(vector(0) + (up + across) * 0.5);
             let (w, h) = (significant(across.length()), significant(up.length()));
             let LightSamples { samples, pattern, .. } = light;
-            format!("area of {w} x {h} m at {center}, {samples} samples, {pattern:?}")
+            let round = scene.emitters.flags[light.emitter as usize] & flag::ROUND != 0;
+            let what = if round { "disc" } else { "area" };
+            format!("{what} of {w} x {h} m at {center}, {samples} samples, {pattern:?}")
         }
     }
 }

@@ -3,11 +3,10 @@
 use hecs::Entity;
 
 use super::environment::radiances;
-use super::transforms::{WorldTransforms, direction, point};
+use super::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::error::CompileError;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
-
 use crate::scene::{Aperture, Camera, Projection};
 use crate::world::{self, Image, World};
 
@@ -45,7 +44,10 @@ pub(super) fn compile(
     let tangent = |fov: f32| libm::tan(fov as f64 * 0.5) as f32;
     let aperture = match found.1 {
         world::Camera::ThinLens { aperture: Some(image), .. } => {
-            Some(aperture(&world.assets.images[image.0 as usize]))
+            let opening = aperture(&world.assets.images[image.0 as usize]);
+            let dark =
+                || entity_error(world, found.0, "the picture of its lens's aperture is dark everywhere");
+            Some(opening.ok_or_else(dark)?)
         }
         _ => None,
     };
@@ -74,24 +76,26 @@ pub(super) fn compile(
     Ok((camera, aperture))
 }
 
-/// Columns and rows of an aperture, at most: of larger pictures every so many-th counts.
+/// Columns and rows of an aperture, at most: larger pictures are thinned out.
 const FINEST: usize = 512;
 
-/// A picture's luminance, with a dark edge.
-fn aperture(image: &Image) -> Aperture {
+/// A picture's luminance, with a dark edge; none if it is dark everywhere.
+fn aperture(image: &Image) -> Option<Aperture> {
     let texels = radiances(image);
-    let step = (image.width.max(image.height) as usize).div_ceil(FINEST);
-    let (columns, rows) = (image.width as usize / step, image.height as usize / step);
-    let width = columns + 2;
-    let mut nodes = vec![0.0; width * (rows + 2)];
-    for row in 0..rows {
-        for column in 0..columns {
-            let texel = texels[row * step * image.width as usize + column * step];
-            nodes[(row + 1) * width + column + 1] = Rgb::from(texel).luminance();
+    let (width, height) = (image.width as usize, image.height as usize);
+    let step = width.max(height).div_ceil(FINEST);
+    let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
+    let mut nodes = vec![0.0; (columns + 2) * (rows + 2)];
+    for (row, line) in texels.chunks(width).enumerate() {
+        for (column, texel) in line.iter().enumerate() {
+            // What lies together in a cell counts together.
+            let node = (row / step + 1) * (columns + 2) + column / step + 1;
+            nodes[node] += Rgb::from(*texel).luminance();
         }
     }
-    let scale = [width as f32 / columns as f32, (rows + 2) as f32 / rows as f32];
-    Aperture { table: Distribution2d::new(&nodes, width), scale }
+    let scale = [columns, rows].map(|count| (count + 2) as f32 / count as f32);
+    let bright = nodes.iter().any(|node| *node > 0.0);
+    bright.then(|| Aperture { table: Distribution2d::new(&nodes, columns + 2), scale })
 }
 
 #[cfg(test)]
@@ -105,7 +109,7 @@ mod tests {
     fn light_comes_through_a_lens_where_its_picture_is_bright() {
         let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
         let picture = Image { source: None, width: 2, height: 2, texels: Texels::Rgba8(texels) };
-        let aperture = aperture(&picture);
+        let aperture = aperture(&picture).unwrap();
         let count = 512;
         let mut found = [[0.0f64; 2]; 2];
         for i in 0..count * count {
@@ -126,5 +130,18 @@ mod tests {
                 "{row} {column}: {found:?}, not {expected}"
             );
         }
+    }
+
+    #[test]
+    fn openings_of_any_size_are_taken_and_dark_ones_are_not() {
+        let grey = |width: u32, height: u32, value: u8| {
+            let texels = vec![[value; 4]; (width * height) as usize];
+            aperture(&Image { source: None, width, height, texels: Texels::Rgba8(texels) })
+        };
+        for (width, height) in [(1, 1), (2000, 1), (3, 1500), (513, 600)] {
+            let opening = grey(width, height, 255).unwrap();
+            assert!(opening.scale.iter().all(|scale| (1.0..=3.0).contains(scale)), "{width} {height}");
+        }
+        assert!(grey(4, 4, 0).is_none());
     }
 }

@@ -167,9 +167,9 @@ fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
             row[9] = f32::from(*falls);
             (if cone.is_some() { kind::SPOT } else { kind::POINT }, 0, row)
         }
-        Lamp::Photometric { place, intensity, axes: [axis, across], .. } => {
+        Lamp::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
             let mut row = row_of(*place, *axis, *across, *intensity);
-            row[9] = 1.0;
+            row[9] = *scale;
             (kind::PHOTOMETRIC, 0, row)
         }
         Lamp::Area { corner, edges: [first, second], outline, radiance, material, .. } => {

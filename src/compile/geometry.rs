@@ -184,7 +184,6 @@ fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
     Ok(Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) })
 }
 
-/// A quadrilateral split along its first diagonal.
 /// A convex polygon.
 fn fan_mesh(corners: &[Vec3]) -> Mesh {
     let triangles = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();

@@ -25,8 +25,10 @@ pub(super) enum Lamp {
     /// From one point, by a profile.
     Photometric {
         place: Vec3,
-        /// W sr⁻¹ where the profile says 1.
+        /// The mean over all directions, Φ/4π, W sr⁻¹.
         intensity: Rgb,
+        /// 1 over the profile's mean.
+        scale: f32,
         /// Unit vectors: along the axis, and to where angles about it begin.
         axes: [Vec3; 2],
         profile: TextureId,
@@ -127,12 +129,13 @@ pub(super) fn compile(
                 let mean = mean_of(world, *profile).ok_or_else(|| {
                     entity_error(world, entity, "its photometric profile is dark in all directions")
                 })?;
-                let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI * mean));
+                let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI));
                 let axis = direction(matrix, Vec3::NEG_Z);
                 let along = direction(matrix, Vec3::X);
                 let across = (along - axis * along.dot(axis)).normalize();
                 let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
-                out.lamps.push(Lamp::Photometric { place, intensity, axes: [axis, across], profile });
+                let (axes, scale) = ([axis, across], 1.0 / mean);
+                out.lamps.push(Lamp::Photometric { place, intensity, scale, axes, profile });
             }
             sky @ world::Light::Sky { .. } => out.lamps.extend(sun(sky, matrix)),
             other => out.lamps.push(punctual(other, matrix)),
@@ -207,7 +210,7 @@ fn mean_of(world: &World, profile: TextureId) -> Option<f32> {
         whole += weight * width as f64;
     }
     let mean = (sum / whole) as f32;
-    (mean > 0.0 && mean.is_finite()).then_some(mean)
+    (mean >= f32::MIN_POSITIVE && mean.is_finite()).then_some(mean)
 }
 
 /// The sun of a sky.
@@ -217,7 +220,7 @@ fn sun(light: &world::Light, matrix: &DAffine3) -> Option<Lamp> {
     let level = libm::cos(elevation);
     let [x, z] = [libm::sin(azimuth) * level, -libm::cos(azimuth) * level];
     let to_light = direction(matrix, Vec3::new(x as f32, libm::sin(elevation) as f32, z as f32));
-    let irradiance = Air::new(*haze).sun(elevation).map(|c| c as f32);
+    let irradiance = Air::sun(*haze, elevation).map(|c| c as f32);
     Some(Lamp::Directional { to_light, irradiance: Rgb::from(irradiance) * *radiance, angle: SUN_ANGLE })
 }
 

@@ -129,7 +129,7 @@ fn single_scattering_albedo(color: f32) -> f32 {
 }
 
 fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
-    let volume = m.volume.filter(|_| !m.transmission.factor.eq(&0.0) || m.diffuse_transmission.factor != 0.0);
+    let volume = m.volume.filter(|_| m.transmission.factor != 0.0 || m.diffuse_transmission.factor != 0.0);
     let solid = volume.is_some() && m.transmission.factor > 0.0;
     Material {
         base_color: color(m.base_color),

@@ -20,7 +20,8 @@ use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Geometry, Material};
-use crate::world::{Light, Settings, Sharing, Transport, World};
+use crate::world::assets::NamedMaterial;
+use crate::world::{self, Light, Settings, Sharing, Transport, World};
 
 pub use camera::camera_names;
 pub use lights::light_names;
@@ -121,6 +122,8 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings.extend(ignored(world));
     warnings.extend(unshared(world));
     warnings.extend(opaque_glass(scene));
+    warnings.extend(clear_milk(world));
+    let around = scene.environment.panorama.is_some() && scene.ambient.is_black();
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     } else if scene.lights.is_empty()
@@ -128,9 +131,14 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
         && !scene.materials.iter().any(|m| m.emits() || m.unlit)
         && (world.settings.transport == Transport::Whitted || scene.environment.is_black())
     {
-        let dark = world.settings.background == crate::world::Background::default();
+        let dark = world.settings.background == world::Background::default() && !around;
         let seen = if dark { "the image will be black" } else { "shapes will be black" };
-        warnings.push(format!("no light: {seen} (add an entity with light: Point(power_w: 100))"));
+        let what = if around {
+            "what is around the scene lights nothing under Whitted's transport: --transport path"
+        } else {
+            "add an entity with light: Point(power_w: 100)"
+        };
+        warnings.push(format!("no light: {seen} ({what})"));
     }
     warnings
 }
@@ -143,6 +151,26 @@ fn opaque_glass(scene: &CompiledScene) -> Option<String> {
     let names: Vec<String> = opaque.map(|(_, name)| printable(name)).take(4).collect();
     (!names.is_empty())
         .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
+}
+
+/// What is to scatter light and lets all of it pass.
+fn clear_milk(world: &World) -> Option<String> {
+    let is_clear = |named: &&NamedMaterial| match &named.material {
+        world::Material::Principled(m) => m.volume.is_some_and(|volume| {
+            let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);
+            let enters = m.transmission.factor > 0.0 || m.diffuse_transmission.factor > 0.0;
+            !volume.multiscatter_color.is_black()
+                && (passes || volume.attenuation_distance.is_infinite() || !enters)
+        }),
+        world::Material::BlinnPhong(_) => false,
+    };
+    let count = world.assets.materials.iter().filter(is_clear).count();
+    (count > 0).then(|| {
+        format!(
+            "{count} materials have a multiscatter_color and scatter nothing: that takes an attenuation_color below \
+             1, an attenuation_distance_m, and a transmission or diffuse_transmission"
+        )
+    })
 }
 
 /// Groups that somebody asks for and that other settings rule out.

@@ -1,7 +1,7 @@
 //! A clear sky and its sun, from what air does to light: it scatters it by molecules (Rayleigh) and by haze
 //! (Mie), and its ozone absorbs it, each at heights of its own. Light that is scattered once is followed along
 //! every line of sight; what is scattered more often is taken for even at each height (Hillaire, "A scalable and
-//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are).
+//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are but for haze).
 //!
 //! Lengths are in kilometres. The sun outside of the air is white.
 
@@ -21,10 +21,11 @@ const GROUND_ALBEDO: f64 = 0.3;
 /// Where the picture is seen from, above the ground.
 const EYE: f64 = 0.1;
 
-/// Of molecules at the ground, km⁻¹, and the height above which an e-th of them is.
+/// Of molecules at the ground, km⁻¹, and their scale height.
 const RAYLEIGH: (Triple, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
-/// The same of haze that is scattered by, and that is absorbed by.
-const HAZE: ([f64; 2], f64) = ([3.996e-3, 4.4e-3], 1.2);
+/// The same of haze that is scattered by, and that is absorbed by (a tenth, as Bruneton and Neyret have it; 15 times as
+/// much as theirs, which is that of high mountains: an optical depth of 0.08).
+const HAZE: ([f64; 2], f64) = ([60e-3, 6.7e-3], 1.2);
 /// Henyey and Greenstein's g of haze.
 const HAZE_ANISOTROPY: f64 = 0.8;
 /// Of ozone where most of it is, that height, and how far it reaches above and below.
@@ -60,9 +61,14 @@ struct Matter {
 }
 
 impl Air {
-    /// Takes about a twentieth of a second.
+    /// Without tables.
+    fn bare(haze: f32) -> Self {
+        Self { haze: f64::from(haze), transmittance: Vec::new(), again: Vec::new() }
+    }
+
+    /// With its panorama it takes some tenths of a CPU second.
     pub(super) fn new(haze: f32) -> Self {
-        let mut air = Self { haze: f64::from(haze), transmittance: Vec::new(), again: Vec::new() };
+        let mut air = Self::bare(haze);
         let [heights, cosines] = TRANSMITTANCE;
         let entry = |i: usize| {
             let (r, mu) = place_of(part(i / cosines, heights), part(i % cosines, cosines));
@@ -90,7 +96,7 @@ impl Air {
 
     /// From a distance to the middle of the earth, along a cosine to the zenith, to the top.
     fn through(&self, r: f64, mu: f64) -> Triple {
-        const STEPS: usize = 64;
+        const STEPS: usize = 192;
         let length = to_top(r, mu);
         let step = length / STEPS as f64;
         let mut depth = [0.0; 3];
@@ -102,21 +108,21 @@ impl Air {
         depth.map(|depth| libm::exp(-depth))
     }
 
-    /// What of the sun's light comes to a place; a part of its disc may be below the horizon.
+    /// What of the sun's light comes to a place.
     fn transmittance(&self, r: f64, mu: f64) -> Triple {
-        let horizon = -(1.0 - (GROUND / r) * (GROUND / r)).max(0.0).sqrt();
-        let half = f64::from(SUN_ANGLE) / 2.0;
-        let there = ((mu - horizon) / half * 0.5 + 0.5).clamp(0.0, 1.0);
+        let (there, mu) = part_of_sun(r, mu);
         if there == 0.0 {
             return [0.0; 3];
         }
-        let (x, y) = coordinates_of(r, mu.max(horizon));
+        let (x, y) = coordinates_of(r, mu);
         between(&self.transmittance, TRANSMITTANCE, x, y).map(|c| c * there)
     }
 
     /// The sun's irradiance at the ground on a surface that faces it.
-    pub(super) fn sun(&self, elevation: f64) -> Triple {
-        self.transmittance(GROUND + EYE, libm::sin(elevation)).map(|c| c * SOLAR)
+    pub(super) fn sun(haze: f32, elevation: f64) -> Triple {
+        let r = GROUND + EYE;
+        let (there, mu) = part_of_sun(r, libm::sin(elevation));
+        Self::bare(haze).through(r, mu).map(|c| c * there * SOLAR)
     }
 
     /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1: even in all directions.
@@ -243,6 +249,13 @@ fn part(i: usize, count: usize) -> f64 {
     i as f64 / (count - 1) as f64
 }
 
+/// How much of the sun's disc is above the horizon, and a cosine to the zenith that is not below it.
+fn part_of_sun(r: f64, mu: f64) -> (f64, f64) {
+    let horizon = -(1.0 - (GROUND / r) * (GROUND / r)).max(0.0).sqrt();
+    let half = f64::from(SUN_ANGLE) / 2.0;
+    (((mu - horizon) / half * 0.5 + 0.5).clamp(0.0, 1.0), mu.max(horizon))
+}
+
 /// Closer together about the horizon.
 fn sun_cosine(part: f64) -> f64 {
     let odd = 2.0 * part - 1.0;
@@ -310,8 +323,7 @@ mod tests {
 
     #[test]
     fn straight_up_the_air_is_as_thick_as_its_columns() {
-        let air = Air::new(1.0);
-        let found = air.sun(PI / 2.0);
+        let found = Air::sun(1.0, PI / 2.0);
         for (k, found) in found.into_iter().enumerate() {
             // ∫ of each part's density over the height; of ozone's tent half its width.
             let column = |scale: f64| scale * (libm::exp(-EYE / scale) - libm::exp(-(TOP - GROUND) / scale));
@@ -324,9 +336,9 @@ mod tests {
     }
 
     /// Irradiance on the ground, and of that what comes from the sky alone.
-    fn ground(air: &Air, elevation: f64) -> [Triple; 2] {
+    fn ground(haze: f32, elevation: f64) -> [Triple; 2] {
         let mut sky = [0.0; 3];
-        let texels = air.panorama(elevation);
+        let texels = Air::new(haze).panorama(elevation);
         let [width, height] = SIZE;
         for (row, texels) in texels.chunks(width).take(height / 2).enumerate() {
             let polar = PI * (row as f64 + 0.5) / height as f64;
@@ -335,28 +347,28 @@ mod tests {
                 (0..3).for_each(|k| sky[k] += f64::from(texel[k]) * weight);
             }
         }
-        let sun = air.sun(elevation).map(|c| c * libm::sin(elevation).max(0.0));
+        let sun = Air::sun(haze, elevation).map(|c| c * libm::sin(elevation).max(0.0));
         [std::array::from_fn(|k| sun[k] + sky[k]), sky]
     }
 
     #[test]
     fn skies_are_as_bright_and_as_blue_as_measured_ones() {
-        let air = Air::new(1.0);
-        let [all, sky] = ground(&air, 60f64.to_radians());
+        let [all, sky] = ground(1.0, 60f64.to_radians());
         let share = sky[1] / all[1];
         assert!((0.08..0.2).contains(&share), "diffuse share at noon {share}");
         assert!(sky[2] > 1.7 * sky[0], "{sky:?}");
         // White in the sun.
         assert!((0.8..1.1).contains(&(all[1] / PI)), "{all:?}");
-        let [all, sky] = ground(&air, 5f64.to_radians());
+        let [all, sky] = ground(1.0, 5f64.to_radians());
         assert!(sky[1] / all[1] > 0.4, "{all:?} {sky:?}");
-        let sun = air.sun(2f64.to_radians());
+        let sun = Air::sun(1.0, 2f64.to_radians());
         assert!(sun[0] > 2.0 * sun[1] && sun[1] > 5.0 * sun[2], "the low sun is red: {sun:?}");
-        let [_, night] = ground(&air, -18f64.to_radians());
+        let [_, night] = ground(1.0, -18f64.to_radians());
         assert!(night[1] < 1e-4 * SOLAR, "{night:?}");
         // Haze scatters more about the sun.
-        let hazy = ground(&Air::new(6.0), 60f64.to_radians());
-        assert!(hazy[1][1] > 1.5 * sky[1].max(1e-9) && hazy[0][1] < ground(&air, 60f64.to_radians())[0][1]);
+        let hazy = ground(6.0, 60f64.to_radians());
+        let clear = ground(1.0, 60f64.to_radians());
+        assert!(hazy[1][1] > 1.5 * clear[1][1] && hazy[0][1] < clear[0][1], "{hazy:?} {clear:?}");
     }
 
     #[test]

@@ -40,7 +40,8 @@ impl Sky {
     /// As a light.
     pub(in crate::formats) fn light(&self, radiance: Rgb) -> Light {
         let radians = |degrees: f64| degrees.to_radians() as f32;
-        let (elevation, azimuth) = (radians(self.elevation_degrees), radians(self.azimuth_degrees));
+        let (elevation, azimuth) =
+            (radians(self.elevation_degrees), radians(self.azimuth_degrees.rem_euclid(360.0)));
         Light::Sky { elevation, azimuth, haze: self.haze, radiance }
     }
 }
@@ -75,6 +76,19 @@ impl FromStr for Surroundings {
             return Err("the sun's elevation is from -90 to 90 degrees".into());
         }
         Ok(Self::Sky(sky))
+    }
+}
+
+impl Surroundings {
+    /// What a command line names: a picture is found again from any folder.
+    pub fn named(text: &str) -> Result<Self, String> {
+        match text.parse()? {
+            Self::Picture(path) if path.as_os_str().is_empty() => {
+                Err("expected studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
+            }
+            Self::Picture(path) => Ok(Self::Picture(std::path::absolute(&path).unwrap_or(path))),
+            other => Ok(other),
+        }
     }
 }
 

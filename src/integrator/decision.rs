@@ -71,7 +71,9 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     let path = &Path { throughput: flight.throughput, ..*path };
     if flight.scattered {
         decision.position = path.origin + path.direction * flight.t;
-        decision.fate = Fate::Scattered { distance_m: flight.t };
+        if !path_tracing::is_last(frame, path) {
+            decision.fate = Fate::Scattered { distance_m: flight.t };
+        }
         return decision;
     }
     decision.normal = point.normal();

@@ -75,7 +75,7 @@ pub fn passed<F: Float>(
     throughput
 }
 
-/// The medium of the first lane, and the lanes that are in the same.
+/// The medium of the first lane, and the lanes that are in the same one.
 #[inline(always)]
 fn first<I: Int>(frame: &Frame, media: I, todo: I::Mask) -> (&Medium, I::Mask) {
     let material = emitter::lane(media, todo);

@@ -19,7 +19,8 @@ pub mod kind {
     pub const DIRECTIONAL: u32 = 5;
     /// All around.
     pub const ENVIRONMENT: u32 = 6;
-    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 at 9, intensity at 10.
+    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 over the profile's mean at 9, the
+    /// mean intensity at 10.
     pub const PHOTOMETRIC: u32 = 7;
 }
 

@@ -2,7 +2,6 @@
 
 use crate::math::{Ray, Vector};
 use crate::sampling::warp;
-
 use crate::scene::{Aperture, Camera, Projection};
 use crate::simd::{Float, Mask};
 

@@ -444,7 +444,7 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
 }
 
-/// What a lamp's profile says of the direction away from it, profile by profile.
+/// What a lamp's profile says of the direction away from it, over its mean, profile by profile.
 #[inline(always)]
 fn photometric_part<F: Float>(
     textures: &Textures,
@@ -460,12 +460,13 @@ fn photometric_part<F: Float>(
     let down = acos_turns(away.dot(axis).max(-F::one()).min(F::one())) * F::splat(2.0);
     let at = Coordinates { uv: [(around, down); 2], footprint: [Footprint::point(); 2] };
     let mut part = Color::black();
+    let scale = row.number(9);
     let mut todo = mask;
     while todo.any() {
         let first = lane(profile, todo);
         let same = profile.eq(F::Int::splat(first)) & todo;
         let found = texel(textures, &textures.sampled[first as usize], &at, same).color;
-        part = Color::select(same, found, part);
+        part = Color::select(same, found * scale, part);
         todo = todo & !same;
     }
     part

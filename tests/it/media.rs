@@ -108,3 +108,21 @@ fn little_scattering_is_as_much_as_the_coefficient_says() {
         / f64::from(steps);
     assert!((found / once - 1.0).abs() < 0.02, "{found}, not {once}");
 }
+
+#[test]
+fn what_is_to_scatter_and_cannot_is_told() {
+    let told = |volume: &str, more: &str| {
+        let text = format!(
+            "(entities: [(camera: Pinhole), (light: Point(power_w: 1)), (shape: Sphere,
+              material: Principled(metallic: 0, {more} volume: ({volume})))])"
+        );
+        let scene = rayfront::compile::compile(&crate::support::world(&text), None).unwrap();
+        scene.warnings.iter().any(|warning| warning.contains("scatter nothing"))
+    };
+    let milk = "multiscatter_color: 0.9, attenuation_color: 0.5, attenuation_distance_m: 0.1";
+    assert!(!told(milk, "transmission: 1,") && !told(milk, "diffuse_transmission: 1,"));
+    assert!(told(milk, ""));
+    assert!(told("multiscatter_color: 0.9, attenuation_color: 0.5", "transmission: 1,"));
+    assert!(told("multiscatter_color: 0.9, attenuation_distance_m: 0.1", "transmission: 1,"));
+    assert!(!told("attenuation_distance_m: 0.1", "transmission: 1,"));
+}

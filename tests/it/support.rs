@@ -34,7 +34,8 @@ impl AssetFiles for MadeUp {
             Some("noise") => Ok(noise()),
             Some("floats") => Ok(floats()),
             Some("ramp") => Ok(ramp()),
-            Some("lamp") => Ok(lamp()),
+            Some("lamp") => Ok(lamp(1.0)),
+            Some("bright-lamp") => Ok(lamp(1000.0)),
             _ => Err(LoadError::invalid(path, "no such picture has been made up")),
         }
     }
@@ -105,11 +106,11 @@ fn ramp() -> Image {
 }
 
 /// A lamp's profile: twice as bright to +Y as to −Y, and dark behind.
-fn lamp() -> Image {
+fn lamp(whole: f32) -> Image {
     const SIZE: [u32; 2] = [64, 32];
     let texel = |i: u32| {
         let (column, row) = (i % SIZE[0], i / SIZE[0]);
-        let there = if row < SIZE[1] / 2 { 1.0 } else { 0.0 };
+        let there = if row < SIZE[1] / 2 { whole } else { 0.0 };
         [if column < SIZE[0] / 2 { 2.0 * there } else { there }; 3]
     };
     let texels = (0..SIZE[0] * SIZE[1]).map(texel).collect();

@@ -26,12 +26,15 @@ impl Import<'_> {
         let one_sided = self.materials_of(mesh, |m| {
             !m.double_sided && m.volume.is_none() && m.alpha_mode == AlphaMode::Opaque && !m.unlit
         });
-        six_volumes(mesh, &one_sided) < 0.0 && is_closed(mesh, &one_sided)
+        can_be_looked_at(mesh, &one_sided)
+            && six_volumes(mesh, &one_sided) < 0.0
+            && is_closed(mesh, &one_sided)
     }
 
     /// Those of a mesh's materials of which something holds.
     fn materials_of(&self, mesh: &Mesh, holds: impl Fn(&Principled) -> bool) -> Vec<MaterialId> {
         let mut ids = mesh.triangle_materials.clone();
+        ids.sort_unstable();
         ids.dedup();
         ids.retain(|id| match self.assets.materials.get(id.0 as usize).map(|named| &named.material) {
             Some(Material::Principled(material)) => holds(material),
@@ -48,6 +51,10 @@ fn triangles_of(mesh: &Mesh, materials: &[MaterialId]) -> impl Iterator<Item = [
     those.map(|(triangle, _)| triangle.map(|vertex| mesh.positions[vertex as usize]))
 }
 
+fn can_be_looked_at(mesh: &Mesh, materials: &[MaterialId]) -> bool {
+    !materials.is_empty() && mesh.triangles.len() <= MOST_LOOKED_AT
+}
+
 /// Six times the volume that triangles enclose, if they are closed: negative if they face inwards.
 fn six_volumes(mesh: &Mesh, materials: &[MaterialId]) -> f64 {
     let middle = mesh.positions.first().copied().unwrap_or_default().as_dvec3();
@@ -60,7 +67,7 @@ fn six_volumes(mesh: &Mesh, materials: &[MaterialId]) -> f64 {
 
 /// Whether there are triangles of some materials that are no more than can be looked at, and closed.
 fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
-    if materials.is_empty() || mesh.triangles.len() > MOST_LOOKED_AT {
+    if !can_be_looked_at(mesh, materials) {
         return false;
     }
     // How often edges are gone along, less how often the other way, whatever vertices are split for.

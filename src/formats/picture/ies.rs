@@ -10,9 +10,11 @@ use crate::world::{Image, Texels};
 const WIDTH: usize = 72;
 const HEIGHT: usize = 360;
 
-/// Whether it says that it is one.
-pub(super) fn is_ies(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"IES")
+/// Whether it is called one, as the oldest say nothing of themselves, or says that it is one.
+pub(super) fn is_ies(bytes: &[u8], path: &Path) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    text.starts_with(b"IES")
+        || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ies"))
 }
 
 /// The numbers of a file, in their order.
@@ -28,7 +30,7 @@ impl Numbers<'_> {
         number.ok_or_else(|| self.error(&format!("{what}: {text:?} is no number")))
     }
 
-    /// At most as many as the file has letters, so that nothing is made for what is not there.
+    /// At most 10,000, so that a broken file cannot ask for more.
     fn count(&mut self, what: &str) -> Result<usize, LoadError> {
         let number = self.next(what)?;
         if number.fract() == 0.0 && (1.0..=1e4).contains(&number) {
@@ -84,8 +86,16 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     }
     numbers.several(7, "sizes, ballast factors and watts")?;
     let down = numbers.angles(vertical, "vertical angles")?;
-    let around = numbers.angles(horizontal, "horizontal angles")?;
-    let candela = numbers.several(vertical * horizontal, "candela values")?;
+    let mut around = numbers.angles(horizontal, "horizontal angles")?;
+    let mut candela = numbers.several(vertical * horizontal, "candela values")?;
+    if let (Some(first), Some(last)) = (around.first(), around.last())
+        && *last > 270.0
+        && *last < first + 360.0
+    {
+        // Once around, and on from the beginning.
+        around.push(first + 360.0);
+        candela.extend_from_within(..vertical);
+    }
     let profile = Profile { down, around, candela };
     let texel = |i: usize| {
         let at = |place: usize, count: usize, whole: f32| (place as f32 + 0.5) / count as f32 * whole;
@@ -108,15 +118,21 @@ impl Profile {
     fn at(&self, down: f32, around: f32) -> f32 {
         // What was not measured is dark.
         let Some((row, part)) = between(&self.down, down) else { return 0.0 };
-        let last = self.around.last().copied().unwrap_or(0.0);
+        let (first, last) = (self.around[0], self.around.last().copied().unwrap_or(0.0));
         // Lamps that look the same in every quarter, or on both sides, are measured there alone.
         let around = match last {
             last if last <= 0.0 => 0.0,
             last if last <= 90.0 => 90.0 - ((around % 180.0) - 90.0).abs(),
             last if last <= 180.0 => 180.0 - (around - 180.0).abs(),
+            // The same on both sides of the plane through 90° and 270°.
+            last if first >= 90.0 && last <= 270.0 => match around {
+                around if (90.0..=270.0).contains(&around) => around,
+                around => (540.0 - around) % 360.0,
+            },
+            _ if around < first => around + 360.0,
             _ => around,
         };
-        let (column, across) = between(&self.around, around.clamp(self.around[0], last)).unwrap_or((0, 0.0));
+        let (column, across) = between(&self.around, around.clamp(first, last)).unwrap_or((0, 0.0));
         let value = |column: usize| {
             let values = &self.candela[column * self.down.len()..];
             let next = values[(row + 1).min(self.down.len() - 1)];
@@ -174,6 +190,18 @@ mod tests {
         let whole = read(&format!("{HEAD}2 3 1 2 0 0 0 1 1 10 0 180 0 180 360 0 0 90 90 0 0")).unwrap();
         assert!((value(&whole, 10.0, 90.0) - 45.0).abs() < 2.0);
         assert!((value(&whole, 10.0, 270.0) - 45.0).abs() < 2.0);
+        // 90 to 270°: 0° is as 180°, 30° as 150°, 330° as 210°.
+        let half = read(&format!("{HEAD}2 3 1 2 0 0 0 1 1 10 0 180 90 180 270 10 10 50 50 90 90")).unwrap();
+        for (around, expected) in
+            [(90.0, 10.0), (180.0, 50.0), (0.0, 50.0), (30.0, 36.7), (150.0, 36.7), (330.0, 63.3)]
+        {
+            let found = value(&half, 90.0, around);
+            assert!((found - expected).abs() < 2.0, "{around}: {found}");
+        }
+        // Without 360° it goes on from the beginning.
+        let open =
+            read(&format!("{HEAD}2 4 1 2 0 0 0 1 1 10 0 180 0 90 180 300 10 10 10 10 10 10 70 70")).unwrap();
+        assert!((value(&open, 90.0, 330.0) - 40.0).abs() < 3.0);
     }
 
     #[test]

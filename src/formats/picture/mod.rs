@@ -74,7 +74,7 @@ pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
 }
 
 fn decode_unchanged(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
-    if ies::is_ies(bytes) {
+    if ies::is_ies(bytes, path) {
         return ies::decode(bytes, path);
     }
     match decode::recognise(bytes, path)? {

@@ -42,20 +42,40 @@ impl LobeTables {
         }
     }
 
-    /// Those that materials need.
+    /// Those that materials need, each made by a thread of its own.
     pub fn of(materials: &[Material]) -> Self {
         let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
+        let mirror = any(|m| m.has_mirror() || !m.coat.is_zero());
+        let stretched = any(Material::is_stretched);
+        let glass = any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero());
+        let sheen = any(|m| !m.sheen_color.is_black());
+        std::thread::scope(|scope| {
+            // Where there is no thread to be had the table is made below.
+            let aside = || std::thread::Builder::new();
+            if stretched {
+                let _ = aside().spawn_scoped(scope, || STRETCHED.get_or_init(stretched::Table::new));
+            }
+            if glass {
+                let _ = aside().spawn_scoped(scope, || GLASS.get_or_init(glass::Table::new));
+            }
+            if sheen {
+                let _ = aside().spawn_scoped(scope, || SHEEN.get_or_init(sheen::table));
+            }
+            if mirror {
+                MIRROR.get_or_init(albedo::Table::new);
+            }
+        });
         let mut tables = Self::NONE;
-        if any(|m| m.has_mirror() || !m.coat.is_zero()) {
+        if mirror {
             tables.mirror = MIRROR.get_or_init(albedo::Table::new);
         }
-        if any(Material::is_stretched) {
+        if stretched {
             tables.stretched = STRETCHED.get_or_init(stretched::Table::new);
         }
-        if any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero()) {
+        if glass {
             tables.glass = GLASS.get_or_init(glass::Table::new);
         }
-        if any(|m| !m.sheen_color.is_black()) {
+        if sheen {
             tables.sheen = SHEEN.get_or_init(sheen::table);
         }
         tables

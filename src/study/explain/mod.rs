@@ -407,7 +407,6 @@ impl Story<'_> {
     /// The same under the path transport.
     fn why_of(&self, fate: Fate, place: PathKey) -> Why {
         match fate {
-            Fate::Last if place.depth > self.frame.max_depth => Why::Bounces,
             Fate::Last => {
                 let reached = self.frame.limits.and_then(|limits| limits.reached(place.branch));
                 reached.map_or(Why::Bounces, Why::Limit)

@@ -101,6 +101,24 @@ fn a_profile_divides_a_lamps_power_between_directions() {
     assert_eq!(floor_under(below), 0.0);
 }
 
+/// Whatever a profile's numbers count, beside another light too, of which one is chosen for each path.
+#[test]
+fn a_profile_has_no_scale() {
+    let seen = |profile: &str| {
+        let lamp = format!(
+            "(light: Photometric(power_w: 300, profile: \"{profile}\"),
+              transform: (translate: (1, 2, 0), rotate_degrees: (-90, 0, 0)))"
+        );
+        let other = "(light: Point(power_w: 300), transform: (translate: (-1, 2, 0)))";
+        let text =
+            scene("size: (8, 8), samples: 4, transport: Path, sharing: Off", &[ABOVE, FLOOR, &lamp, other]);
+        picture(&text).pixels
+    };
+    for (one, other) in seen("lamp.hdr").iter().zip(seen("bright-lamp.hdr")) {
+        near(f64::from(one.g), f64::from(other.g), 1e-4);
+    }
+}
+
 /// On the axis of a disc of radius R at the distance d: F = R²/(R² + d²), so E = Φ/(π (R² + d²)).
 #[test]
 fn a_disc_gives_its_form_factor() {
