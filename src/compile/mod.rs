@@ -122,7 +122,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings.extend(ignored(world));
     warnings.extend(unshared(world));
     warnings.extend(opaque_glass(scene));
-    warnings.extend(clear_milk(world));
+    warnings.extend(idle_scattering(world));
     let around = scene.environment.panorama.is_some() && scene.ambient.is_black();
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
@@ -154,7 +154,7 @@ fn opaque_glass(scene: &CompiledScene) -> Option<String> {
 }
 
 /// What is to scatter light and lets all of it pass.
-fn clear_milk(world: &World) -> Option<String> {
+fn idle_scattering(world: &World) -> Option<String> {
     let is_clear = |named: &&NamedMaterial| match &named.material {
         world::Material::Principled(m) => m.volume.is_some_and(|volume| {
             let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);

@@ -2,6 +2,7 @@
 //! once more in one lane, whose bits are those of any other. Nothing that renders needs this.
 
 use super::bounces::LobeKind;
+use super::ends::is_last;
 use super::path::Path;
 use super::{Frame, medium, path_tracing};
 use crate::math::Vector;
@@ -71,7 +72,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     let path = &Path { throughput: flight.throughput, ..*path };
     if flight.scattered {
         decision.position = path.origin + path.direction * flight.t;
-        if !path_tracing::is_last(frame, path) {
+        if !is_last(frame, path) {
             decision.fate = Fate::Scattered { distance_m: flight.t };
         }
         return decision;
@@ -80,7 +81,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     if record.emits() {
         decision.emission_share = path_tracing::emission_share(frame, path, hit, true);
     }
-    if path_tracing::is_last(frame, path) {
+    if is_last(frame, path) {
         return decision;
     }
     if record.unlit {

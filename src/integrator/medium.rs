@@ -2,8 +2,8 @@
 //! 14.1). The boundary hides lights from what is within, so that paths find them by themselves.
 
 use super::Frame;
+use super::ends::{is_last, roulette};
 use super::path::Path;
-use super::path_tracing::{is_last, plays_roulette};
 use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
@@ -13,8 +13,7 @@ use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
 use crate::simd::{Float, Int, Mask};
 
-/// A path is scattered within bodies so many times at most: what has not come out of milk by then is some
-/// thousandth of what went in.
+/// A path is scattered within bodies so many times at most, so that each ends.
 const MOST: u32 = 4096;
 /// Forks the numbers that say how far light comes from those for directions.
 const DISTANCE: u32 = 0x6d65_6469;
@@ -55,7 +54,7 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
     flight
 }
 
-/// Throughput after a way of length `t` through bodies on which nothing is scattered.
+/// Throughput after a way of length `t` through a body, without what is scattered away.
 #[inline(always)]
 pub fn passed<F: Float>(
     frame: &Frame,
@@ -131,7 +130,7 @@ pub fn scattered<F: Float>(
     let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
     let direction = turned(frame, path, flight, u);
     let again = path.scatterings.lt(F::Int::splat(MOST));
-    let (throughput, survives) = plays_roulette(frame, path, path.throughput, key, flight.scattered);
+    let (throughput, survives) = roulette(frame, path, path.throughput, key, flight.scattered);
     let alive = throughput.max_component().gt(F::zero());
     let goes_on = flight.scattered & again & alive & survives & !is_last(frame, path);
     let next = Path {

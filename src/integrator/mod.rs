@@ -5,6 +5,7 @@
 pub mod begin;
 pub mod bounces;
 pub mod decision;
+mod ends;
 pub mod medium;
 pub mod observe;
 pub mod path;

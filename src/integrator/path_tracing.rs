@@ -8,6 +8,7 @@
 
 use super::Frame;
 use super::bounces;
+use super::ends::{is_last, roulette};
 use super::medium::{self, passed};
 use super::path::Path;
 use super::shadow::ShadowRay;
@@ -187,14 +188,6 @@ impl<F: Float> Bodies<F> {
     }
 }
 
-/// Where the path has had its last bounce, of all or of a kind.
-#[inline(always)]
-pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
-    // What happens within bodies is theirs.
-    let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
-    if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
-}
-
 /// What the surface does to light, of the wavelength that the path follows if it follows one.
 #[inline(always)]
 pub(super) fn bsdf<F: Float>(
@@ -360,26 +353,6 @@ pub(super) fn drawn<F: Float>(
     bsdf.sample(which, u, mask)
 }
 
-/// Russian roulette among lanes that play: throughput, and where the path is still alive.
-#[inline(always)]
-pub(super) fn plays_roulette<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    throughput: Color<F>,
-    key: Key<F::Int>,
-    mask: F::Mask,
-) -> (Color<F>, F::Mask) {
-    let all = F::Mask::from_bits(u32::MAX);
-    let Some(first) = frame.roulette_depth else { return (throughput, all) };
-    // What a first vertex draws must not hang on luck that its neighbours do not know of.
-    let first = if frame.sharing.is_some() { first.max(1) } else { first };
-    let plays = mask & !path.depth.lt(F::Int::splat(first));
-    let survival = throughput.max_component().clamp(0.05, 1.0);
-    let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
-    let throughput = throughput * F::select(plays, F::one() / survival, F::one());
-    (throughput, number.lt(survival) | !plays)
-}
-
 /// Where the path goes on from a surface, if it does.
 #[inline(always)]
 fn reflected<F: Float>(
@@ -396,7 +369,7 @@ fn reflected<F: Float>(
     let throughput = path.throughput * weight;
     let goes_on = valid & throughput.max_component().gt(zero);
     // Paths through glass and from mirror to mirror are few and bright: what ends there is missed.
-    let (throughput, survives) = plays_roulette(frame, path, throughput, key, wide);
+    let (throughput, survives) = roulette(frame, path, throughput, key, wide);
     let goes_on = goes_on & survives;
     let mut branch = bounces::counted::<F>(path.branch, wide, through);
     if let Some(limits) = &frame.limits {

@@ -133,8 +133,8 @@ pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Ma
     Albedo { straight, grazing }
 }
 
-/// The cosines at which a function of the angle between light and microfacets has the mean over all of them, one
-/// half each, given the same.
+/// Two cosines that stand for all under which microfacets meet light, one deviation to either side of the mean: a
+/// function of the angle has about the same mean over both as over all.
 #[inline(always)]
 pub fn cosines<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
     let [mean, deviation] = pair(&table.cosines, cosine, roughness, mask);

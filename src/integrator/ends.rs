@@ -1,0 +1,37 @@
+//! Where paths of the path transport end before they have met nothing: by their bounces, or by chance.
+
+use super::Frame;
+use super::bounces;
+use super::path::Path;
+use crate::math::Color;
+use crate::sampling::draw::draw_1d;
+use crate::sampling::{Dimension, Key};
+use crate::simd::{Float, Int, Mask};
+
+/// Where the path has had its last bounce, of all or of a kind.
+#[inline(always)]
+pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
+    // What happens within bodies is theirs.
+    let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
+    if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
+}
+
+/// Russian roulette among lanes that play: throughput, and where the path is still alive.
+#[inline(always)]
+pub(super) fn roulette<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    throughput: Color<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> (Color<F>, F::Mask) {
+    let all = F::Mask::from_bits(u32::MAX);
+    let Some(first) = frame.roulette_depth else { return (throughput, all) };
+    // What a first vertex draws must not hang on luck that its neighbours do not know of.
+    let first = if frame.sharing.is_some() { first.max(1) } else { first };
+    let plays = mask & !path.depth.lt(F::Int::splat(first));
+    let survival = throughput.max_component().clamp(0.05, 1.0);
+    let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
+    let throughput = throughput * F::select(plays, F::one() / survival, F::one());
+    (throughput, number.lt(survival) | !plays)
+}
