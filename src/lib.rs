@@ -15,6 +15,7 @@ pub mod scene;
 pub mod shading;
 pub mod simd;
 pub mod study;
+pub mod view;
 pub mod world;
 
 /// Compiles and runs the example of the README with the other examples.

@@ -14,7 +14,7 @@ use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
-use crate::study::explain::{Followed, GivenNames, Life, LightRay, Shares, Step, explain};
+use crate::study::explain::{self, Followed, GivenNames, Life, LightRay, Shares, Step};
 
 /// `rayfront explain`.
 #[derive(Args, Debug)]
@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
         .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
     let names = GivenNames::new(&world);
     let frame = Arc::new(Frame::new(scene, &world.settings));
-    let (lives, film) = explain(frame, &names, arguments.pixel, range);
+    let (lives, film) = explain::explain(frame, &names, arguments.pixel, range);
     if arguments.json {
         println!("{}", json(arguments, &lives, &film));
     } else {
@@ -211,76 +211,6 @@ fn json(arguments: &Explain, lives: &[Life], film: &Film) -> Value {
         "scene": arguments.scene,
         "pixel": arguments.pixel,
         "mean": mean(film),
-        "samples": lives.iter().map(life_json).collect::<Vec<_>>(),
-    })
-}
-
-fn life_json(life: &Life) -> Value {
-    let paths: Vec<Value> = life
-        .paths
-        .iter()
-        .map(|path| {
-            json!({
-                "branch": path.branch,
-                "forked_off_path": path.from.map(|(parent, _)| parent),
-                "forked_off_bounce": path.from.map(|(_, depth)| depth),
-                "steps": path.steps.iter().map(step_json).collect::<Vec<_>>(),
-                "radiance": path.radiance,
-                "shares": path.shares.as_ref().map(shares_json),
-                "end": path.why.name(),
-            })
-        })
-        .collect();
-    json!({"sample": life.sample, "radiance": life.radiance(), "paths": paths})
-}
-
-fn shares_json(shares: &Shares) -> Value {
-    let Shares { before, own, shared, vertices } = shares;
-    json!({"before": before, "own": own, "shared": shared, "vertices": vertices})
-}
-
-fn step_json(step: &Step) -> Value {
-    let vertex = step.vertex.as_ref().map(|vertex| {
-        json!({
-            "entity": vertex.entity,
-            "material": vertex.material,
-            "t": vertex.hit.t,
-            "primitive": vertex.hit.primitive,
-            "instance": (vertex.hit.instance != NONE).then_some(vertex.hit.instance),
-            "position": vertex.position,
-            "geometric_normal": vertex.geometric_normal,
-            "normal": vertex.normal,
-            "gives_off": vertex.own,
-            "gives_off_weight": vertex.own_share,
-            "lights": vertex.lights.iter().map(lit_json).collect::<Vec<_>>(),
-            "lobe": vertex.fate.and_then(lobe_json),
-        })
-    });
-    json!({
-        "bounce": step.depth,
-        "queue": step.queue,
-        "origin": step.origin,
-        "direction": step.direction,
-        "throughput": step.throughput,
-        "vertex": vertex,
-    })
-}
-
-/// The lobe that a direction was drawn from.
-fn lobe_json(fate: Fate) -> Option<Value> {
-    let Fate::Drawn { kind, through, exact } = fate else { return None };
-    Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
-}
-
-fn lit_json(lit: &LightRay) -> Value {
-    json!({
-        "light": lit.light,
-        "sample": lit.which,
-        "direction": lit.direction,
-        "distance": lit.distance.is_finite().then_some(lit.distance),
-        "contribution": lit.contribution,
-        "arrived": lit.arrived,
-        "weight": lit.share,
-        "blocked": lit.blocked,
+        "samples": lives.iter().map(explain::json::life).collect::<Vec<_>>(),
     })
 }

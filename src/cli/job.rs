@@ -16,6 +16,7 @@ use super::output::{self, Picture};
 use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, usage};
+use crate::compile;
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
 use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, Source, View};
@@ -23,7 +24,6 @@ use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{OnProgress, Options, Progress, Session, adaptive};
-use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Aov, Kept, Settings, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
@@ -50,7 +50,7 @@ pub struct Reuse {
     /// There is more than one moment.
     several: bool,
     /// The moment before.
-    before: Option<Arc<CompiledScene>>,
+    before: Option<Arc<compile::Compiled>>,
     /// Warnings that have been told: once is enough.
     told: BTreeSet<String>,
 }
@@ -65,7 +65,7 @@ impl Reuse {
 
 /// A scene's file at one moment, compiled.
 struct Compiled {
-    scene: CompiledScene,
+    compiled: Arc<compile::Compiled>,
     settings: Settings,
     source: Source,
     names: HashMap<u32, String>,
@@ -86,14 +86,15 @@ fn compiled(
     change(&mut world.settings);
     phases.load = start.elapsed();
     let start = Instant::now();
-    let scene = crate::compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
+    let scene = compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
         .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
     phases.compile = start.elapsed();
     let World { settings, assets, .. } = &world;
     let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     let source = Source::new(path, &assets.files);
     // The world ends here: large meshes need not stay twice.
-    Ok(Compiled { scene, settings: settings.clone(), source, names, phases })
+    let compiled = Arc::new(scene);
+    Ok(Compiled { compiled, settings: settings.clone(), source, names, phases })
 }
 
 impl Job {
@@ -116,18 +117,19 @@ impl Job {
         reuse: &mut Reuse,
         change: impl FnOnce(&mut Settings),
     ) -> Result<Job, Failure> {
-        let Compiled { scene, settings, source, names, phases } = compiled(path, &view.at(0), reuse, change)?;
+        let Compiled { compiled, settings, source, names, phases } =
+            compiled(path, &view.at(0), reuse, change)?;
         if !quiet {
-            let new = scene.warnings.iter().filter(|warning| reuse.told.insert(warning.to_string()));
+            let new = compiled.scene.warnings.iter().filter(|warning| reuse.told.insert(warning.to_string()));
             new.for_each(|warning| eprintln!("warning: {warning}"));
         }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
         }
-        let frame = Arc::new(Frame::new(scene, &settings));
+        let frame = Arc::new(Frame::new(compiled.scene.clone(), &settings));
         if reuse.several {
-            reuse.before = Some(frame.scene.clone());
+            reuse.before = Some(compiled);
         }
         let header = Header {
             program: PROGRAM.into(),
@@ -183,9 +185,9 @@ impl Job {
             return Err(Failure(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
         // One film counts in one unit.
-        let frame = Frame { unit: self.frame.unit, ..Frame::new(found.scene, settings) };
+        let frame = Frame { unit: self.frame.unit, ..Frame::new(found.compiled.scene.clone(), settings) };
         (self.frame, self.moment) = (Arc::new(frame), moment);
-        self.reuse.before = Some(self.frame.scene.clone());
+        self.reuse.before = Some(found.compiled);
         self.phases.load += found.phases.load;
         self.phases.compile += found.phases.compile;
         Ok(())

@@ -32,6 +32,7 @@ mod study;
 mod trace;
 mod usage;
 mod verify;
+mod view;
 
 use std::process::ExitCode;
 
@@ -54,6 +55,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Plan(scene)) => plan::run(&scene),
         Some(args::Command::Reproduce(image)) => reproduce::run(&image),
         Some(args::Command::Study(file)) => study::run(&file),
+        Some(args::Command::View(scene)) => view::run(scene),
         None => render::run(&arguments.render),
     };
     match outcome {

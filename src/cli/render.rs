@@ -96,7 +96,7 @@ fn render(
     reuse: &mut Reuse,
 ) -> Result<u8, Failure> {
     let view = View {
-        camera: arguments.camera.clone(),
+        camera: arguments.picture.camera.clone(),
         time_s,
         shutter_s: arguments.frames.shutter.map(|part| part / arguments.frames.fps),
         moments: arguments.frames.shutter.and(Some(arguments.frames.moments)),

@@ -2,10 +2,12 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::glow::Glows;
 use super::light_tree::{self, LightBounds};
 use super::lights::Lamp;
+use super::made::{Bits, Same, bits};
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
 use crate::scene::emitters::{Emitters, flag, kind};
@@ -29,9 +31,40 @@ pub(super) struct Surfaces<'a> {
     pub copies: &'a [Range<u32>],
 }
 
+/// All that emitters are made of.
+#[derive(PartialEq)]
+pub(super) struct Inputs {
+    geometry: Same<Geometry>,
+    textures: Same<Textures>,
+    environment: Same<Environment>,
+    lamps: Bits,
+    /// Materials that shine, by their numbers.
+    shining: Bits,
+}
+
+impl Inputs {
+    pub(super) fn new(
+        geometry: &Arc<Geometry>,
+        textures: &Arc<Textures>,
+        environment: &Arc<Environment>,
+        materials: &[Material],
+        lamps: &[Lamp],
+    ) -> Inputs {
+        let shining: Vec<_> = materials.iter().enumerate().filter(|(_, material)| material.emits()).collect();
+        Inputs {
+            geometry: Same(geometry.clone()),
+            textures: Same(textures.clone()),
+            environment: Same(environment.clone()),
+            lamps: bits(&lamps),
+            shining: bits(&shining),
+        }
+    }
+}
+
 /// What shines.
+#[derive(Clone)]
 pub(super) struct CompiledEmitters {
-    pub emitters: Emitters,
+    pub emitters: Arc<Emitters>,
     pub lights: Vec<LightSamples>,
     /// How many instances and copies would be too many emitters.
     pub left_out: usize,
@@ -78,7 +111,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
     let bounds: Vec<LightBounds> =
         (0..out.len()).map(|emitter| bounds(&out, emitter, environment, &mut glows)).collect();
     out.tree = light_tree::build(&bounds);
-    CompiledEmitters { emitters: out, lights, left_out }
+    CompiledEmitters { emitters: Arc::new(out), lights, left_out }
 }
 
 fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
@@ -435,7 +468,8 @@ mod tests {
         let placed = transforms::compile(&world, &order).expect("transforms");
         let (mut records, mut names) = materials::compile(&world.assets);
         let sheets = &mut materials::Sheets::new(&mut records, &mut names);
-        let compiled = geometry::compile(&world, &order, &placed, &[], sheets, None).expect("triangles");
+        let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), sheets).expect("shapes");
+        let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");
         let surfaces = Surfaces {
             geometry: &compiled.geometry,
             materials: &records,

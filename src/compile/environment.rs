@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
+use super::made::{Bits, Same, bits};
 use super::sky::{self, Air};
 use super::transforms::WorldTransforms;
 use crate::film::tonemap::srgb_decode;
@@ -13,29 +14,55 @@ use crate::scene::environment::Panorama;
 use crate::world::assets::{Image, Texels};
 use crate::world::{Background, Light, World};
 
-/// The first environment light, or else the background.
-pub(super) fn compile(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Environment {
-    for entity in order {
-        let Ok(light) = world.entities.get::<&Light>(*entity) else { continue };
-        let m = transforms[entity].matrix3;
-        let panorama = match &*light {
-            Light::Environment { radiance, image: None } => {
-                return Environment { background: Background::Constant(*radiance), panorama: None };
-            }
-            Light::Environment { radiance, image: Some(image) } => {
-                let image = &world.assets.images[image.0 as usize];
-                panorama(radiances(image), [image.width, image.height], *radiance, m)
+/// All that surroundings are made of.
+#[derive(PartialEq)]
+pub(super) struct Inputs {
+    text: Bits,
+    background: Background,
+    /// The first light that is all around, its image and its matrix.
+    light: Option<(Light, Option<Same<Image>>, DMat3)>,
+}
+
+impl Inputs {
+    /// The first environment light, or else the background.
+    pub(super) fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Inputs {
+        let around = |entity: &Entity| {
+            let light = (*world.entities.get::<&Light>(*entity).ok()?).clone();
+            let image = match &light {
+                Light::Environment { image, .. } => *image,
+                Light::Sky { .. } => None,
+                _ => return None,
+            };
+            let image = image.map(|id| Same(world.assets.images[id.0 as usize].clone()));
+            Some((light, image, transforms[entity].matrix3))
+        };
+        let (background, light) = (world.settings.background, order.iter().find_map(around));
+        let text = bits(&(&background, light.as_ref().map(|(light, _, matrix)| (light, matrix))));
+        Inputs { text, background, light }
+    }
+}
+
+pub(super) fn compile(inputs: &Inputs) -> Environment {
+    let Inputs { background, light, .. } = inputs;
+    let panorama = light.as_ref().and_then(|(light, image, m)| {
+        Some(match light {
+            Light::Environment { radiance, .. } => {
+                let image = &image.as_ref()?.0;
+                panorama(radiances(image), [image.width, image.height], *radiance, *m)
             }
             Light::Sky { elevation, azimuth, haze, radiance } => {
                 let texels = Air::new(*haze).panorama(f64::from(*elevation));
                 let size = sky::SIZE.map(|side| side as u32);
-                panorama(texels, size, *radiance, m * DMat3::from_rotation_y(-f64::from(*azimuth)))
+                panorama(texels, size, *radiance, *m * DMat3::from_rotation_y(-f64::from(*azimuth)))
             }
-            _ => continue,
-        };
-        return Environment { background: world.settings.background, panorama: Some(panorama) };
-    }
-    Environment { background: world.settings.background, panorama: None }
+            _ => return None,
+        })
+    });
+    let background = match light {
+        Some((Light::Environment { radiance, image: None }, ..)) => Background::Constant(*radiance),
+        _ => *background,
+    };
+    Environment { background, panorama }
 }
 
 /// Turned by a rotation.

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use hecs::Entity;
 
 use super::lights::Panel;
+use super::made::{self, Same, bits};
 use super::materials::Sheets;
 use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
@@ -23,34 +24,96 @@ use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 /// What shapes come to.
+#[derive(Clone)]
 pub(super) struct CompiledGeometry {
-    pub geometry: Geometry,
-    pub bvh: Arc<Bvh>,
+    pub geometry: Arc<Geometry>,
     /// The triangles of each instance.
-    pub placed: Vec<Range<u32>>,
+    pub placed: Arc<Vec<Range<u32>>>,
     /// Those of each mesh that is placed several times and copied, place by place.
-    pub copies: Vec<Range<u32>>,
+    pub copies: Arc<Vec<Range<u32>>>,
 }
 
+/// All that geometry and trees are made of.
+#[derive(PartialEq)]
+pub(super) struct Inputs {
+    shapes: Vec<PlacedShape>,
+    panels: Vec<Panel>,
+    meshes: Vec<Same<Mesh>>,
+    quality: BuildQuality,
+    copied_triangles: u32,
+}
+
+/// An entity that rays can hit.
+struct PlacedShape {
+    entity: u32,
+    shape: Shape,
+    matrix: DAffine3,
+    material: Option<MaterialId>,
+}
+
+impl PartialEq for PlacedShape {
+    /// To the bit.
+    fn eq(&self, other: &Self) -> bool {
+        let matrix = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
+        let same_shape = match (&self.shape, &other.shape) {
+            (Shape::Mesh(a), Shape::Mesh(b)) => a == b,
+            (a, b) => a == b && bits(a) == bits(b),
+        };
+        (self.entity, self.material, matrix(self)) == (other.entity, other.material, matrix(other))
+            && same_shape
+    }
+}
+
+impl Inputs {
+    /// What a world says. Errors: planes that are none.
+    pub(super) fn new(
+        world: &World,
+        order: &[Entity],
+        transforms: &WorldTransforms,
+        panels: Vec<Panel>,
+        sheets: &mut Sheets,
+    ) -> Result<Inputs, CompileError> {
+        let mut shapes = Vec::new();
+        for &entity in order {
+            let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+            let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
+            if let Shape::Plane { corners } = &*shape {
+                check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
+                // Its corners go around as its author liked: a sheet is seen from both sides.
+                material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
+            }
+            let (shape, matrix) = ((*shape).clone(), transforms[&entity]);
+            shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material });
+        }
+        let settings = &world.settings;
+        Ok(Inputs {
+            shapes,
+            panels,
+            meshes: made::all(&world.assets.meshes),
+            quality: settings.build_quality,
+            copied_triangles: settings.copied_triangles,
+        })
+    }
+
+    fn mesh(&self, id: MeshId) -> &Mesh {
+        &self.meshes[id.0 as usize].0
+    }
+}
+
+/// Returns the tree, too. Where `before` has a tree over the same shapes it is that one.
 pub(super) fn compile(
-    world: &World,
-    order: &[Entity],
-    transforms: &WorldTransforms,
-    panels: &[Panel],
-    sheets: &mut Sheets,
+    inputs: &Inputs,
     before: Option<&CompiledScene>,
-) -> Result<CompiledGeometry, CompileError> {
+) -> Result<(CompiledGeometry, Arc<Bvh>), CompileError> {
     let mut builder = GeometryBuilder::default();
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
-    let uses = count_uses(world, order);
-    let copied = choose_copied(world, &uses);
-    check_size(world, &uses, &copied)?;
-    for &entity in order {
-        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
-        let own = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
-        let part = |material: MaterialId| Part { entity: entity.id(), ..plain_part(material) };
-        let matrix = &transforms[&entity];
-        match &*shape {
+    let uses = count_uses(inputs);
+    let copied = choose_copied(inputs, &uses);
+    check_size(inputs, &uses, &copied)?;
+    for PlacedShape { entity, shape, matrix, material: own } in &inputs.shapes {
+        let (entity, own) = (*entity, *own);
+        let part = |material: MaterialId| Part { entity, ..plain_part(material) };
+        match shape {
             Shape::Sphere { radius_m } => match uniform_scale(matrix) {
                 Some(scale) => {
                     builder.sphere(matrix, *radius_m as f64 * scale, part(own.unwrap_or(MaterialId::DEFAULT)))
@@ -58,7 +121,7 @@ pub(super) fn compile(
                 None => {
                     let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
                     let material = own.unwrap_or(MaterialId::DEFAULT);
-                    placed.push((InstancedTree::UnitSphere, to_world, material, entity.id()));
+                    placed.push((InstancedTree::UnitSphere, to_world, material, entity));
                 }
             },
             Shape::Triangle { vertices, normals, uvs } => {
@@ -66,43 +129,42 @@ pub(super) fn compile(
                 builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
             Shape::Plane { corners } => {
-                let mesh = plane_mesh(*corners).map_err(|reason| entity_error(world, entity, reason))?;
-                // Its corners go around as its author liked: a sheet is seen from both sides.
-                let material = sheets.of(own.unwrap_or(MaterialId::DEFAULT));
-                builder.mesh(&mesh, matrix, |_| part(material));
+                builder.mesh(&plane_mesh(*corners), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
             Shape::Mesh(id) if copied[id.0 as usize] => {
                 let first = builder.geometry.triangles.len() as u32;
-                builder.mesh(mesh_of(world, *id), matrix, |own_material| part(own.unwrap_or(own_material)));
+                builder.mesh(inputs.mesh(*id), matrix, |own_material| part(own.unwrap_or(own_material)));
                 if uses[id.0 as usize] > 1 {
                     copies.push(first..builder.geometry.triangles.len() as u32);
                 }
             }
             Shape::Mesh(id) => {
                 let material = own.unwrap_or(MaterialId(NONE));
-                placed.push((InstancedTree::Mesh(*id), *matrix, material, entity.id()));
+                placed.push((InstancedTree::Mesh(*id), *matrix, material, entity));
             }
         }
     }
-    for panel in panels {
+    for panel in &inputs.panels {
         let mesh = fan_mesh(&panel.corners);
         let part = Part { entity: panel.entity.id(), ..plain_part(MaterialId(panel.material)) };
         builder.mesh(&mesh, &DAffine3::IDENTITY, |_| part);
     }
-    Ok(CompiledGeometry { copies, ..builder.finish(world, placed, before) })
+    let (geometry, placed, bvh) = builder.finish(inputs, placed, before);
+    let (geometry, placed, copies) = (Arc::new(geometry), Arc::new(placed), Arc::new(copies));
+    Ok((CompiledGeometry { geometry, placed, copies }, bvh))
 }
 
 /// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
 /// copies take least.
-fn choose_copied(world: &World, uses: &[u32]) -> Vec<bool> {
+fn choose_copied(inputs: &Inputs, uses: &[u32]) -> Vec<bool> {
     // Vertices count, too: there may be any number that no triangle uses.
-    let size = |mesh: &Mesh| mesh.triangles.len().max(mesh.positions.len()) as u64;
-    let sizes = world.assets.meshes.iter().map(size);
+    let size = |mesh: &Same<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
+    let sizes = inputs.meshes.iter().map(size);
     let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
     let mut meshes: Vec<usize> = (0..extra.len()).collect();
     meshes.sort_by_key(|mesh| extra[*mesh]);
     let mut copied = vec![false; extra.len()];
-    let mut left = world.settings.copied_triangles as u64;
+    let mut left = inputs.copied_triangles as u64;
     for mesh in meshes {
         let Some(rest) = left.checked_sub(extra[mesh]) else { break };
         copied[mesh] = true;
@@ -112,10 +174,10 @@ fn choose_copied(world: &World, uses: &[u32]) -> Vec<bool> {
 }
 
 /// How many entities place each mesh.
-fn count_uses(world: &World, order: &[Entity]) -> Vec<u32> {
-    let mut uses = vec![0; world.assets.meshes.len()];
-    for &entity in order {
-        if let Ok(Shape::Mesh(id)) = world.entities.get::<&Shape>(entity).as_deref() {
+fn count_uses(inputs: &Inputs) -> Vec<u32> {
+    let mut uses = vec![0; inputs.meshes.len()];
+    for placed in &inputs.shapes {
+        if let Shape::Mesh(id) = placed.shape {
             uses[id.0 as usize] += 1;
         }
     }
@@ -123,9 +185,9 @@ fn count_uses(world: &World, order: &[Entity]) -> Vec<u32> {
 }
 
 /// Ids have 31 bits, and lanes address three floats a vertex with 31 bits.
-fn check_size(world: &World, uses: &[u32], copied: &[bool]) -> Result<(), CompileError> {
+fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<(), CompileError> {
     let (mut vertices, mut triangles) = (0usize, 0usize);
-    for (mesh, (uses, copied)) in world.assets.meshes.iter().zip(uses.iter().zip(copied)) {
+    for (Same(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
         let copies = if *copied { (*uses).max(1) as usize } else { 1 };
         vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
         triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
@@ -137,10 +199,6 @@ fn check_size(world: &World, uses: &[u32], copied: &[bool]) -> Result<(), Compil
         )));
     }
     Ok(())
-}
-
-fn mesh_of(world: &World, id: MeshId) -> &Mesh {
-    &world.assets.meshes[id.0 as usize]
 }
 
 fn plain_part(material: MaterialId) -> Part {
@@ -170,8 +228,7 @@ fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[V
 
 /// Two triangles; texture coordinates by projecting each corner on the two edges that meet
 /// in the first one, divided by the edges' lengths.
-fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
-    check_plane(corners).map_err(|(_, reason)| reason)?;
+fn plane_mesh(corners: [Vec3; 4]) -> Mesh {
     let [a, b, _, d] = corners.map(|c| c.as_dvec3());
     let (u_edge, v_edge) = (b - a, d - a);
     let project = |p: Vec3| {
@@ -181,7 +238,7 @@ fn plane_mesh(corners: [Vec3; 4]) -> Result<Mesh, String> {
             (q.dot(v_edge) / v_edge.length_squared()) as f32,
         )
     };
-    Ok(Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) })
+    Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) }
 }
 
 /// A convex polygon.
@@ -267,10 +324,10 @@ impl GeometryBuilder {
     /// Adds what has instances and builds the trees, unless those of `before` are over the same.
     fn finish(
         mut self,
-        world: &World,
+        inputs: &Inputs,
         placed: Vec<(InstancedTree, DAffine3, MaterialId, u32)>,
         before: Option<&CompiledScene>,
-    ) -> CompiledGeometry {
+    ) -> (Geometry, Vec<Range<u32>>, Arc<Bvh>) {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         (self.geometry.world_triangles, self.geometry.world_spheres) = (triangles, spheres);
         let mut numbers = HashMap::new();
@@ -278,7 +335,7 @@ impl GeometryBuilder {
         let mut instances = Vec::with_capacity(placed.len());
         for (subtree, matrix, material, entity) in placed {
             let number = *numbers.entry(subtree).or_insert_with(|| {
-                subtrees.push(self.subtree(world, subtree));
+                subtrees.push(self.subtree(inputs, subtree));
                 subtrees.len() - 1
             });
             // Of nothing there is no tree.
@@ -297,7 +354,7 @@ impl GeometryBuilder {
             instances.push((number, instance));
         }
         let ranges = instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
-        let quality = world.settings.build_quality;
+        let quality = inputs.quality;
         let is_same = |before: &&CompiledScene| {
             before.bvh.quality == quality
                 && self.geometry.has_the_tree_of(&before.geometry)
@@ -307,7 +364,7 @@ impl GeometryBuilder {
             Some(before) => before.bvh.clone(),
             None => Arc::new(self.trees(quality, &subtrees, &instances)),
         };
-        CompiledGeometry { geometry: self.geometry, bvh, placed: ranges, copies: Vec::new() }
+        (self.geometry, ranges, bvh)
     }
 
     /// The trees of what has instances, then the world's.
@@ -334,13 +391,13 @@ impl GeometryBuilder {
     }
 
     /// Adds what a tree is to be over: its triangles and its spheres.
-    fn subtree(&mut self, world: &World, subtree: InstancedTree) -> [Range<u32>; 2] {
+    fn subtree(&mut self, inputs: &Inputs, subtree: InstancedTree) -> [Range<u32>; 2] {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
             InstancedTree::UnitSphere => {
                 self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT))
             }
-            InstancedTree::Mesh(id) => self.mesh(mesh_of(world, id), &DAffine3::IDENTITY, plain_part),
+            InstancedTree::Mesh(id) => self.mesh(inputs.mesh(id), &DAffine3::IDENTITY, plain_part),
         }
         let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         [triangles..t, spheres..s]

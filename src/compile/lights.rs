@@ -12,6 +12,7 @@ use crate::scene::Material;
 use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Texels, TextureId, World};
 
 /// A light entity in world space.
+#[derive(Debug)]
 pub(super) enum Lamp {
     /// From one point, perhaps within a cone.
     Point {
@@ -57,6 +58,7 @@ pub(super) enum Lamp {
 }
 
 /// Where a spot shines.
+#[derive(Debug)]
 pub(super) struct SpotCone {
     /// Unit vector along its axis, away from the light.
     pub axis: Vec3,
@@ -67,6 +69,7 @@ pub(super) struct SpotCone {
 }
 
 /// The surface of a visible area light.
+#[derive(PartialEq)]
 pub(super) struct Panel {
     /// In order around it, counter-clockwise seen from the side that shines; it is convex.
     pub corners: Vec<Vec3>,

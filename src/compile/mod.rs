@@ -9,6 +9,7 @@ mod geometry;
 mod glow;
 pub mod light_tree;
 mod lights;
+mod made;
 mod materials;
 mod sky;
 mod textures;
@@ -19,63 +20,98 @@ use std::sync::Arc;
 use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
-use crate::scene::{CompiledScene, Geometry, Material};
+use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::assets::NamedMaterial;
 use crate::world::{self, Light, Settings, Sharing, Transport, World};
+use made::Made;
 
 pub use camera::camera_names;
 pub use lights::light_names;
 
-/// Makes a world ready for rendering, looking through its first camera or the one named.
-pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
-    compile_after(world, camera, None)
+/// A scene, and what each system has made of what.
+pub struct Compiled {
+    /// The scene.
+    pub scene: Arc<CompiledScene>,
+    textures: Made<textures::Inputs, Arc<Textures>>,
+    environment: Made<environment::Inputs, Arc<Environment>>,
+    geometry: Made<geometry::Inputs, geometry::CompiledGeometry>,
+    emitters: Made<emitters::Inputs, emitters::CompiledEmitters>,
 }
 
-/// The same after another moment of the world was compiled: what is made of the same pictures and shapes is
-/// shared with it, not made again.
+/// Makes a world ready for rendering, looking through its first camera or the one named.
+pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
+    let Compiled { scene, .. } = compile_after(world, camera, None)?;
+    // Nobody else has it.
+    Ok(Arc::unwrap_or_clone(scene))
+}
+
+/// The same after another state of the world was compiled: each system that would be given what it was given then
+/// has what it made then. Meshes and images are known by their pointers (see [`world::Kept`]).
+///
+/// All that takes long is a system of its own, a function of its inputs alone: what changes nothing there costs nothing
+/// there.
 pub fn compile_after(
     world: &World,
     camera: Option<&str>,
-    before: Option<&CompiledScene>,
-) -> Result<CompiledScene, CompileError> {
+    before: Option<&Compiled>,
+) -> Result<Compiled, CompileError> {
     let order = world.in_order();
     let transforms = transforms::compile(world, &order)?;
     let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
-    let textures = textures::compile(&world.assets, before.map(|before| &before.textures))?;
+    let textures_before = before.map(|before| &before.textures);
+    let textures = Made::again(textures_before, textures::Inputs::new(&world.assets), |inputs| {
+        textures::compile(&world.assets, inputs, textures_before)
+    })?;
     let (mut materials, mut material_names) = materials::compile(&world.assets);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
-    let geometry::CompiledGeometry { geometry, mut bvh, placed, copies } =
-        geometry::compile(world, &order, &transforms, &panels, &mut sheets, before)?;
-    set_presence(&mut bvh, &geometry, &materials, before);
-    let environment = environment::compile(world, &order, &transforms);
-    let surfaces = emitters::Surfaces {
-        geometry: &geometry,
-        materials: &materials,
-        textures: &textures,
-        placed: &placed,
-        copies: &copies,
-    };
-    let emitters::CompiledEmitters { emitters, lights, left_out } =
-        emitters::compile(&surfaces, &lamps, &environment);
+    let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &mut sheets)?;
+    let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
+    let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
+        let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
+        bvh = tree;
+        Ok(made)
+    })?;
+    set_presence(&mut bvh, &geometry.made.geometry, &materials, before.map(|before| &*before.scene));
+    let environment = Made::again(
+        before.map(|before| &before.environment),
+        environment::Inputs::new(world, &order, &transforms),
+        |inputs| Ok(Arc::new(environment::compile(inputs))),
+    )?;
+    let emitters = Made::again(
+        before.map(|before| &before.emitters),
+        emitters::Inputs::new(&geometry.made.geometry, &textures.made, &environment.made, &materials, &lamps),
+        |_| {
+            let geometry::CompiledGeometry { geometry, placed, copies } = &geometry.made;
+            let surfaces = emitters::Surfaces {
+                geometry,
+                materials: &materials,
+                textures: &textures.made,
+                placed,
+                copies,
+            };
+            Ok(emitters::compile(&surfaces, &lamps, &environment.made))
+        },
+    )?;
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
         camera,
         aperture,
-        geometry,
+        geometry: geometry.made.geometry.clone(),
         bvh,
         materials,
         material_names,
-        textures,
-        emitters,
-        lights,
-        environment,
+        textures: textures.made.clone(),
+        emitters: emitters.made.emitters.clone(),
+        lights: emitters.made.lights.clone(),
+        environment: environment.made.clone(),
         ambient: world.settings.ambient,
         bounds,
         warnings: Vec::new(),
     };
     scene.warnings = warnings(&scene, world);
+    let left_out = emitters.made.left_out;
     if left_out > 0 && world.settings.transport == Transport::Path {
         scene.warnings.push(format!(
             "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
@@ -83,7 +119,7 @@ pub fn compile_after(
             emitters::MOST_PLACED
         ));
     }
-    Ok(scene)
+    Ok(Compiled { scene: Arc::new(scene), textures, environment, geometry, emitters })
 }
 
 /// Says from where each surface is there, by its material.
@@ -270,12 +306,14 @@ mod tests {
             AlphaMode, ColorInput, Image, Material, Mesh, Principled, Shape, Texels, Texture,
         };
 
+        let kept = world::Kept::keeping();
         let world = |change: fn(&mut World)| {
             let mut world = World::default();
             world.settings.transport = Transport::Path;
             world.settings.copied_triangles = 0;
+            world.assets.files = world::SourceFiles::with(kept.clone());
             let texels = Texels::Rgba8((0..64).map(|i| [i as u8 * 3, 7, 200 - i as u8, 255]).collect());
-            let image = world.assets.add_image(Image { source: None, width: 8, height: 8, texels });
+            let image = world.assets.add_made_image(Image { source: None, width: 8, height: 8, texels });
             let texture = world.assets.add_texture(Texture::new(image));
             let base_color = ColorInput::Texture(texture);
             let material = Material::Principled(Box::new(Principled { base_color, ..Principled::default() }));
@@ -284,7 +322,7 @@ mod tests {
                 let positions = vec![Vec3::ZERO, Vec3::X * size, Vec3::Y * size];
                 let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::Y];
                 let mesh = Mesh { positions, uvs, triangles: vec![[0, 1, 2]], ..Mesh::default() };
-                world.assets.add_mesh(mesh)
+                world.assets.add_made_mesh(mesh)
             });
             let at = |x: f32| Transform::Trs {
                 translation: Vec3::new(x, 0.0, 0.0),
@@ -320,10 +358,10 @@ mod tests {
                 true,
             ),
             (third_is_of_the_second_mesh, false, true),
-            (|world| world.assets.meshes[1].positions[1].x = 2.5, false, true),
+            (|world| Arc::make_mut(&mut world.assets.meshes[1]).positions[1].x = 2.5, false, true),
             (
                 |world| {
-                    if let Texels::Rgba8(t) = &mut world.assets.images[0].texels {
+                    if let Texels::Rgba8(t) = &mut Arc::make_mut(&mut world.assets.images[0]).texels {
                         t[9][1] = 8
                     }
                 },
@@ -344,21 +382,11 @@ mod tests {
             ),
         ];
         for (number, (change, trees, texels)) in changes.into_iter().enumerate() {
-            let [after, alone] = [Some(&first), None].map(|before| compiled(change, before));
-            let shape = |scene: &CompiledScene| {
-                format!("{:?} {:?} {:?}", scene.bvh.root, scene.bvh.nodes, scene.bvh.instances)
-            };
-            let blocks = |scene: &CompiledScene| format!("{:?} {:?}", scene.bvh.triangles, scene.bvh.spheres);
-            assert_eq!(shape(&after), shape(&alone), "change {number}");
-            assert_eq!(blocks(&after), blocks(&alone), "change {number}");
-            assert_eq!(after.bvh.conditional, alone.bvh.conditional);
-            assert_eq!(format!("{:?}", after.textures), format!("{:?}", alone.textures), "change {number}");
+            let [after, alone] = [Some(&first), None].map(|before| compiled(change, before).scene);
+            let first = &first.scene;
+            assert_eq!(after.difference(&alone), None, "change {number}");
             assert_eq!(Arc::ptr_eq(&first.bvh, &after.bvh), trees, "change {number}");
-            assert_eq!(
-                Arc::ptr_eq(&first.textures.texels8, &after.textures.texels8),
-                texels,
-                "change {number}"
-            );
+            assert_eq!(Arc::ptr_eq(&first.textures, &after.textures), texels, "change {number}");
         }
     }
 }

@@ -3,39 +3,79 @@
 mod mips;
 mod srgb;
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use self::mips::{TexelsOut, Work};
+use super::made::{self, Bits, Made, Same, bits};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
 use crate::scene::Textures;
-use crate::scene::textures::{Kind, SampledTexture};
+use crate::scene::textures::SampledTexture;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
 use crate::world::{AlphaMode, Channel, ColorInput, Material};
 
-/// `before` may have been made of the same images: their texels are shared.
-pub(super) fn compile(assets: &Assets, before: Option<&Textures>) -> Result<Textures, CompileError> {
+/// How an image's levels are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Kind {
+    /// Of floats, else of bytes.
+    float: bool,
+    /// There are smaller copies.
+    smaller: bool,
+    /// These are means of light, not of what is stored. One image may be read both ways; what any texture says
+    /// decides.
+    srgb: bool,
+    /// Colours count in these as much as they are there, by alpha.
+    cut: bool,
+}
+
+/// All that texels are made of.
+#[derive(PartialEq)]
+pub(super) struct Inputs {
+    images: Vec<Same<Image>>,
+    /// How each image's levels are made.
+    kinds: Vec<Kind>,
+    /// How images are looked up.
+    textures: Bits,
+}
+
+impl Inputs {
+    pub(super) fn new(assets: &Assets) -> Inputs {
+        let images = made::all(&assets.images);
+        Inputs { images, kinds: kinds(assets), textures: bits(&assets.textures) }
+    }
+}
+
+/// `before` may have been made of some of the same images: their texels are copied, or shared if all are the same.
+pub(super) fn compile(
+    assets: &Assets,
+    inputs: &Inputs,
+    before: Option<&Made<Inputs, Arc<Textures>>>,
+) -> Result<Arc<Textures>, CompileError> {
     let unit = |i: u16| f32::from(i) / 255.0;
     let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i))));
     let mut out = Textures { decode: decode.collect(), ..Textures::default() };
-    let first_levels = levels(assets, &mut out, before)?;
+    let first_levels = levels(inputs, &mut out, before)?;
     for texture in &assets.textures {
         let image = &assets.images[texture.image.0 as usize];
         push(&mut out, texture, image, &first_levels);
     }
-    Ok(out)
+    Ok(Arc::new(out))
 }
 
 /// Texels of all images and their copies. Says where each image's levels begin.
-fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Result<Vec<u32>, CompileError> {
-    out.images = kinds(assets);
-    let uses = out.images.clone();
-    let mut first_levels = Vec::with_capacity(assets.images.len());
-    let mut sizes = Vec::with_capacity(assets.images.len());
+fn levels(
+    inputs: &Inputs,
+    out: &mut Textures,
+    before: Option<&Made<Inputs, Arc<Textures>>>,
+) -> Result<Vec<u32>, CompileError> {
+    let Inputs { images, kinds, .. } = inputs;
+    let mut first_levels = Vec::with_capacity(images.len());
+    let mut sizes = Vec::with_capacity(images.len());
     let (mut bytes, mut floats) = (0, 0);
-    for (image, used) in assets.images.iter().zip(&uses) {
+    for (Same(image), used) in images.iter().zip(kinds) {
         let end = match image.texels {
             Texels::Rgba8(_) => &mut bytes,
             Texels::Rgb32(_) => &mut floats,
@@ -57,20 +97,25 @@ fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Res
             "its textures have more than 2³¹ texels: use smaller ones".into(),
         ));
     }
-    if let Some(before) = before.filter(|before| is_same(assets, out, &first_levels, before)) {
-        (out.texels8, out.texels32) = (before.texels8.clone(), before.texels32.clone());
+    if let Some(before) = before.filter(|before| (&before.of.images, &before.of.kinds) == (images, kinds)) {
+        (out.texels8, out.texels32) = (before.made.texels8.clone(), before.made.texels32.clone());
         return Ok(first_levels);
     }
+    let known: HashMap<_, _> = before.map(known).unwrap_or_default();
     let (mut texels8, mut texels32) = (vec![0; bytes], vec![[0.0; 3]; floats]);
     let (mut rest8, mut rest32) = (&mut texels8[..], &mut texels32[..]);
     let (linear, curved) = out.decode.split_at(256);
-    let mut work = Vec::with_capacity(assets.images.len());
-    for ((image, used), sizes) in assets.images.iter().zip(&uses).zip(sizes) {
+    let mut work = Vec::with_capacity(images.len());
+    for ((Same(image), used), sizes) in images.iter().zip(kinds).zip(sizes) {
         let count = sizes.iter().map(|[width, height]| width * height).sum();
-        let room = match image.texels {
+        let mut room = match image.texels {
             Texels::Rgba8(_) => TexelsOut::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
             Texels::Rgb32(_) => TexelsOut::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
         };
+        let before = known.get(&Arc::as_ptr(image)).filter(|before| before.kind == *used);
+        if before.is_some_and(|before| room.copy(before)) {
+            continue;
+        }
         let decode = [if used.srgb { curved } else { linear }, linear];
         work.push(Work { texels: &image.texels, sizes, room, decode, srgb: used.srgb, cut: used.cut });
     }
@@ -81,22 +126,48 @@ fn levels(assets: &Assets, out: &mut Textures, before: Option<&Textures>) -> Res
     Ok(first_levels)
 }
 
-/// Whether levels that are to be made would be those that were made before: of the same images in the same way.
-fn is_same(assets: &Assets, new: &Textures, first_levels: &[u32], before: &Textures) -> bool {
-    let starts = first_levels.iter().map(|level| new.levels.first[*level as usize] as usize);
-    new.images == before.images
-        && new.levels == before.levels
-        && assets.images.iter().zip(starts).all(|(image, start)| match &image.texels {
-            Texels::Rgba8(texels) => {
-                let known = &before.texels8[start..start + texels.len()];
-                texels.iter().zip(known).all(|(texel, known)| u32::from_le_bytes(*texel) == *known)
+/// The levels of an image that were made before.
+struct Known<'a> {
+    kind: Kind,
+    texels8: &'a [u32],
+    texels32: &'a [[f32; 3]],
+}
+
+/// Those of all images, by these.
+fn known(before: &Made<Inputs, Arc<Textures>>) -> HashMap<*const Image, Known<'_>> {
+    let Made { of: Inputs { images, kinds, .. }, made } = before;
+    let (mut rest8, mut rest32) = (&made.texels8[..], &made.texels32[..]);
+    let mut all = HashMap::with_capacity(images.len());
+    for (Same(image), kind) in images.iter().zip(kinds) {
+        let sizes = mips::sizes([image.width as usize, image.height as usize], kind.smaller);
+        let count = sizes.iter().map(|[width, height]| width * height).sum();
+        let [bytes, floats] = if kind.float { [0, count] } else { [count, 0] };
+        let texels8 = rest8.split_off(..bytes).unwrap_or_default();
+        let texels32 = rest32.split_off(..floats).unwrap_or_default();
+        all.insert(Arc::as_ptr(image), Known { kind: *kind, texels8, texels32 });
+    }
+    all
+}
+
+impl TexelsOut<'_> {
+    /// Whether there is as much as there is room for; then it is copied.
+    fn copy(&mut self, known: &Known) -> bool {
+        match self {
+            TexelsOut::Bytes(room) if room.len() == known.texels8.len() => {
+                room.copy_from_slice(known.texels8);
             }
-            Texels::Rgb32(texels) => before.texels32[start..start + texels.len()] == texels[..],
-        })
+            TexelsOut::Floats(room) if room.len() == known.texels32.len() => {
+                room.copy_from_slice(known.texels32);
+            }
+            _ => return false,
+        }
+        true
+    }
 }
 
 fn kinds(assets: &Assets) -> Vec<Kind> {
-    let kind = |image: &Image| Kind { float: matches!(image.texels, Texels::Rgb32(_)), ..Kind::default() };
+    let kind =
+        |image: &Arc<Image>| Kind { float: matches!(image.texels, Texels::Rgb32(_)), ..Kind::default() };
     let mut kinds: Vec<Kind> = assets.images.iter().map(kind).collect();
     for texture in &assets.textures {
         let kind = &mut kinds[texture.image.0 as usize];

@@ -22,8 +22,7 @@ pub(super) fn load_mesh(
     let mut world = World::default();
     world.assets.files = sources.clone();
     let mut files = Files { sources: sources.clone(), ..Files::default() };
-    let mut mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
-    mesh.source = Some(path.to_owned());
+    let mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
     let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
     let id = world.assets.add_mesh(mesh);
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
@@ -63,7 +62,7 @@ pub(super) fn load_model(
     };
     frame(&mut world, bounds);
     if options.surroundings.is_none() && is_dark(&world) {
-        let image = world.assets.add_image(studio::image());
+        let image = world.assets.add_made_image(studio::image());
         let name = TakenNames::of(&world).unique("studio");
         let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
         world.entities.spawn((name, light, Transform::IDENTITY));

@@ -17,13 +17,14 @@ mod track;
 pub mod triangulate;
 mod whole_file;
 
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{LoadError, did_you_mean};
+use crate::error::{LoadError, SaveError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
 use surroundings::Surroundings;
 
@@ -117,6 +118,11 @@ fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
+/// Writes a file that is either as it was or whole.
+pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
+    whole_file::write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
+}
+
 /// Reads until the buffer is full or there is no more; says how many bytes there were.
 fn fill(from: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
@@ -140,7 +146,7 @@ pub trait AssetFiles {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<Mesh, LoadError>;
+    ) -> Result<Arc<Mesh>, LoadError>;
 
     /// Reads a glTF file. Its meshes and materials go into `assets`.
     fn model(
@@ -151,7 +157,7 @@ pub trait AssetFiles {
     ) -> Result<gltf::Model, LoadError>;
 
     /// Reads and decodes a picture.
-    fn image(&mut self, path: &Path) -> Result<Image, LoadError>;
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError>;
 
     /// Reads a scene's own text.
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
@@ -165,7 +171,7 @@ pub trait AssetFiles {
     }
 
     /// Reads and decodes several.
-    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
     }
 }
@@ -185,11 +191,11 @@ impl AssetFiles for Files {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<Mesh, LoadError> {
+    ) -> Result<Arc<Mesh>, LoadError> {
         match extension(path).as_str() {
             "ply" => {
                 let bytes = self.read(path)?;
-                self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path))
+                self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path).map(Arc::new))
             }
             "obj" => {
                 // The loader borrows the assets while it asks for images: they are added afterwards.
@@ -201,7 +207,7 @@ impl AssetFiles for Files {
                 };
                 let mesh = obj::load(path, assets, warnings, &mut decode);
                 assets.images.append(&mut images);
-                mesh
+                Ok(self.sources.kept.meshes.same(mesh?, Mesh::hash))
             }
             other => {
                 let hint = did_you_mean(other, ["ply", "obj"]);
@@ -232,11 +238,11 @@ impl AssetFiles for Files {
         }
     }
 
-    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
         picture::load(path, &self.sources)
     }
 
-    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Image, LoadError>> {
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
         paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
     }
 

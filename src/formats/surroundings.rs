@@ -104,7 +104,7 @@ pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result
     }
     let around = |image| Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
     let (name, light) = match surroundings {
-        Surroundings::Studio => ("studio", around(world.assets.add_image(studio::image()))),
+        Surroundings::Studio => ("studio", around(world.assets.add_made_image(studio::image()))),
         Surroundings::Sky(sky) => ("sky", sky.light(Rgb::WHITE)),
         Surroundings::Picture(path) => ("environment", around(read(world, path)?)),
     };

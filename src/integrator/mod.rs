@@ -75,7 +75,8 @@ pub struct Frame {
 
 impl Frame {
     /// A scene with the settings to render it by.
-    pub fn new(scene: CompiledScene, settings: &Settings) -> Self {
+    pub fn new(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Self {
+        let scene = scene.into();
         let (brightest, usual) = scene.levels();
         let unit = Unit::new(brightest, usual);
         let lobes = match settings.transport {
@@ -84,7 +85,7 @@ impl Frame {
         };
         let sharing = Grouping::of(&scene.materials, settings);
         let mut frame = Self {
-            scene: Arc::new(scene),
+            scene,
             size: settings.size,
             samples: Grid::new(settings.samples),
             pattern: settings.pixel_pattern,

@@ -4,7 +4,7 @@ use crate::math::NONE;
 
 /// Vertices, triangles and spheres. Those of the world's tree are in world space, those
 /// of instanced subtrees in the space of their mesh.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Geometry {
     /// Vertices.
     pub positions: Vec<[f32; 3]>,
@@ -47,7 +47,7 @@ pub struct Geometry {
 }
 
 /// Columns of [`Part`].
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Parts {
     /// See [`Part::material`].
     pub material: Vec<u32>,

@@ -19,21 +19,25 @@ pub use lights::LightSamples;
 pub use material::Material;
 pub use textures::Textures;
 
+use std::fmt::{Debug, Write};
 use std::sync::Arc;
+
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::bvh::Bvh;
 use crate::math::{Aabb, Rgb, Vec3};
 use emitters::kind;
 
 /// All that rendering needs to know of a world.
-#[derive(Debug)]
+/// What is large is behind pointers: the same scene through another camera is a few copies of these.
+#[derive(Clone, Debug)]
 pub struct CompiledScene {
     /// What is looked through.
     pub camera: Camera,
     /// The opening of its lens, if that is not round.
     pub aperture: Option<Aperture>,
     /// Vertices, triangles and spheres with what shading needs of them.
-    pub geometry: Geometry,
+    pub geometry: Arc<Geometry>,
     /// The same geometry in the order of rays.
     pub bvh: Arc<Bvh>,
     /// How surfaces answer light, by material id.
@@ -41,19 +45,36 @@ pub struct CompiledScene {
     /// What people call them.
     pub material_names: Vec<String>,
     /// Pictures and how they are looked up.
-    pub textures: Textures,
+    pub textures: Arc<Textures>,
     /// Everything that lights a surface.
-    pub emitters: Emitters,
+    pub emitters: Arc<Emitters>,
     /// Those that are light entities, in their order, and how Whitted's transport samples them.
     pub lights: Vec<LightSamples>,
     /// What rays see that hit nothing.
-    pub environment: Environment,
+    pub environment: Arc<Environment>,
     /// Radiance that every surface sends back times its diffuse colour.
     pub ambient: Rgb,
     /// Around everything that can be hit.
     pub bounds: Aabb,
     /// What compilation noticed that is no error, one line each.
     pub warnings: Vec<String>,
+}
+
+/// Of a value's debug text, which tells any two floats apart and is never in memory as a whole.
+fn digest(value: &dyn Debug) -> u128 {
+    struct Digest(Xxh3);
+
+    impl Write for Digest {
+        fn write_str(&mut self, text: &str) -> std::fmt::Result {
+            self.0.update(text.as_bytes());
+            Ok(())
+        }
+    }
+
+    let mut digest = Digest(Xxh3::new());
+    // Nothing in it fails.
+    let _ = write!(digest, "{value:?}");
+    digest.0.digest128()
 }
 
 /// Bytes by what they are for.
@@ -93,6 +114,39 @@ impl CompiledScene {
             }
         }
         (brightest, usual)
+    }
+
+    /// The first of its parts in which it differs from another scene, to the last bit. Takes its time.
+    pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
+            [
+                ("the camera", &of.camera),
+                ("its aperture", &of.aperture),
+                ("geometry", &of.geometry),
+                // What building took is no part of it.
+                ("the tree's nodes", &of.bvh.nodes),
+                ("their orders", &of.bvh.orders),
+                ("its triangles", &of.bvh.triangles),
+                ("its spheres", &of.bvh.spheres),
+                ("its instances", &of.bvh.instances),
+                ("its root", &of.bvh.root),
+                ("what of it is there", &of.bvh.conditional),
+                ("materials", &of.materials),
+                ("their names", &of.material_names),
+                ("textures", &of.textures),
+                ("emitters", &of.emitters),
+                ("lights", &of.lights),
+                ("the environment", &of.environment),
+                ("ambient", &of.ambient),
+                ("bounds", &of.bounds),
+                ("warnings", &of.warnings),
+            ]
+        }
+        let pairs = parts(self).into_iter().zip(parts(other));
+        pairs
+            .into_iter()
+            .find(|((_, own), (_, other))| digest(*own) != digest(*other))
+            .map(|((name, _), _)| name)
     }
 
     /// What it takes.

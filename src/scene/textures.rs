@@ -15,22 +15,6 @@ pub struct Textures {
     pub sampled: Vec<SampledTexture>,
     /// Of all images.
     pub levels: Levels,
-    /// How each image's levels were made.
-    pub images: Vec<Kind>,
-}
-
-/// How an image's levels are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Kind {
-    /// Of floats, else of bytes.
-    pub float: bool,
-    /// There are smaller copies.
-    pub smaller: bool,
-    /// These are means of light, not of what is stored. One image may be read both ways; what any texture says
-    /// decides.
-    pub srgb: bool,
-    /// Colours count in these as much as they are there, by alpha.
-    pub cut: bool,
 }
 
 /// How a texture is looked up: one record each, because all lanes that are shaded

@@ -288,7 +288,7 @@ mod tests {
             smaller_levels: sizes.len() as u32 - 1,
         };
         let (texels8, texels32) = (texels8.into(), texels32.into());
-        Textures { texels8, texels32, decode, levels, sampled: vec![sampled], images: Vec::new() }
+        Textures { texels8, texels32, decode, levels, sampled: vec![sampled] }
     }
 
     fn grey(byte: u8) -> u32 {

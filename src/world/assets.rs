@@ -1,6 +1,9 @@
 //! Bulk and shared data, referred to by ids.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 
@@ -20,13 +23,14 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// The store of everything that entities share.
+/// The store of everything that entities share. What is large is behind pointers: a world that is read again has
+/// the same ones where its files say the same (see [`super::Kept`]).
 #[derive(Debug)]
 pub struct Assets {
     /// Triangle meshes.
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<Arc<Mesh>>,
     /// Decoded pictures, each file once.
-    pub images: Vec<Image>,
+    pub images: Vec<Arc<Image>>,
     /// Ways of looking up an image.
     pub textures: Vec<Texture>,
     /// Materials. The first is always the default one.
@@ -49,15 +53,27 @@ impl Default for Assets {
 
 impl Assets {
     /// Adds a mesh.
-    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
-        self.meshes.push(mesh);
+    pub fn add_mesh(&mut self, mesh: impl Into<Arc<Mesh>>) -> MeshId {
+        self.meshes.push(mesh.into());
         MeshId(self.meshes.len() as u32 - 1)
     }
 
+    /// Adds a mesh that was made of what files hold: the one that it was before, if it is the same.
+    pub fn add_made_mesh(&mut self, mesh: Mesh) -> MeshId {
+        let mesh = self.files.kept.meshes.same(mesh, Mesh::hash);
+        self.add_mesh(mesh)
+    }
+
     /// Adds an image.
-    pub fn add_image(&mut self, image: Image) -> ImageId {
-        self.images.push(image);
+    pub fn add_image(&mut self, image: impl Into<Arc<Image>>) -> ImageId {
+        self.images.push(image.into());
         ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// Adds an image that was made of what files hold: the one that it was before, if it is the same.
+    pub fn add_made_image(&mut self, image: Image) -> ImageId {
+        let image = self.files.kept.images.same(image, Image::hash);
+        self.add_image(image)
     }
 
     /// Adds a texture, or finds the same one again.
@@ -116,6 +132,32 @@ pub struct Mesh {
     pub triangle_materials: Vec<MaterialId>,
 }
 
+impl Mesh {
+    /// Of all that it is.
+    pub fn hash(&self) -> u128 {
+        let Self { name, source, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
+        let mut hasher = Xxh3::new();
+        let mut column = |bytes: &[u8]| {
+            hasher.update(&bytes.len().to_le_bytes());
+            hasher.update(bytes);
+        };
+        column(name.as_bytes());
+        column(source.as_deref().map_or(&[], |path| path.as_os_str().as_encoded_bytes()));
+        let colors: Vec<[f32; 3]> = colors.iter().map(|color| color.to_array()).collect();
+        let materials: Vec<u32> = self.triangle_materials.iter().map(|id| id.0).collect();
+        column(bytemuck::cast_slice(positions));
+        column(bytemuck::cast_slice(normals));
+        column(bytemuck::cast_slice(uvs));
+        column(bytemuck::cast_slice(uvs1));
+        column(bytemuck::cast_slice(tangents));
+        column(bytemuck::cast_slice(&colors));
+        column(bytemuck::cast_slice(alphas));
+        column(bytemuck::cast_slice(&self.triangles));
+        column(bytemuck::cast_slice(&materials));
+        hasher.digest128()
+    }
+}
+
 /// A decoded picture, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -127,6 +169,20 @@ pub struct Image {
     pub height: u32,
     /// `width * height` pixels.
     pub texels: Texels,
+}
+
+impl Image {
+    /// Of all that it is.
+    pub fn hash(&self) -> u128 {
+        let mut hasher = Xxh3::new();
+        hasher.update(self.source.as_deref().map_or(&[], |path| path.as_os_str().as_encoded_bytes()));
+        hasher.update(bytemuck::bytes_of(&[self.width, self.height]));
+        hasher.update(match &self.texels {
+            Texels::Rgba8(texels) => bytemuck::cast_slice(texels),
+            Texels::Rgb32(texels) => bytemuck::cast_slice(texels),
+        });
+        hasher.digest128()
+    }
 }
 
 /// The pixels of an [`Image`].

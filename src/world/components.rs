@@ -1,7 +1,7 @@
 //! The components that an entity can carry. Lengths are in metres, angles in
 //! radians, colours linear Rec. 709.
 
-use crate::math::{Mat4, Quat, Rgb, Vec2, Vec3};
+use crate::math::{DMat3, DQuat, Mat4, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 
@@ -48,6 +48,40 @@ impl Transform {
     /// Leaves everything where it is.
     pub const IDENTITY: Transform =
         Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+
+    /// At a place, −Z towards another one, +Y as near to `up` as that lets it.
+    pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<Transform, LookAtFault> {
+        /// Sine of the angle below which two directions count as parallel.
+        const PARALLEL: f64 = 1e-6;
+        let backward = from.as_dvec3() - to.as_dvec3();
+        if from == to {
+            return Err(LookAtFault::SamePoint);
+        }
+        let backward = backward / backward.length();
+        let up_length = up.as_dvec3().length();
+        if up_length == 0.0 {
+            return Err(LookAtFault::NoUp);
+        }
+        let right = (up.as_dvec3() / up_length).cross(backward);
+        if right.length() < PARALLEL {
+            return Err(LookAtFault::Parallel);
+        }
+        let right = right / right.length();
+        let axes = DMat3::from_cols(right, backward.cross(right), backward);
+        let rotation = DQuat::from_mat3(&axes).normalize().as_quat();
+        Ok(Transform::Trs { translation: from, rotation, scale: Vec3::ONE })
+    }
+}
+
+/// Why nothing looks from one place to another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LookAtFault {
+    /// Both are one.
+    SamePoint,
+    /// Up is no direction.
+    NoUp,
+    /// Up is the direction of view.
+    Parallel,
 }
 
 impl Default for Transform {

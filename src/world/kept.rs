@@ -1,8 +1,10 @@
-//! What files were decoded to, for a scene that is read again and again: frames of an animation.
+//! What files were decoded to, for a scene that is read again and again: frames of an animation, a scene that is
+//! being written.
 
 use std::collections::HashMap;
+use std::convert::Infallible;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -13,9 +15,9 @@ use crate::math::Vec4;
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     /// Pictures, by what their files hold.
-    pub images: Store<Image>,
-    /// Meshes that are files of their own, by what these hold.
-    pub meshes: Store<Mesh>,
+    pub images: Store<Arc<Image>>,
+    /// Meshes: those that are files of their own by what these hold, others by what they are.
+    pub meshes: Store<Arc<Mesh>>,
     /// Tangents of meshes' corners, by what they are made of.
     pub tangents: Store<Vec<Option<Vec4>>>,
 }
@@ -26,9 +28,24 @@ pub struct Kept {
 pub struct Store<T>(Option<Arc<Mutex<HashMap<u128, T>>>>);
 
 impl Kept {
+    /// Forgets images and meshes that no world has any more.
+    pub fn forget_unused(&self) {
+        self.images.forget_unused();
+        self.meshes.forget_unused();
+    }
+
     /// One that keeps what it is given.
     pub fn keeping() -> Kept {
         Kept { images: Store::keeping(), meshes: Store::keeping(), tangents: Store::keeping() }
+    }
+}
+
+impl<T> Store<Arc<T>> {
+    /// Forgets what nobody else has.
+    fn forget_unused(&self) {
+        if let Some(store) = &self.0 {
+            lock(store).retain(|_, value| Arc::strong_count(value) > 1);
+        }
     }
 }
 
@@ -47,30 +64,39 @@ impl<T: Clone> Store<T> {
     /// What something is made to, once. Mistakes are not kept: they name their files and are found anew.
     pub fn known<E>(&self, key: impl FnOnce() -> u128, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let Some(store) = &self.0 else { return make() };
-        // Nothing panics while it holds the lock.
-        let lock = || store.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let key = key();
-        if let Some(found) = lock().get(&key) {
+        if let Some(found) = lock(store).get(&key) {
             return Ok(found.clone());
         }
         let made = make()?;
-        lock().insert(key, made.clone());
+        lock(store).insert(key, made.clone());
         Ok(made)
     }
 
-    /// What a file's bytes are decoded to. Its extension, too, says what that is.
+    /// What a file's bytes are decoded to. Its path, too, says what that is, and is part of it.
     pub fn decoded<E>(
         &self,
         bytes: &[u8],
         path: &Path,
         decode: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
-        let key = || {
-            let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-            xxh3_128(bytes) ^ xxh3_128(extension.as_encoded_bytes()).rotate_left(1)
-        };
+        let key = || xxh3_128(bytes) ^ xxh3_128(path.as_os_str().as_encoded_bytes()).rotate_left(1);
         self.known(key, decode)
     }
+}
+
+impl<T> Store<Arc<T>> {
+    /// The value that is the same as this one, if there is one already.
+    pub fn same(&self, value: T, hash: impl FnOnce(&T) -> u128) -> Arc<T> {
+        let value = Arc::new(value);
+        let made: Result<_, Infallible> = self.known(|| hash(&value), || Ok(value.clone()));
+        made.unwrap_or_else(|never| match never {})
+    }
+}
+
+/// Nothing panics while it holds the lock.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 #[cfg(test)]
@@ -84,7 +110,7 @@ mod tests {
             store.decoded(bytes, Path::new(path), || value.ok_or("decoded again"))
         };
         assert_eq!(ask(&store, b"a", "x.png", Some(1)), Ok(1));
-        assert_eq!(ask(&store.clone(), b"a", "other.PNG", None), Ok(1));
+        assert_eq!(ask(&store.clone(), b"a", "x.png", None), Ok(1));
         assert_eq!(ask(&store, b"b", "x.png", Some(2)), Ok(2), "the file has changed");
         assert_eq!(ask(&store, b"a", "x.tga", Some(3)), Ok(3), "it is read as something else");
         assert!(ask(&store, b"c", "x.png", None).is_err() && ask(&store, b"c", "x.png", Some(4)).is_ok());

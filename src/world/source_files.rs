@@ -1,6 +1,6 @@
 //! Which files a world was read from, and what was in them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -21,6 +21,8 @@ pub struct Content {
 #[derive(Clone, Debug, Default)]
 pub struct SourceFiles {
     read: Arc<Mutex<BTreeMap<PathBuf, Content>>>,
+    /// Those that could not be read.
+    missing: Arc<Mutex<BTreeSet<PathBuf>>>,
     /// What files were decoded to before.
     pub kept: Kept,
 }
@@ -33,25 +35,34 @@ impl SourceFiles {
 
     /// Reads a file and remembers what was in it.
     pub fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
-        let bytes = std::fs::read(path)?;
+        let bytes = std::fs::read(path).inspect_err(|_| {
+            lock(&self.missing).insert(path.to_owned());
+        })?;
         let content = Content { length: bytes.len() as u64, hash: xxh3_128(&bytes) };
-        self.lock().insert(path.to_owned(), content);
+        lock(&self.read).insert(path.to_owned(), content);
         Ok(bytes)
     }
 
     /// Adds those of another list.
     pub fn extend(&self, others: &SourceFiles) {
-        let others = others.all();
-        self.lock().extend(others);
+        if !Arc::ptr_eq(&self.read, &others.read) {
+            lock(&self.read).extend(others.all());
+            lock(&self.missing).extend(others.missing());
+        }
     }
 
     /// All that have been read.
     pub fn all(&self) -> BTreeMap<PathBuf, Content> {
-        self.lock().clone()
+        lock(&self.read).clone()
     }
 
-    /// Nothing panics while it holds the lock.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Content>> {
-        self.read.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    /// Those that somebody asked for and that could not be read.
+    pub fn missing(&self) -> BTreeSet<PathBuf> {
+        lock(&self.missing).clone()
     }
+}
+
+/// Nothing panics while it holds the lock.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -56,7 +56,7 @@ fn film_of(world: &World, samples: u32, sampled: bool) -> Film {
     let mut scene = compile(world, None).unwrap();
     assert!(!scene.emitters.is_empty());
     if !sampled {
-        scene.emitters = Emitters::default();
+        scene.emitters = Emitters::default().into();
     }
     let settings = Settings { samples, ..world.settings.clone() };
     let mut session = Session::new(scene, &settings, Options::default());

@@ -1,6 +1,7 @@
 //! What several tests need: scenes from text with made-up files, and films of them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayfront::compile::compile;
 use rayfront::error::LoadError;
@@ -15,11 +16,11 @@ use rayfront::world::{Assets, Image, Mesh, Texels, World};
 pub struct MadeUp;
 
 impl AssetFiles for MadeUp {
-    fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Mesh, LoadError> {
+    fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Arc<Mesh>, LoadError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
-            Some("tetrahedron") => Ok(tetrahedron()),
-            Some("bowl") => Ok(bowl()),
-            Some("ball") => Ok(icosphere(3, |_| 1.0)),
+            Some("tetrahedron") => Ok(tetrahedron().into()),
+            Some("bowl") => Ok(bowl().into()),
+            Some("ball") => Ok(icosphere(3, |_| 1.0).into()),
             _ => Err(LoadError::invalid(path, "no such mesh has been made up")),
         }
     }
@@ -28,14 +29,14 @@ impl AssetFiles for MadeUp {
         Err(LoadError::invalid(path, "no model has been made up"))
     }
 
-    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
-            Some("quarters") => Ok(quarters()),
-            Some("noise") => Ok(noise()),
-            Some("floats") => Ok(floats()),
-            Some("ramp") => Ok(ramp()),
-            Some("lamp") => Ok(lamp(1.0)),
-            Some("bright-lamp") => Ok(lamp(1000.0)),
+            Some("quarters") => Ok(quarters().into()),
+            Some("noise") => Ok(noise().into()),
+            Some("floats") => Ok(floats().into()),
+            Some("ramp") => Ok(ramp().into()),
+            Some("lamp") => Ok(lamp(1.0).into()),
+            Some("bright-lamp") => Ok(lamp(1000.0).into()),
             _ => Err(LoadError::invalid(path, "no such picture has been made up")),
         }
     }

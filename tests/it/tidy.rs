@@ -27,7 +27,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 27] = [
+const CRATES: [(&str, &[&str]); 28] = [
     ("hecs", &["world", "formats", "compile"]),
     ("ron", &["formats"]),
     ("serde", &["math", "world", "film", "formats"]),
@@ -51,7 +51,8 @@ const CRATES: [(&str, &[&str]); 27] = [
     ("plotters", &["study"]),
     ("dejavu", &["study"]),
     ("rand", &["sampling", "study"]),
-    ("xxhash_rust", &["world", "film", "denoise", "formats", "study"]),
+    ("xxhash_rust", &["world", "film", "scene", "denoise", "formats", "study"]),
+    ("bytemuck", &["world"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "formats", "query"]),
     ("libm", &["math", "sampling", "film", "compile", "formats", "study", "cli"]),

@@ -10,6 +10,7 @@ use super::Import;
 use super::image::{Encoded, ImageLocation, place, whole};
 use crate::error::LoadError;
 use crate::world::Image;
+use std::sync::Arc;
 
 impl Import<'_> {
     /// Decodes the pictures of all materials that nodes below `roots` show. Nothing is said of what
@@ -40,7 +41,7 @@ impl Import<'_> {
         }
         self.warnings.truncate(said);
         let sources = &self.assets.files;
-        let decoded: Vec<(ImageLocation, Result<Image, LoadError>)> =
+        let decoded: Vec<(ImageLocation, Result<Arc<Image>, LoadError>)> =
             encoded.into_par_iter().map(|(place, picture)| (place, picture.decode(sources))).collect();
         self.images.ahead.extend(decoded);
     }

@@ -40,7 +40,7 @@ impl Import<'_> {
             return Err(document.error(format!("{at}/rotation"), reason));
         }
         let Some(image) = self.equirectangular(light, &at)? else { return Ok(None) };
-        let image = Some(self.assets.add_image(image));
+        let image = Some(self.assets.add_made_image(image));
         let radiance = Rgb::splat(light.intensity.max(0.0));
         Ok(Some(Node {
             parent: None,

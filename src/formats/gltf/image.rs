@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use gltf::json::{self, Index};
 
@@ -36,7 +37,7 @@ pub(super) struct Images {
     decoded: HashMap<usize, u64>,
     complained: HashSet<ImageLocation>,
     /// Those that `ahead` has decoded and nobody has asked for yet.
-    pub ahead: HashMap<ImageLocation, Result<Image, LoadError>>,
+    pub ahead: HashMap<ImageLocation, Result<Arc<Image>, LoadError>>,
 }
 
 impl Images {
@@ -59,12 +60,10 @@ impl Images {
             return Ok(*id);
         }
         let image = self.decode(document, index, &place, &assets.files, warnings)?;
-        let wide = matches!(image, Some(Image { texels: Texels::Rgb32(_), .. }));
-        let id = image.map(|mut image| {
-            if linear {
-                as_stored(&mut image);
-            }
-            assets.add_image(image)
+        let wide = image.as_ref().is_some_and(|image| matches!(image.texels, Texels::Rgb32(_)));
+        let id = image.map(|image| match linear && wide {
+            true => assets.add_made_image(as_stored(&image)),
+            false => assets.add_image(image),
         });
         // The same bytes serve both.
         if !wide {
@@ -94,7 +93,7 @@ impl Images {
         let texels = texels.iter().map(|texel| [rough(texel[3]), 0, 0, 255]).collect();
         let texels = Texels::Rgba8(texels);
         let image = Image { source: None, width: image.width, height: image.height, texels };
-        let id = assets.add_image(image);
+        let id = assets.add_made_image(image);
         self.rough.insert(place, (factor.to_bits(), id));
         Ok(Some(id))
     }
@@ -107,7 +106,7 @@ impl Images {
         at: &str,
         sources: &SourceFiles,
         warnings: &mut Vec<String>,
-    ) -> Result<Option<Image>, LoadError> {
+    ) -> Result<Option<Arc<Image>>, LoadError> {
         let place = place(document, index, at)?;
         self.decode(document, index, &place, sources, warnings)
     }
@@ -119,7 +118,7 @@ impl Images {
         place: &ImageLocation,
         sources: &SourceFiles,
         warnings: &mut Vec<String>,
-    ) -> Result<Option<Image>, LoadError> {
+    ) -> Result<Option<Arc<Image>>, LoadError> {
         let at = format!("/images/{}", index.value());
         let ahead = self.ahead.remove(place);
         let encoded = if ahead.is_none() { Encoded::of(document, index, place)? } else { None };
@@ -178,17 +177,18 @@ impl<'d> Encoded<'d> {
     }
 
     /// Its pixels.
-    pub(super) fn decode(self, sources: &SourceFiles) -> Result<Image, LoadError> {
-        match self {
+    pub(super) fn decode(self, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
+        let (bytes, name, source) = match self {
             Self::File(file) => {
                 let bytes = sources.read(&file).map_err(LoadError::io(&file))?;
-                let image = sources.kept.images.decoded(&bytes, &file, || basis::decode(&bytes, &file))?;
-                Ok(Image { source: Some(file), ..image })
+                (Cow::Owned(bytes), file.clone(), Some(file))
             }
-            Self::Bytes(bytes, name) => {
-                sources.kept.images.decoded(&bytes, &name, || basis::decode(&bytes, &name))
-            }
-        }
+            Self::Bytes(bytes, name) => (bytes, name, None),
+        };
+        sources.kept.images.decoded(&bytes, &name, || {
+            let image = basis::decode(&bytes, &name)?;
+            Ok(Arc::new(Image { source, ..image }))
+        })
     }
 }
 
@@ -231,10 +231,12 @@ pub(super) fn place(
 }
 
 /// Undoes what the decoder did to a picture of 16 bits a channel, which it takes for colours.
-fn as_stored(image: &mut Image) {
+fn as_stored(image: &Image) -> Image {
+    let mut image = image.clone();
     if let Texels::Rgb32(texels) = &mut image.texels {
         for texel in texels {
             *texel = texel.map(|linear| srgb_encode(linear.min(1.0)));
         }
     }
+    image
 }

@@ -98,7 +98,7 @@ impl Import<'_> {
         self.losses.inside_out += usize::from(self.is_inside_out(&mesh));
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));
         mesh.source = Some(document.path.to_owned());
-        let id = (!mesh.triangles.is_empty()).then(|| self.assets.add_mesh(mesh));
+        let id = (!mesh.triangles.is_empty()).then(|| self.assets.add_made_mesh(mesh));
         if let (Some((key, _)), Some(id)) = (shape, id) {
             self.shapes.insert(key, id);
         }

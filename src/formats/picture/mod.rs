@@ -23,6 +23,7 @@ mod texts;
 pub mod video;
 
 use std::path::Path;
+use std::sync::Arc;
 
 pub use encode::{Output, PngBits, save, supported};
 pub use texts::load_text;
@@ -38,10 +39,12 @@ const BRIGHTEST_TEXEL: f32 = 1e9;
 
 /// Reads a picture to be used as a texture. NaN and negative floats become 0, infinity
 /// and what is above 10⁹ becomes 10⁹.
-pub fn load(path: &Path, sources: &SourceFiles) -> Result<Image, LoadError> {
+pub fn load(path: &Path, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
     let bytes = sources.read(path).map_err(LoadError::io(path))?;
-    let image = sources.kept.images.decoded(&bytes, path, || decode(&bytes, path))?;
-    Ok(Image { source: Some(path.to_owned()), ..image })
+    sources.kept.images.decoded(&bytes, path, || {
+        let image = decode(&bytes, path)?;
+        Ok(Arc::new(Image { source: Some(path.to_owned()), ..image }))
+    })
 }
 
 /// [`load`] for a picture in memory, such as one within a glTF file. `path` is what

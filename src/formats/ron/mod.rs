@@ -6,6 +6,7 @@
 //! (`value`, `lower`), so that every mistake is reported with the line and column of the
 //! very value.
 
+mod edit;
 mod fields;
 mod keys;
 mod locate;
@@ -19,8 +20,9 @@ mod write;
 
 use std::path::Path;
 
+pub use self::edit::with_keys;
 use self::source::Source;
-pub use self::write::{save, write};
+pub use self::write::{camera, look_at, save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
 use crate::world::World;

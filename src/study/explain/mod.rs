@@ -1,5 +1,7 @@
 //! The life of a pixel's samples: every vertex of every path, told by the recursive schedule.
 
+pub mod json;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -10,7 +10,8 @@ use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
 use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES, SHADOW_BYTES, VERTEX_BYTES};
 use crate::integrator::{Frame, Schedule, Stage};
 use crate::math::{Ray, Vector};
-use crate::render::Session;
+use crate::render::{Options, Session};
+use crate::simd::Level;
 use crate::world::Transport;
 
 /// Rays that have as many bounces behind them.
@@ -105,10 +106,15 @@ pub struct Flows {
 
 /// Renders once more with the wavefront, on one thread, and counts.
 pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Flows {
-    let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+    of_region(frame, plan.options(Schedule::Wavefront), plan.samples)
+}
+
+/// The same of a part of the image.
+pub fn of_region(frame: &Arc<Frame>, options: Options, samples: u32) -> Flows {
+    let session = Session::of(frame.clone(), samples, options);
     let mut counter = Counter {
         frame,
-        plan,
+        level: options.level,
         stack: Stack::new(&frame.scene.bvh),
         ways: HashMap::new(),
         flows: Flows::default(),
@@ -121,7 +127,7 @@ pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Flows {
 
 struct Counter<'a> {
     frame: &'a Frame,
-    plan: &'a ProfilePlan,
+    level: Level,
     stack: Stack,
     /// How the paths that wait came to be.
     ways: HashMap<PathKey, Continuation>,
@@ -168,7 +174,7 @@ impl Counter<'_> {
     fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
         let vector = |[x, y, z]: [f32; 3]| Vector { x, y, z };
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min: 0.0, t_max };
-        visits(self.plan.level, &self.frame.scene.bvh, &ray, any, &mut self.stack)
+        visits(self.level, &self.frame.scene.bvh, &ray, any, &mut self.stack)
     }
 }
 

@@ -67,7 +67,7 @@ fn a_planted_fault_is_found_where_it_is() {
             Stage::Intersect,
             0,
         ),
-        (|frame| scene(frame).geometry.spheres[0][0] += 1e-3, Stage::Shade, 0),
+        (|frame| Arc::make_mut(&mut scene(frame).geometry).spheres[0][0] += 1e-3, Stage::Shade, 0),
         (
             |frame| scene(frame).materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
             Stage::Shade,

@@ -163,6 +163,6 @@ fn lamps_with_holes_are_sampled_as_they_are_found() {
     }
     let mut world = under(|m| m.alpha_mode = AlphaMode::Blend);
     let lamp = world.assets.meshes.last_mut().expect("the lamp");
-    lamp.alphas = vec![0.0, 0.1, 0.3, 1.0];
+    std::sync::Arc::make_mut(lamp).alphas = vec![0.0, 0.1, 0.3, 1.0];
     all.same(&Seen::of(&world), &Seen::found(&world), "alphas of vertices");
 }

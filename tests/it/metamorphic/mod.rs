@@ -33,7 +33,7 @@ impl Seen {
 
     /// By drawn directions alone, which find whatever can be hit: what has no surface gives no light.
     pub fn found(world: &World) -> Seen {
-        Seen::changed(world, |scene| scene.emitters = Emitters::default())
+        Seen::changed(world, |scene| scene.emitters = Emitters::default().into())
     }
 
     fn changed(world: &World, change: impl FnOnce(&mut CompiledScene)) -> Seen {

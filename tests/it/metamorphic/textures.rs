@@ -189,7 +189,8 @@ fn colours_of_vertices_are_those_of_a_picture() {
             let mut look = Material::BlinnPhong(BlinnPhong { diffuse: grey(1.0), ..BlinnPhong::default() });
             if picture {
                 let image = stage::image(&mut world.assets, 2, |_, _| [0.0; 3]);
-                world.assets.images[image.0 as usize].texels = Texels::Rgb32(texels);
+                let stored = &mut world.assets.images[image.0 as usize];
+                std::sync::Arc::make_mut(stored).texels = Texels::Rgb32(texels);
                 let texture = Texture {
                     color_space: ColorSpace::Linear,
                     wrap: [Wrap::Clamp; 2],

@@ -63,8 +63,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
             Some(id) => *id,
             None => {
                 let read = self.files.mesh(&path, &mut world.assets, &mut world.warnings);
-                let mut mesh = read.map_err(|error| source.error(raw.0, error.to_string()))?;
-                mesh.source.get_or_insert(path);
+                let mesh = read.map_err(|error| source.error(raw.0, error.to_string()))?;
                 world.assets.add_mesh(mesh)
             }
         };
@@ -123,9 +122,8 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     /// Reads all pictures that were asked for.
     pub(super) fn read_images(self, source: &Source<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);
-        for (((image, id), path), raw) in read.into_iter().zip(self.wanted).zip(self.paths).zip(self.named) {
-            let mut image = image.map_err(|error| source.error(raw.0, error.to_string()))?;
-            image.source.get_or_insert(path);
+        for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
+            let image = image.map_err(|error| source.error(raw.0, error.to_string()))?;
             world.assets.images[id.0 as usize] = image;
         }
         Ok(())

@@ -115,7 +115,7 @@ impl<'a> Lowering<'_, 'a> {
         }
         let materials = mesh.triangle_materials.iter().map(|old| *new.get(old).unwrap_or(old)).collect();
         let copy = Mesh { triangle_materials: materials, ..mesh.clone() };
-        Some(Change::Copy(self.world.assets.add_mesh(copy)))
+        Some(Change::Copy(self.world.assets.add_made_mesh(copy)))
     }
 
     /// What takes the place of a material.
@@ -125,7 +125,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     fn mesh(&self, id: MeshId) -> Option<&Mesh> {
-        self.world.assets.meshes.get(id.0 as usize)
+        self.world.assets.meshes.get(id.0 as usize).map(|mesh| &**mesh)
     }
 
     fn name(&self, id: MaterialId) -> Option<&str> {

@@ -5,15 +5,13 @@ use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source, Variant};
 use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
-use crate::world::Transform;
+use crate::world::{LookAtFault, Transform};
 
 /// How far |q|² may be from 1 for a quaternion to be taken as it is: rounding to f32
 /// stays below, and what was saved comes back bit by bit.
 const UNIT: f64 = 1e-6;
 /// How far |q|² may be from 1 for a quaternion that somebody typed: it is normalised.
 const NEARLY_UNIT: f64 = 1e-2;
-/// Sine of the angle below which two directions count as parallel.
-const PARALLEL: f64 = 1e-6;
 /// |determinant| over the product of the columns' lengths, below which a matrix is flat.
 const FLAT: f64 = 1e-8;
 
@@ -106,28 +104,17 @@ fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, L
     let from = source.vec3(read.from)?;
     let to = source.vec3(read.to)?;
     let up = read.up.map_or(Ok(Vec3::Y), |raw| source.vec3(raw))?;
-    let backward = from.as_dvec3() - to.as_dvec3();
-    if from == to {
-        return Err(source.error(read.to.0, "LookAt needs two different points in \"from\" and \"to\""));
-    }
-    let backward = backward / backward.length();
     let up_place = read.up.unwrap_or(read.to);
-    let up_length = up.as_dvec3().length();
-    if up_length == 0.0 {
-        return Err(source.error(up_place.0, "\"up\" has no direction"));
-    }
-    let right = (up.as_dvec3() / up_length).cross(backward);
-    if right.length() < PARALLEL {
-        let remedy = if read.up.is_some() { "choose another" } else { "give one, such as up: (0, 0, -1)" };
-        let reason = format!("\"up\" is parallel to the direction of view: {remedy}");
-        return Err(source.error(up_place.0, reason));
-    }
-    let right = right / right.length();
-    let axes = DMat3::from_cols(right, backward.cross(right), backward);
-    Ok(Transform::Trs {
-        translation: from,
-        rotation: DQuat::from_mat3(&axes).normalize().as_quat(),
-        scale: Vec3::ONE,
+    Transform::look_at(from, to, up).map_err(|fault| match fault {
+        LookAtFault::SamePoint => {
+            source.error(read.to.0, "LookAt needs two different points in \"from\" and \"to\"")
+        }
+        LookAtFault::NoUp => source.error(up_place.0, "\"up\" has no direction"),
+        LookAtFault::Parallel => {
+            let remedy =
+                if read.up.is_some() { "choose another" } else { "give one, such as up: (0, 0, -1)" };
+            source.error(up_place.0, format!("\"up\" is parallel to the direction of view: {remedy}"))
+        }
     })
 }
 

@@ -1,6 +1,7 @@
 //! Values that change with time.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::{Fake, only};
 use crate::error::LoadError;
@@ -13,7 +14,7 @@ use crate::world::{Assets, Camera, ColorInput, Image, Light, Material, Mesh, Tra
 struct At(f32);
 
 impl AssetFiles for At {
-    fn mesh(&mut self, path: &Path, a: &mut Assets, w: &mut Vec<String>) -> Result<Mesh, LoadError> {
+    fn mesh(&mut self, path: &Path, a: &mut Assets, w: &mut Vec<String>) -> Result<Arc<Mesh>, LoadError> {
         Fake::default().mesh(path, a, w)
     }
 
@@ -26,7 +27,7 @@ impl AssetFiles for At {
         Fake::default().model(path, assets, warnings)
     }
 
-    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
         Fake::default().image(path)
     }
 

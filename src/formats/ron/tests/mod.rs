@@ -9,6 +9,7 @@ mod robust;
 mod writing;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::error::LoadError;
 use crate::formats::{AssetFiles, LoadOptions, gltf};
@@ -22,14 +23,20 @@ struct Fake {
 }
 
 impl AssetFiles for Fake {
-    fn mesh(&mut self, path: &Path, _: &mut Assets, warnings: &mut Vec<String>) -> Result<Mesh, LoadError> {
+    fn mesh(
+        &mut self,
+        path: &Path,
+        _: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<Arc<Mesh>, LoadError> {
         self.loaded.push(path.to_owned());
         if path.to_string_lossy().contains("missing") {
             return Err(LoadError::invalid(path, "there is no such file"));
         }
         warnings.push(format!("{} was made up", path.display()));
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-        Ok(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() })
+        let source = Some(path.to_owned());
+        Ok(Arc::new(Mesh { positions, source, triangles: vec![[0, 1, 2]], ..Mesh::default() }))
     }
 
     fn model(
@@ -44,12 +51,13 @@ impl AssetFiles for Fake {
         gltf::parse(bytes.as_bytes(), path, &LoadOptions::default(), assets, warnings)
     }
 
-    fn image(&mut self, path: &Path) -> Result<Image, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
         self.loaded.push(path.to_owned());
         if path.to_string_lossy().contains("missing") {
             return Err(LoadError::invalid(path, "there is no such file"));
         }
-        Ok(Image { source: None, width: 1, height: 1, texels: Texels::Rgba8(vec![[0; 4]]) })
+        let (source, texels) = (Some(path.to_owned()), Texels::Rgba8(vec![[0; 4]]));
+        Ok(Arc::new(Image { source, width: 1, height: 1, texels }))
     }
 }
 

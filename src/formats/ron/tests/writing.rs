@@ -1,6 +1,7 @@
 //! What is saved and loaded again is the same.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use proptest::prelude::*;
 
@@ -117,12 +118,16 @@ fn paths_are_relative_to_where_the_scene_is_saved() {
 fn what_a_file_cannot_say_is_refused() {
     let reason = |world: &World| write(world, Path::new(SCENE)).unwrap_err().reason;
     let mut world = read("(entities: [(name: \"knot\", shape: Mesh(\"a.ply\"))])").unwrap();
-    world.assets.meshes[0].source = Some("a.glb".into());
+    let of = |world: &mut World, number: usize, source: Option<PathBuf>| {
+        Arc::make_mut(&mut world.assets.meshes[number]).source = source;
+    };
+    of(&mut world, 0, Some("a.glb".into()));
     assert!(reason(&world).starts_with("knot: mesh number 0 is inside a.glb"));
-    world.assets.meshes[0].source = None;
+    of(&mut world, 0, None);
     assert!(reason(&world).contains("has no file to refer to"));
     let mut world = read("(entities: [(shape: Mesh(\"a.obj\")), (shape: Mesh(\"b.obj\"))])").unwrap();
-    world.assets.meshes[1].source = world.assets.meshes[0].source.clone();
+    let first = world.assets.meshes[0].source.clone();
+    of(&mut world, 1, first);
     assert!(reason(&world).contains("one of several"));
     let mut world = World::default();
     world.entities.spawn((Camera::Orthographic { height_m: f32::NAN },));

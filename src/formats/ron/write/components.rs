@@ -3,7 +3,7 @@
 use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, pairs, same, tuple, uniform_or_tuple, vectors};
-use crate::math::{Mat4, Rgb};
+use crate::math::{Mat4, Rgb, Vec3};
 use crate::world::{Camera, Falloff, Light, Outline, Pattern, Shape, Transform};
 
 /// None for the identity, which need not be said.
@@ -22,6 +22,14 @@ pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
             Ok((written != "()").then_some(written))
         }
     }
+}
+
+pub(super) fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Written {
+    let mut keys = Keys::default();
+    keys.push("from", tuple(&from.to_array())?);
+    keys.push("to", tuple(&to.to_array())?);
+    keys.push_unless(same(&up.to_array(), &Vec3::Y.to_array()), "up", || tuple(&up.to_array()))?;
+    Ok(keys.finish("LookAt"))
 }
 
 fn affine(matrix: &Mat4) -> Written {

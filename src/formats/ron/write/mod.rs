@@ -19,6 +19,7 @@ use std::path::Path;
 
 use self::assets::AssetPaths;
 use crate::error::SaveError;
+use crate::math::Vec3;
 use crate::world::assets::NamedMaterial;
 use crate::world::{
     Camera, Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, Transform, World,
@@ -36,6 +37,17 @@ pub fn save(world: &World, path: &Path) -> Result<(), SaveError> {
 /// The text of the scene file that [`save`] would write to `scene_path`.
 pub fn write(world: &World, scene_path: &Path) -> Result<String, SaveError> {
     text(world, scene_path).map_err(|reason| SaveError::new(scene_path, reason))
+}
+
+/// A camera as the scene file at `scene_path` would have it.
+pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<String, SaveError> {
+    let paths = AssetPaths::new(&world.assets, scene_path);
+    components::camera(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
+}
+
+/// The transform of what stands somewhere and looks at something, as a scene file has it.
+pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<String, String> {
+    components::look_at(from, to, up)
 }
 
 /// Inside, an error is its reason.

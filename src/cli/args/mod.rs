@@ -1,0 +1,184 @@
+//! What can be said on the command line.
+
+mod names;
+mod options;
+mod parse;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use super::aov::AovName;
+use super::frames::FrameOptions;
+use super::job_args::{OutputOptions, StopOptions, WorkOptions};
+use super::shard::ShardOption;
+use crate::film::Region;
+use crate::simd::Level;
+use crate::world::Settings;
+pub use names::{CoherenceName, QualityName, ScheduleName};
+pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
+pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_size};
+use parse::{parse_crop, parse_samples};
+
+/// A CPU renderer: a scene in, an image out.
+#[derive(Parser, Debug)]
+#[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
+                        129, 130, 143 interrupted (what there was has been saved).")]
+pub struct Arguments {
+    /// Other things to do than to render.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// What to render.
+    #[command(flatten)]
+    pub render: Render,
+}
+
+/// Other things to do than to render.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
+    Info(Info),
+    /// Trace rays from a file: hits to another file, speed, build time, memory
+    Trace(Trace),
+    /// Say how far an image is from a reference
+    Compare(super::compare::Compare),
+    /// Render in every way that there is and compare the films
+    Verify(super::verify::Verify),
+    /// Follow the samples of a pixel from the camera to their ends
+    Explain(super::explain::Explain),
+    /// Say where the time goes, in both schedules
+    Profile(super::profile::Profile),
+    /// Go on with a film: finish what was interrupted, or add samples
+    Resume(super::resume::Resume),
+    /// Put films together that hold different samples of one image
+    Merge(super::merge::Merge),
+    /// Write job files that render a scene in parts on many machines
+    Plan(super::plan::Plan),
+    /// Render an image again by what it says of itself, and say whether it is the same
+    Reproduce(super::reproduce::Reproduce),
+    /// Show a scene on a page as it renders: look around, ask, change its files
+    View(super::view::View),
+    /// Do the experiments of a file and report on them
+    Study(super::study::Study),
+}
+
+/// `rayfront info`.
+#[derive(Args, Debug)]
+pub struct Info {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rayfront trace`.
+#[derive(Args, Debug)]
+pub struct Trace {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// The rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
+    #[arg(long, value_name = "FILE")]
+    pub rays: PathBuf,
+    /// Where the hits go: 3 floats t u v and the primitive as a 32-bit integer each, infinity 0 0 and 2^32 - 1 for a miss
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Ask only whether there is any hit: 0 0 0 and primitive 0 for each ray that has one
+    #[arg(long)]
+    pub any: bool,
+    /// Trace as often; the best time counts
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub repeat: u32,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Instruction set [default: the widest there is]; the hits are the same
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
+    pub simd: Option<Level>,
+    /// Work put into the acceleration structure [default: the scene's]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityName>,
+    /// What is known of rays that follow each other; the hits are the same
+    #[arg(long, value_enum, default_value_t = CoherenceName::Unknown)]
+    pub coherence: CoherenceName,
+    /// Hits to compare with, in the format of --out
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rayfront SCENE`.
+#[derive(Args, Debug)]
+pub struct Render {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    #[arg(required = true)]
+    pub scene: Option<PathBuf>,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// What comes out of it.
+    #[command(flatten)]
+    pub output: OutputOptions,
+    /// What it looks like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    /// Render only columns X0 to X1 and rows Y0 to Y1 (the latter not included)
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    pub crop: Option<Region>,
+    /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
+    pub aov: Vec<AovName>,
+    /// Render one part of the samples: number, from 0, and how many parts, such as 3/64; auto/64 and auto take
+    /// the number from the scheduler that runs this
+    #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
+    pub shard: Option<ShardOption>,
+    /// Of --adaptive=unbiased: a film with what the pilot has chosen; if it is not there, the pilot is rendered and
+    /// saved in it
+    #[arg(long, value_name = "FILE")]
+    pub pilot: Option<PathBuf>,
+    /// Render nothing but the pilot
+    #[arg(long, requires = "pilot")]
+    pub pilot_only: bool,
+    /// Render only these samples of all, such as 0..16
+    #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
+    pub samples: Option<[u32; 2]>,
+    /// Which moments.
+    #[command(flatten)]
+    pub frames: FrameOptions,
+    /// When to stop.
+    #[command(flatten)]
+    pub stop: StopOptions,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
+}
+
+impl Render {
+    /// The scene's settings with what was said here instead.
+    pub fn apply(&self, settings: &mut Settings) {
+        self.picture.apply(settings);
+        if !self.aov.is_empty() {
+            settings.aov = super::aov::list(&self.aov);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declaration_is_sound() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,136 @@
+//! What the command line calls things.
+
+use clap::ValueEnum;
+
+use crate::bvh::Coherence;
+use crate::integrator::Schedule;
+use crate::world::{BuildQuality, Sampler, Tonemap, Transport};
+
+/// Names of [`Transport`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum TransportName {
+    /// Direct light, mirrors, glass
+    Whitted,
+    /// Light that is scattered any number of times
+    Path,
+}
+
+impl From<TransportName> for Transport {
+    fn from(name: TransportName) -> Self {
+        match name {
+            TransportName::Whitted => Transport::Whitted,
+            TransportName::Path => Transport::Path,
+        }
+    }
+}
+
+/// Names of [`Sampler`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum SamplerName {
+    /// Stratified at every scale
+    Sobol,
+    /// One in each cell of a grid
+    Jittered,
+    /// Each on its own
+    Independent,
+}
+
+impl From<SamplerName> for Sampler {
+    fn from(name: SamplerName) -> Self {
+        match name {
+            SamplerName::Sobol => Sampler::Sobol,
+            SamplerName::Jittered => Sampler::Jittered,
+            SamplerName::Independent => Sampler::Independent,
+        }
+    }
+}
+
+/// Names of [`Schedule`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum ScheduleName {
+    /// Breadth first, queue by queue
+    Wavefront,
+    /// Depth first, pixel by pixel
+    Recursive,
+}
+
+impl From<ScheduleName> for Schedule {
+    fn from(name: ScheduleName) -> Self {
+        match name {
+            ScheduleName::Wavefront => Schedule::Wavefront,
+            ScheduleName::Recursive => Schedule::Recursive,
+        }
+    }
+}
+
+/// Names of [`BuildQuality`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum QualityName {
+    /// Built as soon as possible
+    Fast,
+    /// Good for nearly everything
+    Default,
+    /// As good as it gets
+    High,
+}
+
+impl From<QualityName> for BuildQuality {
+    fn from(name: QualityName) -> Self {
+        match name {
+            QualityName::Fast => BuildQuality::Fast,
+            QualityName::Default => BuildQuality::Default,
+            QualityName::High => BuildQuality::High,
+        }
+    }
+}
+
+/// Names of [`Coherence`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum CoherenceName {
+    /// Nothing: looked at before tracing
+    Unknown,
+    /// They run side by side
+    Coherent,
+    /// They go anywhere
+    Scattered,
+}
+
+impl From<CoherenceName> for Coherence {
+    fn from(name: CoherenceName) -> Self {
+        match name {
+            CoherenceName::Unknown => Coherence::Unknown,
+            CoherenceName::Coherent => Coherence::Coherent,
+            CoherenceName::Scattered => Coherence::Scattered,
+        }
+    }
+}
+
+/// Names of [`Tonemap`].
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub enum TonemapName {
+    /// Cut off at 1
+    Clamp,
+    /// Divide by the largest component
+    ScaleByMaximum,
+    /// Reinhard and others, on luminance
+    Reinhard,
+    /// The ACES fit
+    Aces,
+    /// AgX
+    Agx,
+    /// Khronos PBR Neutral
+    PbrNeutral,
+}
+
+impl From<TonemapName> for Tonemap {
+    fn from(name: TonemapName) -> Self {
+        match name {
+            TonemapName::Clamp => Tonemap::Clamp,
+            TonemapName::ScaleByMaximum => Tonemap::ScaleByMaximum,
+            TonemapName::Reinhard => Tonemap::Reinhard,
+            TonemapName::Aces => Tonemap::Aces,
+            TonemapName::Agx => Tonemap::Agx,
+            TonemapName::PbrNeutral => Tonemap::PbrNeutral,
+        }
+    }
+}

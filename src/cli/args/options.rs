@@ -1,0 +1,151 @@
+//! Options that several commands have.
+
+use clap::Args;
+
+use super::names::{QualityName, SamplerName, TonemapName, TransportName};
+use super::parse::{
+    parse_adaptive, parse_exposure_or_auto, parse_light_units, parse_sharing, parse_size, parse_time,
+};
+use crate::formats::surroundings::Surroundings;
+use crate::formats::{LightUnits, LoadOptions};
+use crate::world::{Adaptive, DepthLimits, Settings, Sharing};
+
+/// Columns and rows. A name, or clap would take the array for several values.
+pub type ImageSize = [u32; 2];
+
+/// What the image is of, and how it looks.
+#[derive(Args, Debug)]
+pub struct PictureOptions {
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: Option<u32>,
+    /// Size of the image in pixels, such as 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<ImageSize>,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: LightOptions,
+    /// Work put into the acceleration structure [default: the scene's]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityName>,
+    /// Which random numbers
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Tone curve of PNG files
+    #[arg(long, value_enum)]
+    pub tonemap: Option<TonemapName>,
+    /// Stops of exposure of PNG files, such as -1.5, or auto: chosen by the image, and printed
+    #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = parse_exposure_or_auto)]
+    pub exposure: Option<Exposure>,
+}
+
+impl PictureOptions {
+    /// The scene's settings with what was said here instead.
+    pub fn apply(&self, settings: &mut Settings) {
+        settings.samples = self.spp.unwrap_or(settings.samples);
+        self.light.apply(settings);
+        settings.size = self.size.unwrap_or(settings.size);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        if let Some(exposure) = self.exposure {
+            (settings.auto_exposure, settings.exposure_ev) = match exposure {
+                Exposure::Auto => (true, 0.0),
+                Exposure::Stops(stops) => (false, stops),
+            };
+        }
+        settings.tonemap = self.tonemap.map_or(settings.tonemap, Into::into);
+        settings.build_quality = self.quality.map_or(settings.build_quality, Into::into);
+    }
+}
+
+/// How light travels, and how far.
+#[derive(Args, Debug)]
+pub struct LightOptions {
+    /// Bounces after the camera ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    pub depth: Option<u32>,
+    /// Bounces of light that surfaces scatter widely, within --depth, under the path transport [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub diffuse_depth: Option<u32>,
+    /// The same for mirror images, sharp or blurred
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub glossy_depth: Option<u32>,
+    /// The same for ways through glass
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub transmission_depth: Option<u32>,
+    /// How light travels [default: the scene's]
+    #[arg(long, value_enum)]
+    pub transport: Option<TransportName>,
+    /// Which numbers the path transport draws [default: the scene's]
+    #[arg(long, value_enum)]
+    pub sampler: Option<SamplerName>,
+    /// Pixels that share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
+    #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
+    pub sharing: Option<Sharing>,
+    /// Give blocks of pixels more samples where they lessen the error most, for the rays of --spp: on, off, or
+    /// unbiased, which chooses beforehand by samples that do not count [default: the scene's]
+    #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
+          value_parser = parse_adaptive)]
+    pub adaptive: Option<Adaptive>,
+}
+
+impl LightOptions {
+    /// The scene's settings with what was said here instead.
+    pub fn apply(&self, settings: &mut Settings) {
+        settings.max_depth = self.depth.unwrap_or(settings.max_depth);
+        let limits = &mut settings.depth_limits;
+        limits.diffuse = self.diffuse_depth.or(limits.diffuse);
+        limits.glossy = self.glossy_depth.or(limits.glossy);
+        limits.transmission = self.transmission_depth.or(limits.transmission);
+        settings.transport = self.transport.map_or(settings.transport, Into::into);
+        settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
+        settings.sharing = self.sharing.unwrap_or(settings.sharing);
+        settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
+    }
+}
+
+/// What of a glTF file is shown, and what is around it.
+#[derive(Args, Clone, Debug)]
+pub struct ModelOptions {
+    /// Moment of a model's animations in seconds [default: as it stands without them]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
+    pub time: Option<f32>,
+    /// Variant of a model's materials
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Which of a model's scenes [default: the one that it says]
+    #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// What glTF lights count: candela (as they are), watt (683 of them make up one), auto (what Blender means,
+    /// where it wrote the file)
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_light_units)]
+    pub light_units: LightUnits,
+    /// Glass of glTF files that says nothing of a volume is the boundary of a body, and bends light
+    #[arg(long)]
+    pub solid_glass: bool,
+    /// Surfaces of glTF files are there from both sides, whatever the files say
+    #[arg(long)]
+    pub double_sided: bool,
+    /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
+    #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
+    pub env: Option<Surroundings>,
+}
+
+impl From<&ModelOptions> for LoadOptions {
+    fn from(options: &ModelOptions) -> Self {
+        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env } =
+            options.clone();
+        Self { time_s: time, variant, scene, light_units, solid_glass, double_sided, surroundings: env }
+    }
+}
+
+/// What `--exposure` can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Chosen by the image.
+    Auto,
+    /// Radiance is multiplied by two to the power of them.
+    Stops(f32),
+}

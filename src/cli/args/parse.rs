@@ -1,0 +1,102 @@
+//! Values as they are typed.
+
+use super::options::Exposure;
+use crate::film::Region;
+use crate::formats::LightUnits;
+use crate::simd::Level;
+use crate::world::{Adaptive, Sharing};
+
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']);
+    let side = |s: &str| s.trim().parse().ok().filter(|n| (1..=65_536).contains(n));
+    parts
+        .and_then(|(w, h)| Some([side(w)?, side(h)?]))
+        .ok_or_else(|| "expected width x height, each 1 to 65536, such as 1280x720".into())
+}
+
+pub fn parse_crop(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Region { x0, y0, x1, y1 }),
+        _ => Err("expected X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, such as 100,50,200,150".into()),
+    }
+}
+
+pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let range = text.split_once("..").and_then(|(start, end)| Some([start.parse().ok()?, end.parse().ok()?]));
+    range.filter(|[start, end]| start < end).ok_or_else(|| "expected FIRST..END, such as 0..16".into())
+}
+
+pub fn parse_exposure(text: &str) -> Result<f32, String> {
+    let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
+    stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())
+}
+
+pub fn parse_exposure_or_auto(text: &str) -> Result<Exposure, String> {
+    if text.eq_ignore_ascii_case("auto") {
+        return Ok(Exposure::Auto);
+    }
+    parse_exposure(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto"))
+}
+
+pub fn parse_sharing(text: &str) -> Result<Sharing, String> {
+    match text {
+        "auto" => Ok(Sharing::Auto),
+        "off" => Ok(Sharing::Off),
+        _ => {
+            let pixels = text.parse().ok().filter(|pixels| Sharing::SIZES.contains(pixels));
+            pixels.map(Sharing::Groups).ok_or_else(|| "expected auto, off, 2, 4, 8, 16, 32 or 64".into())
+        }
+    }
+}
+
+pub fn parse_adaptive(text: &str) -> Result<Adaptive, String> {
+    match text {
+        "on" => Ok(Adaptive::On),
+        "off" => Ok(Adaptive::Off),
+        "unbiased" => Ok(Adaptive::Unbiased),
+        _ => Err("expected on, off or unbiased".into()),
+    }
+}
+
+pub fn parse_time(text: &str) -> Result<f32, String> {
+    let seconds = text.parse().ok().filter(|s: &f32| s.is_finite());
+    seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
+}
+
+pub fn parse_light_units(text: &str) -> Result<LightUnits, String> {
+    match text {
+        "auto" => Ok(LightUnits::Auto),
+        "candela" => Ok(LightUnits::Candela),
+        "watt" => Ok(LightUnits::Watt),
+        _ => Err("expected auto, candela or watt".into()),
+    }
+}
+
+pub fn parse_bits(text: &str) -> Result<u8, String> {
+    text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
+}
+
+pub fn parse_level(text: &str) -> Result<Level, String> {
+    Level::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = Level::available().into_iter().map(Level::name).collect();
+        format!("this processor has: {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_checked() {
+        assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
+        assert!(parse_size("0x5").is_err() && parse_size("70000x5").is_err() && parse_size("12").is_err());
+        assert!(parse_crop("1,2,3,4").is_ok());
+        assert!(parse_crop("3,2,3,4").is_err() && parse_crop("1,2,3").is_err());
+        assert_eq!(parse_exposure_or_auto("auto"), Ok(Exposure::Auto));
+        assert_eq!(parse_exposure_or_auto("-2"), Ok(Exposure::Stops(-2.0)));
+        assert!(parse_exposure_or_auto("automatic").is_err_and(|reason| reason.ends_with(", or auto")));
+        assert!(parse_exposure("nan").is_err() && parse_exposure("-1.5") == Ok(-1.5));
+    }
+}

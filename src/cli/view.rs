@@ -1,0 +1,88 @@
+//! `rayfront view SCENE`: a page that shows a scene as it renders.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::args::{ModelOptions, PictureOptions};
+use super::interrupt::Interrupt;
+use super::{Failure, command_line};
+use crate::render::on_threads;
+use crate::view::scene::LiveScene;
+use crate::view::server::Server;
+use crate::view::viewer::{Viewer, Work};
+
+/// `rayfront view`.
+#[derive(Args, Debug)]
+pub struct View {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// What it looks like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// The page's port on this machine [default: 8421, or any that is free]
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Do not open the page in a browser
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
+    let View { scene: path, model, picture, threads, port, no_open } = arguments;
+    let camera = picture.camera.clone();
+    let options = (&model).into();
+    on_threads(threads, move || {
+        let change = Box::new(move |settings: &mut _| picture.apply(settings));
+        let scene = LiveScene::load(&path, options, camera, change)?;
+        for warning in scene.warnings() {
+            eprintln!("warning: {warning}");
+        }
+        let cannot =
+            |error: std::io::Error| Failure(format!("cannot serve a page: {error}: try another --port"));
+        let server = Server::new(port).map_err(cannot)?;
+        let address = server.address().map_err(cannot)?;
+        println!("{address}");
+        eprintln!("Ctrl-C ends it");
+        if !no_open && is_desktop() {
+            // Where there is no browser the address has to do.
+            let _ = open::that_detached(&address);
+        }
+        let viewer = Arc::new(Viewer::new(&scene, Work::default()));
+        let command = format!("rayfront explain {}", command_line::quoted(&path.to_string_lossy()));
+        let served = viewer.clone();
+        std::thread::spawn(move || {
+            if let Err(error) = server.serve(served.clone(), command) {
+                eprintln!("error: the page is no longer served: {error}");
+            }
+            served.end();
+        });
+        let interrupt = Interrupt::watch();
+        let (ends, asked) = (viewer.clone(), interrupt.clone());
+        std::thread::spawn(move || {
+            while !asked.is_set() {
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            ends.end();
+        });
+        viewer.run(scene, Work::default());
+        Ok(ExitCode::SUCCESS)
+    })?
+}
+
+/// Whether there is a screen before whoever has started this.
+fn is_desktop() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let has_screen =
+        cfg!(any(windows, target_os = "macos")) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+    has_screen && !is_set("SSH_CONNECTION")
+}

@@ -1,0 +1,91 @@
+//! Single values of a scene's text replaced: comments, order and form of all else stay its author's.
+
+use std::path::Path;
+
+use super::locate;
+use super::schema;
+use super::source::{Raw, Source};
+use crate::error::LoadError;
+
+/// The text with other values for some keys of an entity, by its place in the file.
+pub fn with_keys(
+    text: &str,
+    path: &Path,
+    entity: usize,
+    keys: &[(&str, String)],
+) -> Result<String, LoadError> {
+    let source = Source::new(text, path, 0.0);
+    let scene: schema::Scene = source.fields(source.root()?, "a scene")?;
+    let entities = source.list(scene.entities, "the entities")?;
+    let raw = *entities.get(entity).ok_or_else(|| {
+        let count = entities.len();
+        source.error(scene.entities.0, format!("there is no entity {entity}: the file has {count} by now"))
+    })?;
+    let mut edited = text.to_owned();
+    let mut changes: Vec<(usize, usize, String)> =
+        keys.iter().map(|(key, value)| change(text, raw, key, value)).collect();
+    // From the end, so that places before it stay what they are.
+    changes.sort_by_key(|(start, ..)| std::cmp::Reverse(*start));
+    for (start, end, value) in changes {
+        edited.replace_range(start..end, &value);
+    }
+    Ok(edited)
+}
+
+/// Where a key's value stands and what takes its place.
+fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, String) {
+    let place = |part: &str| locate::offset_of(text, part).unwrap_or(0);
+    for item in locate::items(entity.0) {
+        if let Some((found, old)) = locate::key_and_value(item)
+            && found == key
+        {
+            let start = place(old);
+            return (start, start + length(old), value.to_owned());
+        }
+    }
+    // Behind the opening bracket.
+    let start = place(entity.0) + 1;
+    (start, start, format!("{key}: {value}, "))
+}
+
+/// Of a value, without the blanks and comments behind it: a name, brackets, or both.
+fn length(value: &str) -> usize {
+    let (_, rest) = locate::split_identifier(value);
+    let body = locate::skip_blank(rest);
+    let after = if body.starts_with('(') { locate::skip_brackets(body) } else { rest };
+    value.len() - after.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = r#"(
+    entities: [
+        (shape: Sphere(radius_m: 1)), // a ball
+        (
+            // Where we stand.
+            name: "eye (1)", transform: LookAt(from: (0, 1, 5), to: (0, 0, 0)) /* so */,
+            camera: Pinhole( vertical_fov_degrees: 45 /* ) */ ) // wide
+        ),
+    ],
+)"#;
+
+    #[test]
+    fn values_are_replaced_and_all_else_stays() {
+        let keys =
+            [("camera", "Orthographic(height_m: 2)".into()), ("transform", "(translate: (1, 2, 3))".into())];
+        let edited = with_keys(SCENE, Path::new("a.ron"), 1, &keys).unwrap();
+        let expected = SCENE
+            .replace("LookAt(from: (0, 1, 5), to: (0, 0, 0))", "(translate: (1, 2, 3))")
+            .replace("Pinhole( vertical_fov_degrees: 45 /* ) */ )", "Orthographic(height_m: 2)");
+        assert_eq!(edited, expected);
+    }
+
+    #[test]
+    fn what_is_not_there_is_added() {
+        let edited = with_keys(SCENE, Path::new("a.ron"), 0, &[("transform", "()".into())]).unwrap();
+        assert!(edited.contains("(transform: (), shape: Sphere(radius_m: 1)), // a ball"), "{edited}");
+        assert!(with_keys(SCENE, Path::new("a.ron"), 2, &[]).is_err());
+    }
+}

@@ -1,0 +1,78 @@
+//! Lives for other programs.
+
+use serde_json::{Value, json};
+
+use super::{Life, LightRay, Shares, Step};
+use crate::integrator::decision::Fate;
+use crate::math::NONE;
+
+/// A sample with all its paths.
+pub fn life(life: &Life) -> Value {
+    let paths: Vec<Value> = life
+        .paths
+        .iter()
+        .map(|path| {
+            json!({
+                "branch": path.branch,
+                "forked_off_path": path.from.map(|(parent, _)| parent),
+                "forked_off_bounce": path.from.map(|(_, depth)| depth),
+                "steps": path.steps.iter().map(step).collect::<Vec<_>>(),
+                "radiance": path.radiance,
+                "shares": path.shares.as_ref().map(shares),
+                "end": path.why.name(),
+            })
+        })
+        .collect();
+    json!({"sample": life.sample, "radiance": life.radiance(), "paths": paths})
+}
+
+fn shares(shares: &Shares) -> Value {
+    let Shares { before, own, shared, vertices } = shares;
+    json!({"before": before, "own": own, "shared": shared, "vertices": vertices})
+}
+
+fn step(step: &Step) -> Value {
+    let vertex = step.vertex.as_ref().map(|vertex| {
+        json!({
+            "entity": vertex.entity,
+            "material": vertex.material,
+            "t": vertex.hit.t,
+            "primitive": vertex.hit.primitive,
+            "instance": (vertex.hit.instance != NONE).then_some(vertex.hit.instance),
+            "position": vertex.position,
+            "geometric_normal": vertex.geometric_normal,
+            "normal": vertex.normal,
+            "gives_off": vertex.own,
+            "gives_off_weight": vertex.own_share,
+            "lights": vertex.lights.iter().map(lit).collect::<Vec<_>>(),
+            "lobe": vertex.fate.and_then(lobe),
+        })
+    });
+    json!({
+        "bounce": step.depth,
+        "queue": step.queue,
+        "origin": step.origin,
+        "direction": step.direction,
+        "throughput": step.throughput,
+        "vertex": vertex,
+    })
+}
+
+/// The lobe that a direction was drawn from.
+fn lobe(fate: Fate) -> Option<Value> {
+    let Fate::Drawn { kind, through, exact } = fate else { return None };
+    Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
+}
+
+fn lit(lit: &LightRay) -> Value {
+    json!({
+        "light": lit.light,
+        "sample": lit.which,
+        "direction": lit.direction,
+        "distance": lit.distance.is_finite().then_some(lit.distance),
+        "contribution": lit.contribution,
+        "arrived": lit.arrived,
+        "weight": lit.share,
+        "blocked": lit.blocked,
+    })
+}

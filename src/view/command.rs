@@ -1,0 +1,212 @@
+//! What a person can have done to what is shown.
+
+use serde::Deserialize;
+
+use super::scene::{LiveScene, SceneError};
+use super::viewer::Work;
+use crate::integrator::Schedule;
+use crate::world::{DepthLimits, Sampler, Settings, Sharing, Transport};
+
+/// A wish, and its number.
+pub struct Command {
+    /// By which its answer is known.
+    pub number: u64,
+    /// What is to be done.
+    pub wish: Wish,
+}
+
+/// What is to be done, as the page says it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Wish {
+    /// Turn the camera: a hand's way in image heights, to the right and down.
+    Orbit([f64; 2]),
+    /// Move it along the image.
+    Pan([f64; 2]),
+    /// Come nearer by a factor.
+    Zoom(f64),
+    /// Have in focus, and turn about, what a pixel shows.
+    Focus([u32; 2]),
+    /// The vertical angle of view, in degrees.
+    FovDeg(f64),
+    /// The radius of the lens, in metres.
+    LensRadiusM(f64),
+    /// Another camera of the scene.
+    Camera(String),
+    /// The camera as the scene's file says.
+    Reset(bool),
+    /// Other settings.
+    Settings(Changes),
+    /// Wait, or go on.
+    Pause(bool),
+    /// Begin with the first sample again.
+    Restart(bool),
+    /// Write the camera into the scene's file.
+    SaveCamera(bool),
+}
+
+/// Settings to be changed.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Changes {
+    schedule: Option<String>,
+    transport: Option<String>,
+    sampler: Option<String>,
+    wave: Option<u32>,
+    depth: Option<u32>,
+    spp: Option<u32>,
+    sharing: Option<bool>,
+}
+
+/// What a wish came to.
+pub struct Done {
+    /// For people.
+    pub said: String,
+    /// Whether another picture is to be rendered.
+    pub changes: bool,
+}
+
+impl Wish {
+    /// Does it.
+    pub fn carry_out(
+        self,
+        scene: &mut LiveScene,
+        work: &mut Work,
+        paused: &mut bool,
+    ) -> Result<Done, SceneError> {
+        let done = |said: &str, changes: bool| Ok(Done { said: said.into(), changes });
+        let mut rig = scene.rig();
+        match self {
+            Wish::Orbit(way) => rig.orbit(finite(way)?),
+            Wish::Pan(way) => rig.pan(finite(way)?),
+            Wish::Zoom(factor) => rig.zoom(finite([factor])?[0]),
+            Wish::FovDeg(degrees) => rig.set_fov(finite([degrees])?[0]),
+            Wish::LensRadiusM(radius) => rig.set_lens(finite([radius])?[0]),
+            Wish::Focus(pixel) => {
+                let [x, y] = pixel;
+                let [width, height] = scene.settings().size;
+                if x >= width || y >= height {
+                    return refuse(format!("there is no pixel {x},{y} in an image of {width}x{height}"));
+                }
+                let Some((depth, point)) = scene.depth(pixel) else {
+                    return refuse("there is nothing at that pixel to focus on".into());
+                };
+                rig.focus(point);
+                scene.place(rig)?;
+                return done(&format!("in focus: what is {depth:.3} m away"), true);
+            }
+            Wish::Camera(name) => {
+                scene.look_through(&name)?;
+                return done("", true);
+            }
+            Wish::Reset(_) => {
+                scene.reset()?;
+                return done("", true);
+            }
+            Wish::Settings(changes) => {
+                changes.apply(scene, work)?;
+                return done("", true);
+            }
+            Wish::Pause(pause) => {
+                *paused = pause;
+                return done("", false);
+            }
+            Wish::Restart(_) => return done("", true),
+            Wish::SaveCamera(_) => {
+                let said = scene.save_camera()?;
+                return done(&said, true);
+            }
+        }
+        scene.place(rig)?;
+        done("", true)
+    }
+}
+
+/// Numbers that a hand can mean.
+fn finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], SceneError> {
+    match numbers.iter().all(|number| number.is_finite() && number.abs() <= 1e6) {
+        true => Ok(numbers),
+        false => refuse("this is no way that a hand can go".into()),
+    }
+}
+
+fn refuse<T>(reason: String) -> Result<T, SceneError> {
+    Err(SceneError::Refused(reason))
+}
+
+/// One of several by its name.
+fn named<T: Copy>(name: &Option<String>, what: &str, known: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+    let Some(name) = name else { return Ok(None) };
+    match known.iter().find(|(known, _)| known == name) {
+        Some((_, value)) => Ok(Some(*value)),
+        None => {
+            let known: Vec<_> = known.iter().map(|(known, _)| *known).collect();
+            refuse(format!("there is no {what} {name:?}: there are {}", known.join(", ")))
+        }
+    }
+}
+
+/// A number within what is allowed.
+fn within(number: Option<u32>, what: &str, least: u32, most: u32) -> Result<Option<u32>, SceneError> {
+    match number {
+        Some(number) if !(least..=most).contains(&number) => {
+            refuse(format!("{what} is from {least} to {most}, not {number}"))
+        }
+        _ => Ok(number),
+    }
+}
+
+/// Schedules by their names.
+pub(super) const SCHEDULES: [(&str, Schedule); 2] =
+    [("wavefront", Schedule::Wavefront), ("recursive", Schedule::Recursive)];
+/// Transports by their names.
+pub(super) const TRANSPORTS: [(&str, Transport); 2] =
+    [("path", Transport::Path), ("whitted", Transport::Whitted)];
+/// Samplers by their names.
+pub(super) const SAMPLERS: [(&str, Sampler); 3] =
+    [("sobol", Sampler::Sobol), ("jittered", Sampler::Jittered), ("independent", Sampler::Independent)];
+
+impl Changes {
+    fn apply(&self, scene: &mut LiveScene, work: &mut Work) -> Result<(), SceneError> {
+        let schedule = named(&self.schedule, "schedule", &SCHEDULES)?;
+        let transport = named(&self.transport, "transport", &TRANSPORTS)?;
+        let sampler = named(&self.sampler, "sampler", &SAMPLERS)?;
+        let wave = within(self.wave, "a wave's number of paths", 1, 1 << 20)?;
+        let depth = within(self.depth, "the depth", 0, 65_535)?;
+        let samples = within(self.spp, "the number of samples", 1, 1 << 22)?;
+        work.schedule = schedule.unwrap_or(work.schedule);
+        work.wave = wave.map_or(work.wave, |wave| wave as usize);
+        scene.change_settings(|settings: &mut Settings| {
+            settings.transport = transport.unwrap_or(settings.transport);
+            settings.sampler = sampler.unwrap_or(settings.sampler);
+            settings.max_depth = depth.unwrap_or(settings.max_depth);
+            if depth.is_some() {
+                settings.depth_limits = DepthLimits::default();
+            }
+            settings.samples = samples.unwrap_or(settings.samples);
+            if let Some(shares) = self.sharing {
+                settings.sharing = if shares { Sharing::Auto } else { Sharing::Off };
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wishes_are_read_as_the_page_says_them() {
+        let read = |text: &str| serde_json::from_str::<Wish>(text);
+        assert_eq!(read(r#"{"orbit":[0.1,-0.2]}"#).unwrap(), Wish::Orbit([0.1, -0.2]));
+        assert_eq!(read(r#"{"save_camera":true}"#).unwrap(), Wish::SaveCamera(true));
+        let Wish::Settings(changes) = read(r#"{"settings":{"schedule":"recursive","depth":3}}"#).unwrap()
+        else {
+            panic!("settings")
+        };
+        assert_eq!((changes.schedule.as_deref(), changes.depth), (Some("recursive"), Some(3)));
+        for wrong in [r#"{"orbit":[1]}"#, r#"{"delete":"/"}"#, r#"{"settings":{"path":"a"}}"#, "[]", ""] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What `explain` knows of a pixel, drawn over the image.
+
+use serde_json::{Value, json};
+
+use super::viewer::Shown;
+use crate::film::Region;
+use crate::integrator::Schedule;
+use crate::integrator::bounces::LobeKind;
+use crate::integrator::decision::Fate;
+use crate::integrator::observe::Triple;
+use crate::math::{DVec3, Vec3};
+use crate::render::{Options, Session};
+use crate::scene::{Camera, Projection};
+use crate::study::explain::{self, Life, LightRay, Step};
+
+/// Samples of a pixel that both schedules render for comparison, at most.
+const COMPARED: u32 = 16;
+
+/// A sample of a pixel; none of a pixel that there is not.
+pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value> {
+    let [x, y] = pixel;
+    let [width, height] = shown.frame.size;
+    if x >= width || y >= height {
+        return None;
+    }
+    let samples = shown.wanted.max(1);
+    let sample = sample.min(samples - 1);
+    let (lives, _) = explain::explain(shown.frame.clone(), &shown.names, pixel, sample..sample + 1);
+    let compared = samples.min(COMPARED);
+    let [(wave, by_wave), (one, by_one)] = [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
+        let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
+        let options = Options { schedule, region: Some(region), ..shown.options };
+        let mut session = Session::of(shown.frame.clone(), samples, options).with_samples(0..compared);
+        session.advance(compared);
+        let radiance = session.film().radiance().first().map_or([0.0; 3], |pixel| pixel.to_array());
+        (session.film().hash(), radiance)
+    });
+    let paper = Paper { camera: &shown.frame.scene.camera, size: shown.frame.size, far: far(shown) };
+    Some(json!({
+        "pixel": pixel,
+        "sample": sample,
+        "samples": samples,
+        "radiance": lives.first().map(Life::radiance),
+        "agrees": wave == one,
+        "compared": compared,
+        "schedules": {"wavefront": by_wave, "recursive": by_one},
+        "paths": lives.first().map_or_else(Vec::new, |life| paper.life(life)),
+    }))
+}
+
+/// As far as anything is.
+fn far(shown: &Shown) -> f32 {
+    2.0 * shown.frame.scene.bounds.size().length().max(1.0)
+}
+
+/// Where things are in the image.
+struct Paper<'a> {
+    camera: &'a Camera,
+    size: [u32; 2],
+    far: f32,
+}
+
+impl Paper<'_> {
+    /// The paths of a sample, with places in the image for rays, and sentences for people.
+    fn life(&self, life: &Life) -> Vec<Value> {
+        let mut value = explain::json::life(life);
+        let mut paths = value["paths"].as_array_mut().map(std::mem::take).unwrap_or_default();
+        for (path, followed) in paths.iter_mut().zip(&life.paths) {
+            path["end"] = json!(followed.why.text());
+            let Some(steps) = path["steps"].as_array_mut() else { continue };
+            for (value, step) in steps.iter_mut().zip(&followed.steps) {
+                self.step(value, step);
+            }
+        }
+        paths
+    }
+
+    fn step(&self, value: &mut Value, step: &Step) {
+        let along = |origin: Triple, direction: Triple, length: f32| {
+            self.point(Vec3::from(origin) + Vec3::from(direction) * length)
+        };
+        value["from"] = json!(self.point(step.origin.into()));
+        let Some(vertex) = &step.vertex else {
+            value["to"] = json!(along(step.origin, step.direction, self.far));
+            return;
+        };
+        value["to"] = json!(self.point(vertex.position.into()));
+        value["vertex"]["lobe"] = json!(vertex.fate.and_then(lobe));
+        let Some(lights) = value["vertex"]["lights"].as_array_mut() else { return };
+        for (value, LightRay { direction, distance, .. }) in lights.iter_mut().zip(&vertex.lights) {
+            let length = if distance.is_finite() { *distance } else { self.far };
+            value["to"] = json!(along(vertex.position, *direction, length));
+        }
+    }
+
+    /// Column and row of a place, perhaps beyond the image; none of one that is not before the camera.
+    fn point(&self, place: Vec3) -> Option<[f64; 2]> {
+        let Camera { origin, right, up, forward, projection } = self.camera;
+        let to = place.as_dvec3() - origin.as_dvec3();
+        let along = |axis: &Vec3| to.dot(DVec3::from(axis.as_dvec3()));
+        let depth = along(forward);
+        let half = match projection {
+            Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. } => {
+                f64::from(*tan_half_fov) * depth
+            }
+            Projection::Orthographic { half_height } => f64::from(*half_height),
+        };
+        let [width, height] = self.size.map(f64::from);
+        let [x, y] = [along(right), along(up)].map(|part| part / half * 0.5 * height);
+        (depth > 1e-6 * f64::from(self.far)).then_some([0.5 * width + x, 0.5 * height - y])
+    }
+}
+
+/// The lobe that a direction was drawn from.
+fn lobe(fate: Fate) -> Option<String> {
+    match fate {
+        Fate::Drawn { kind, through, exact } => {
+            let article = if exact { "an exact" } else { "a" };
+            let side = if through && kind == LobeKind::Diffuse { ", to the other side" } else { "" };
+            Some(format!("{article} {} lobe{side}", kind.name()))
+        }
+        Fate::Scattered { distance_m } => Some(format!("scattered within, after {distance_m} m")),
+        _ => None,
+    }
+}

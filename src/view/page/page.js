@@ -1,0 +1,908 @@
+// The page of `rayfront view`. It shows what the server tells and sends what is asked for; all state
+// of the render lives in the server. Names of scenes may hold anything: they only ever become text.
+
+const TOKEN = new URLSearchParams(location.search).get("token") ?? "";
+const CLICK_PX = 4; // less movement than that between press and release is a click
+const REST_MS = 80; // the pointer rests so long before its pixel is asked for
+const HOLD_MS = 700; // so long a control keeps what was chosen, until the server's answer is here
+const BRANCHES = 6; // colours for paths that were forked off; see page.css
+
+/** The newest STATE of the server. */
+let state = null;
+
+/** How the image is shown. That is the page's own affair and needs no new render. */
+const view = { layer: "light", exposure: 0, isAuto: false, tonemap: "Clamp" };
+
+// ---------------------------------------------------------------------------------------------
+// Small helpers
+
+const byId = (id) => document.getElementById(id);
+
+/** An HTML element with children; strings among them become text. */
+function element(tag, className = "", ...children) {
+  const made = document.createElement(tag);
+  made.className = className;
+  made.append(...children);
+  return made;
+}
+
+/** An SVG element with attributes. */
+function shape(tag, className, attributes = {}) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  made.setAttribute("class", className);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
+function button(label, action) {
+  const made = element("button", "", label);
+  made.type = "button";
+  made.addEventListener("click", action);
+  return made;
+}
+
+/** Four significant digits. */
+function digits(value) {
+  if (!Number.isFinite(value)) return "–";
+  return value === 0 ? "0" : value.toPrecision(4);
+}
+
+const triple = (values) => values.map(digits).join("  ");
+const percent = (share) => `${(100 * share).toFixed(1)} %`;
+const count = (value) => Math.round(value).toLocaleString("en");
+const isBlack = (values) => values.every((value) => value === 0);
+
+/** A number that fits where there is little room: 4.1k, 12M. */
+function shortCount(value) {
+  return new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 }).format(value);
+}
+
+function duration(seconds) {
+  const whole = Math.ceil(seconds);
+  if (whole < 60) return `${whole} s`;
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  return `${Math.floor(whole / 3600)} h ${Math.floor((whole % 3600) / 60)} min`;
+}
+
+let messageTimer = 0;
+
+/** Shows a sentence for a while. */
+function tell(sentence, isBad = false) {
+  const message = byId("message");
+  message.textContent = sentence;
+  message.classList.toggle("is-bad", isBad);
+  message.hidden = false;
+  clearTimeout(messageTimer);
+  messageTimer = setTimeout(() => (message.hidden = true), isBad ? 10_000 : 5_000);
+}
+
+async function copy(text, what) {
+  try {
+    await navigator.clipboard.writeText(text);
+    tell(`Copied ${what}.`);
+  } catch {
+    tell(`The browser does not let the page copy. Here it is: ${text}`, true);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Talking to the server
+
+/** Nothing answers. The box about the connection says so already. */
+class Unreachable extends Error {}
+
+function address(path, parameters = {}) {
+  return `${path}?${new URLSearchParams({ token: TOKEN, ...parameters })}`;
+}
+
+async function request(path, parameters, options) {
+  const response = await fetch(address(path, parameters), options).catch(() => {
+    throw new Unreachable();
+  });
+  if (!response.ok) throw new Error(sentenceOf(await response.text(), response.status));
+  return response;
+}
+
+/** What an answer that is not 200 says. */
+function sentenceOf(body, status) {
+  try {
+    return JSON.parse(body).error ?? body;
+  } catch {
+    return body || `rayfront answers with status ${status}.`;
+  }
+}
+
+function fail(error) {
+  if (error instanceof Unreachable) return;
+  tell(error.message, true);
+  console.warn(error);
+}
+
+/**
+ * Makes `work` run at most once at a time. Of what is asked for meanwhile only the newest counts:
+ * so a slow server is never asked for what nobody wants to see any more.
+ */
+function newestOnly(work) {
+  let isBusy = false;
+  let next = null;
+  return async function ask(argument) {
+    next = { argument };
+    if (isBusy) return;
+    isBusy = true;
+    while (next !== null) {
+      const { argument } = next;
+      next = null;
+      await work(argument).catch(fail);
+    }
+    isBusy = false;
+  };
+}
+
+const commands = []; // that wait for the one in flight
+let isSending = false;
+
+/** Sends a COMMAND after those before it, one at a time. */
+async function send(command) {
+  const both = commands.length > 0 ? merged(commands.at(-1), command) : null;
+  if (both) commands[commands.length - 1] = both;
+  else commands.push(command);
+  if (isSending) return;
+  isSending = true;
+  while (commands.length > 0) await sendOne(commands.shift());
+  isSending = false;
+}
+
+async function sendOne(command) {
+  try {
+    const options = { method: "POST", body: JSON.stringify(command), headers: { "Content-Type": "application/json" } };
+    const answer = await (await request("/do", {}, options)).json();
+    if (answer.said && !isMovement(command)) tell(answer.said);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** Movements come many a second: what they say is not shown. */
+const isMovement = (command) => "orbit" in command || "pan" in command || "zoom" in command;
+
+/** One command in place of two of a kind, or null. A long drag costs no more requests than fit. */
+function merged(earlier, later) {
+  const [kind] = Object.keys(earlier);
+  if (!(kind in later)) return null;
+  const [a, b] = [earlier[kind], later[kind]];
+  if (kind === "orbit" || kind === "pan") return { [kind]: [a[0] + b[0], a[1] + b[1]] };
+  if (kind === "zoom") return { zoom: a * b };
+  if (kind === "settings") return { settings: { ...a, ...b } };
+  return later;
+}
+
+/** Listens to the server, and begins again should the browser give up. */
+function listen() {
+  const events = new EventSource(address("/events"));
+  events.onopen = () => {
+    byId("connection").hidden = true;
+    shown.serial = -1; // another server may count anew
+  };
+  events.onmessage = (event) => takeState(JSON.parse(event.data));
+  events.onerror = () => {
+    byId("connection").hidden = false;
+    if (events.readyState === EventSource.CLOSED) setTimeout(listen, 2_000);
+  };
+}
+
+function takeState(next) {
+  const previous = state;
+  state = next;
+  adoptLook(previous);
+  showName();
+  showStatus(previous);
+  showError();
+  showFindings(previous);
+  showControls();
+  showQueues();
+  noticeNewPicture(previous);
+  if (state.serial !== previous?.serial) {
+    askForImage();
+    refreshReadout();
+  }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The image
+
+/** Which image the canvas holds. */
+const shown = { serial: -1, look: "" };
+
+const askForImage = newestOnly(async () => {
+  if (!state) return;
+  const look = { layer: view.layer, exposure: view.isAuto ? "auto" : view.exposure, tonemap: view.tonemap };
+  const isThere = shown.serial >= state.serial && shown.look === JSON.stringify(look);
+  if (isThere) return;
+  const asked = state.serial;
+  const response = await request("/image", look);
+  const header = (name) => Number(response.headers.get(name));
+  draw(new Uint8ClampedArray(await response.arrayBuffer()), header("X-Width"), header("X-Height"));
+  // The server may have gone on since it told its serial.
+  shown.serial = Math.max(asked, header("X-Serial"));
+  shown.look = JSON.stringify(look);
+  if (view.isAuto) showExposure(header("X-Exposure"));
+});
+
+function draw(pixels, width, height) {
+  const canvas = byId("image");
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
+  chooseScaling();
+}
+
+/** Pixels stay sharp squares where they are large; an image scaled down must not lose rows. */
+function chooseScaling() {
+  const canvas = byId("image");
+  const factor = (canvas.clientWidth * devicePixelRatio) / canvas.width;
+  canvas.classList.toggle("is-magnified", factor >= 1.5);
+}
+
+// Layer, exposure, tone curve.
+
+/** Begins with the scene's exposure and tone curve, and follows them when the scene is edited. */
+function adoptLook(previous) {
+  const changed = (name) => state[name] !== previous?.[name];
+  if (changed("exposure_ev") || changed("auto_exposure")) {
+    view.exposure = state.exposure_ev;
+    view.isAuto = state.auto_exposure;
+    showExposure(view.exposure);
+  }
+  if (changed("tonemap")) byId("tonemap").value = view.tonemap = state.tonemap;
+}
+
+function showExposure(stops) {
+  byId("auto-exposure").checked = view.isAuto;
+  byId("exposure").value = stops;
+  if (document.activeElement !== byId("exposure-number")) byId("exposure-number").value = Number(stops.toFixed(2));
+}
+
+/** What a hand has set is no longer automatic. */
+function setExposure(stops) {
+  if (!Number.isFinite(stops)) return;
+  view.exposure = stops;
+  view.isAuto = false;
+  showExposure(stops);
+  askForImage();
+}
+
+/** Without auto it stays as bright as auto made it. */
+function setAutoExposure(isAuto) {
+  view.isAuto = isAuto;
+  if (!isAuto) view.exposure = Number(byId("exposure-number").value);
+  showExposure(view.exposure);
+  askForImage();
+}
+
+function setLayer(layer) {
+  byId("layer").value = view.layer = layer;
+  askForImage();
+}
+
+function connectLook() {
+  byId("layer").addEventListener("change", (event) => setLayer(event.target.value));
+  byId("tonemap").addEventListener("change", (event) => {
+    view.tonemap = event.target.value;
+    askForImage();
+  });
+  byId("exposure").addEventListener("input", (event) => setExposure(event.target.valueAsNumber));
+  byId("exposure-number").addEventListener("input", (event) => setExposure(event.target.valueAsNumber));
+  byId("auto-exposure").addEventListener("change", (event) => setAutoExposure(event.target.checked));
+}
+
+// ---------------------------------------------------------------------------------------------
+// What the server tells: name, status, error, findings
+
+function showName() {
+  byId("name").textContent = byId("name").title = state.name;
+  document.title = `${state.samples}/${state.wanted} ${state.name} – rayfront`;
+  document.documentElement.style.setProperty("--aspect", state.size[0] / state.size[1]);
+}
+
+function showStatus(previous) {
+  const { samples, wanted, noise, rays, seconds, size } = state;
+  const speed = state.rays_per_second || (seconds > 0 ? rays / seconds : 0); // now, or of all when it rests
+  byId("progress").value = wanted > 0 ? samples / wanted : 0;
+  byId("samples").textContent = `${count(samples)} of ${count(wanted)} samples`;
+  byId("noise").textContent = noise === null ? "" : `${(100 * noise).toPrecision(3)} % noise`;
+  byId("rays").textContent = speed > 0 ? `${(speed / 1e6).toPrecision(3)} M rays/s` : "";
+  byId("rays").title = `${count(rays)} rays in ${seconds.toFixed(1)} s`;
+  byId("time-left").textContent = timeLeft();
+  const preview = state.shown[0] < size[0] ? `, now ${state.shown.join(" × ")}` : "";
+  byId("size").textContent = `${size.join(" × ")}${preview}`;
+  byId("pause").textContent = state.is_paused ? "Go on" : "Pause";
+  byId("pause").disabled = state.is_done;
+  announce(previous);
+}
+
+function timeLeft() {
+  if (state.is_done) return "done";
+  if (state.is_paused) return "paused";
+  return state.seconds_left === null ? "" : `${duration(state.seconds_left)} left`;
+}
+
+/** For those who listen: the status changes ten times a second, so only quarters are read out. */
+function announce(previous) {
+  const quarter = (of) => (of ? Math.floor((4 * of.samples) / of.wanted) : 0);
+  if (quarter(state) === quarter(previous) || quarter(state) === 0) return;
+  byId("announcement").textContent = state.is_done ? "The image is done." : `${25 * quarter(state)} % of the samples are done.`;
+}
+
+function showError() {
+  byId("error").hidden = state.error === null;
+  byId("error-text").textContent = state.error ?? "";
+}
+
+function showFindings(previous) {
+  const { findings } = state;
+  // Rebuilding the list would take the focus away from its buttons.
+  if (previous && JSON.stringify(findings) === JSON.stringify(previous.findings)) return;
+  byId("findings-panel").hidden = findings.length === 0;
+  byId("findings-count").textContent = findings.length;
+  byId("findings").replaceChildren(...findings.map(finding));
+}
+
+function finding({ what, remedy }) {
+  const item = element("li", "", element("p", "", what));
+  if (remedy !== null) item.append(copyable(remedy, "the remedy"));
+  return item;
+}
+
+function copyable(text, what) {
+  return element("div", "copyable", element("code", "", text), button("Copy", () => copy(text, what)));
+}
+
+// ---------------------------------------------------------------------------------------------
+// Controls that show what the server has
+
+/** Controls that are being used, and the timers that end that. */
+const held = new Map();
+
+/** What the server tells must not overwrite what is being typed or dragged. */
+function hold(control) {
+  clearTimeout(held.get(control));
+  held.set(control, 0);
+}
+
+function letGo(control) {
+  if (!held.has(control)) return;
+  clearTimeout(held.get(control));
+  const end = () => {
+    held.delete(control);
+    if (state) showControls();
+  };
+  held.set(control, setTimeout(end, HOLD_MS));
+}
+
+function show(id, value) {
+  const control = byId(id);
+  if (!held.has(control) && control.value !== String(value)) control.value = value;
+}
+
+function showControls() {
+  showCamera();
+  for (const name of ["schedule", "transport", "sampler", "wave", "depth", "spp"]) show(name, state.settings[name]);
+}
+
+function showCamera() {
+  const { camera, cameras } = state;
+  showCameraNames(cameras, camera.name);
+  for (const id of ["fov", "fov-number"]) {
+    byId(id).disabled = camera.fov_deg === null; // such as of a parallel projection
+    show(id, rounded(camera.fov_deg ?? ""));
+  }
+  const lens = camera.lens_radius_m ?? 0; // a pinhole has none, but may get one
+  byId("lens").max = lensRange(lens, camera.focus_m);
+  for (const id of ["lens", "lens-number"]) show(id, rounded(lens));
+  byId("focus-distance").textContent = camera.focus_m === null ? "all distances" : `${digits(camera.focus_m)} m`;
+  byId("camera-origin").textContent = triple(camera.origin);
+  byId("camera-target").textContent = triple(camera.target);
+  byId("save-camera").disabled = !(state.can_save && camera.is_moved);
+  byId("reset").disabled = !camera.is_moved;
+}
+
+/** The server's numbers have 32 bits: 0.1 is none of them. */
+const rounded = (value) => (value === "" ? "" : Number(value.toPrecision(6)));
+
+function showCameraNames(names, chosen) {
+  const select = byId("camera");
+  const isSame = select.options.length === names.length && names.every((name, index) => select.options[index].value === name);
+  if (!isSame) select.replaceChildren(...names.map((name) => new Option(name, name)));
+  select.disabled = names.length < 2;
+  if (chosen !== undefined) show("camera", chosen);
+}
+
+/** Scenes are of all sizes: a slider's end that suits how far away things are. */
+function lensRange(lens, focus) {
+  const suits = 10 ** Math.ceil(Math.log10((focus ?? 1) / 20));
+  return Math.max(suits, lens);
+}
+
+function connectControls() {
+  document.addEventListener("input", (event) => hold(event.target));
+  document.addEventListener("change", (event) => letGo(event.target));
+  document.addEventListener("focusout", (event) => letGo(event.target));
+  connectPair("fov", "fov-number", "fov_deg");
+  connectPair("lens", "lens-number", "lens_radius_m");
+  byId("camera").addEventListener("change", (event) => send({ camera: event.target.value }));
+  for (const name of ["schedule", "transport", "sampler"]) {
+    byId(name).addEventListener("change", (event) => send({ settings: { [name]: event.target.value } }));
+  }
+  for (const name of ["wave", "depth", "spp"]) {
+    byId(name).addEventListener("change", (event) => sendNumber(event.target, (value) => ({ settings: { [name]: value } })));
+  }
+  byId("reset").addEventListener("click", () => send({ reset: true }));
+  byId("save-camera").addEventListener("click", () => send({ save_camera: true }));
+  byId("copy-line").addEventListener("click", copyLine);
+  byId("focus").addEventListener("click", () => setFocusing(!isFocusing));
+  byId("pause").addEventListener("click", togglePause);
+  byId("restart").addEventListener("click", () => send({ restart: true }));
+}
+
+/** A slider acts while it is dragged, the number beside it when it is complete. */
+function connectPair(sliderId, numberId, command) {
+  const [slider, number] = [byId(sliderId), byId(numberId)];
+  slider.addEventListener("input", () => {
+    number.value = slider.value;
+    send({ [command]: slider.valueAsNumber });
+  });
+  number.addEventListener("change", () => sendNumber(number, (value) => ({ [command]: value })));
+}
+
+function sendNumber(input, command) {
+  if (input.value === "" || !input.checkValidity()) return tell(`${input.value || "Nothing"} is not a number that fits here.`, true);
+  send(command(input.valueAsNumber));
+}
+
+function togglePause() {
+  if (state && !state.is_done) send({ pause: !state.is_paused });
+}
+
+function copyLine() {
+  if (state) copy(state.camera.line, "the camera's line");
+}
+
+// ---------------------------------------------------------------------------------------------
+// The pointer
+
+let drag = null; // {kind, button, start, last, hasMoved} while a button is down
+let pointed = null; // the pixel under the pointer
+let isFocusing = false; // the next click chooses what is sharp
+
+/** The pixel of the full image that an event is at, or null outside. */
+function pixelAt(event) {
+  if (!state) return null;
+  const area = byId("image").getBoundingClientRect();
+  const x = Math.floor(((event.clientX - area.left) / area.width) * state.size[0]);
+  const y = Math.floor(((event.clientY - area.top) / area.height) * state.size[1]);
+  return x >= 0 && y >= 0 && x < state.size[0] && y < state.size[1] ? [x, y] : null;
+}
+
+function connectPointer() {
+  const canvas = byId("image");
+  canvas.addEventListener("pointerdown", beginDrag);
+  canvas.addEventListener("pointermove", movePointer);
+  canvas.addEventListener("pointerup", endDrag);
+  canvas.addEventListener("pointercancel", () => (drag = null));
+  canvas.addEventListener("pointerleave", () => point(null));
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  canvas.addEventListener("wheel", zoomByWheel, { passive: false });
+}
+
+function beginDrag(event) {
+  if (drag || event.button === 1) return;
+  const place = [event.clientX, event.clientY];
+  const kind = event.button === 2 || event.shiftKey ? "pan" : "orbit";
+  drag = { kind, button: event.button, start: place, last: place, hasMoved: false };
+  event.target.setPointerCapture(event.pointerId);
+}
+
+function movePointer(event) {
+  if (!drag) return point(pixelAt(event));
+  const place = [event.clientX, event.clientY];
+  drag.hasMoved ||= Math.hypot(place[0] - drag.start[0], place[1] - drag.start[1]) >= CLICK_PX;
+  if (!drag.hasMoved) return;
+  byId("image").classList.add("is-dragged");
+  const height = byId("image").clientHeight;
+  send({ [drag.kind]: [(place[0] - drag.last[0]) / height, (place[1] - drag.last[1]) / height] });
+  drag.last = place;
+}
+
+function endDrag(event) {
+  if (!drag || event.button !== drag.button) return;
+  const isClick = !drag.hasMoved && drag.button === 0;
+  drag = null;
+  byId("image").classList.remove("is-dragged");
+  const pixel = pixelAt(event);
+  if (isClick && pixel) click(pixel, event.altKey);
+}
+
+function click(pixel, isAlt) {
+  if (isAlt || isFocusing) {
+    send({ focus: pixel });
+    setFocusing(false);
+  } else {
+    explain(pixel, 0);
+  }
+}
+
+function setFocusing(to) {
+  isFocusing = to;
+  byId("focus").setAttribute("aria-pressed", to);
+  byId("image").classList.toggle("is-focusing", to);
+  if (to) tell("Click what shall be sharp. Escape cancels.");
+}
+
+function zoomByWheel(event) {
+  event.preventDefault();
+  const pixels = event.deltaY * [1, 16, 400][event.deltaMode]; // in pixels, lines or pages
+  send({ zoom: Math.exp(-Math.max(-200, Math.min(200, pixels)) / 600) });
+}
+
+// The readout.
+
+let restTimer = 0;
+let readAt = 0; // when the pixel was asked for
+
+function point(pixel) {
+  pointed = pixel;
+  clearTimeout(restTimer);
+  restTimer = 0;
+  byId("readout-pixel").textContent = pixel ? pixel.join(", ") : "–";
+  if (pixel) restTimer = setTimeout(askForPixel, REST_MS);
+  else showReadout(null);
+}
+
+/** Numbers converge, too. */
+function refreshReadout() {
+  if (pointed && performance.now() - readAt > 500) askForPixel();
+}
+
+const askForPixel = newestOnly(async () => {
+  if (!pointed) return;
+  readAt = performance.now();
+  const [x, y] = pointed;
+  const known = await (await request("/pixel", { x, y })).json();
+  if (pointed && pointed[0] === x && pointed[1] === y) showReadout(known);
+});
+
+function showReadout(known) {
+  const set = (name, text) => (byId(`readout-${name}`).textContent = byId(`readout-${name}`).title = text ?? "–");
+  set("radiance", known && triple(known.radiance));
+  set("depth", known && known.depth_m !== null ? `${digits(known.depth_m)} m` : null);
+  set("entity", known?.entity);
+  set("material", known?.material);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Queues: the picture of a wavefront
+
+function showQueues() {
+  const { queues } = state;
+  byId("queues").hidden = queues === null;
+  byId("no-queues").hidden = queues !== null || state.settings.schedule !== "recursive";
+  if (queues === null) return;
+  const stageRows = barRows(byId("stages"), queues.stages.length, [["full"], ["lanes"], ["active"]]);
+  queues.stages.forEach((stage, index) => showStage(stageRows[index], stage));
+  const bounceRows = barRows(byId("bounces"), queues.bounces.length, [["hits", "misses"], ["arrived", "blocked"], ["ends"]]);
+  const most = Math.max(1, ...queues.bounces.flatMap(({ rays, shadow }) => [rays, shadow]));
+  queues.bounces.forEach((bounce, index) => showBounce(bounceRows[index], bounce, most));
+}
+
+/** As many rows as wanted. Those that are there stay, so that a hovering title does not vanish. */
+function barRows(container, wanted, bars) {
+  while (container.children.length > wanted) container.lastChild.remove();
+  while (container.children.length < wanted) container.append(barRow(bars));
+  return container.children;
+}
+
+/** A label, bars made of parts with these classes, and a number. */
+function barRow(bars) {
+  const drawn = bars.map((parts) => element("span", "bar", ...parts.map((part) => element("span", part))));
+  return element("div", "bar-row", element("span"), element("span", "bars", ...drawn), element("span", "number"));
+}
+
+function fillRow(row, label, number, title, shares) {
+  row.firstChild.textContent = label;
+  row.lastChild.textContent = number;
+  row.title = title;
+  for (const [part, share] of Object.entries(shares)) {
+    row.querySelector(`.${part}`).style.width = `${100 * Math.min(1, Math.max(0, share))}%`;
+  }
+}
+
+function showStage(row, { name, calls, entering, leaving, room, lanes, active }) {
+  const full = room > 0 ? entering / room : 0;
+  const title =
+    `${name}: ran ${count(calls)} times; ${count(entering)} items came, ${count(leaving)} went on; ` +
+    `room for ${count(room)}: ${percent(full)} full. ` +
+    `Lanes that held an item: ${percent(lanes)}; whose item went on: ${percent(active)}.`;
+  fillRow(row, name, percent(full), title, { full, lanes, active });
+}
+
+function showBounce(row, { bounce, rays, hits, shadow, blocked, ends }, most) {
+  const title =
+    `Bounce ${bounce}: ${count(rays)} rays, ${count(hits)} hit, ${count(rays - hits)} missed; ` +
+    `${count(shadow)} shadow rays, ${count(shadow - blocked)} arrived, ${count(blocked)} were blocked; ` +
+    `${count(ends)} paths ended.`;
+  const amounts = { hits, misses: rays - hits, arrived: shadow - blocked, blocked, ends };
+  const shares = Object.fromEntries(Object.entries(amounts).map(([part, amount]) => [part, amount / most]));
+  fillRow(row, `bounce ${bounce}`, shortCount(rays), title, shares);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The explanation of a pixel
+
+let wanted = null; // {pixel, sample}: what was asked for last; null: nothing is explained
+let told = null; // the EXPLANATION that is shown
+
+function explain(pixel, sample) {
+  const isNew = wanted === null;
+  wanted = { pixel, sample };
+  byId("explanation").hidden = false;
+  byId("explanation").setAttribute("aria-busy", "true");
+  byId("explanation-title").textContent = `Pixel ${pixel.join(", ")}`;
+  byId("explanation-sample").textContent = "following …";
+  if (isNew) byId("side").scrollTop = 0;
+  askForExplanation(wanted);
+}
+
+const askForExplanation = newestOnly(async (asked) => {
+  const { pixel, sample } = asked;
+  try {
+    const answer = await (await request("/explain", { x: pixel[0], y: pixel[1], sample })).json();
+    if (wanted === asked) showExplanation(answer);
+  } catch (error) {
+    if (wanted === asked) closeExplanation();
+    throw error;
+  }
+});
+
+function closeExplanation() {
+  wanted = told = null;
+  byId("explanation").hidden = true;
+  drawOverlay();
+}
+
+/** How many samples there are to choose from: the render has gone on since. */
+const samplesToExplain = () => Math.max(told.samples, state.samples);
+
+function stepSample(by) {
+  if (!told) return;
+  const sample = told.sample + by;
+  if (sample >= 0 && sample < samplesToExplain()) explain(told.pixel, sample);
+}
+
+function showExplanation(explanation) {
+  told = explanation;
+  byId("explanation").removeAttribute("aria-busy");
+  byId("explanation-title").textContent = `Pixel ${told.pixel.join(", ")}`;
+  byId("explanation-radiance").textContent = triple(told.radiance);
+  byId("explanation-radiance").title = "What this sample adds to the pixel";
+  showStepper();
+  showAgreement();
+  setStale(false);
+  const isAlone = told.paths.length === 1;
+  byId("paths").replaceChildren(...told.paths.flatMap((path, number) => pathItems(path, number, isAlone)));
+  byId("command").textContent = told.command;
+  drawOverlay();
+}
+
+/** Samples count from 0, as in the command below. */
+function showStepper() {
+  byId("explanation-sample").textContent = `sample ${told.sample} of 0–${samplesToExplain() - 1}`;
+  byId("previous-sample").disabled = told.sample === 0;
+  byId("next-sample").disabled = told.sample + 1 >= samplesToExplain();
+}
+
+function showAgreement() {
+  const { wavefront, recursive } = told.schedules;
+  const agreement = byId("agreement");
+  agreement.classList.toggle("is-bad", !told.agrees);
+  agreement.textContent = told.agrees
+    ? "Both schedules: the same bits."
+    : `THE SCHEDULES DIFFER. Wavefront: ${wavefront.join(", ")}; recursive: ${recursive.join(", ")}. That is an error in rayfront.`;
+}
+
+/** A path that was followed through another picture must not be drawn over this one. */
+function noticeNewPicture(previous) {
+  if (!told) return;
+  showStepper();
+  const isNew = state.camera.line !== previous.camera.line || state.samples < previous.samples;
+  if (isNew) setStale(true);
+}
+
+function setStale(isStale) {
+  byId("explanation-stale").hidden = !isStale;
+  byId("overlay").classList.toggle("is-stale", isStale);
+}
+
+function pathItems(path, number, isAlone) {
+  const heading = number === 0 ? "Path 0, from the camera" : `Path ${number}, forked off path ${path.forked_off_path} at bounce ${path.forked_off_bounce}`;
+  const list = element("ol", "", ...path.steps.map((step, index) => stepItem(step, number, `${number}-${index}`)));
+  const end = element("p", "end", `It ends: ${path.end}.`);
+  if (isAlone) return [list, end];
+  const brings = element("p", "end", `It brings `, element("span", "number", triple(path.radiance)));
+  return [element("h3", "", heading), list, end, brings];
+}
+
+/** A vertex in the list. Pointing at it marks it in the image. */
+function stepItem(step, pathNumber, key) {
+  const badge = element("span", `badge branch-${pathNumber % BRANCHES}`, step.vertex ? String(step.bounce) : "–");
+  const item = element("li", "step", badge, step.vertex ? vertexFacts(step) : missFacts(step));
+  item.tabIndex = 0;
+  for (const event of ["mouseenter", "focus"]) item.addEventListener(event, () => mark(key));
+  for (const event of ["mouseleave", "blur"]) item.addEventListener(event, () => mark(null));
+  return item;
+}
+
+function vertexFacts(step) {
+  const { entity, material, t, gives_off, lobe, lights, position, normal } = step.vertex;
+  const what = element("span", "what", entity, element("span", "of", ` of ${material}`));
+  const facts = element("div", "facts", what);
+  fact(facts, "ray", `bounce ${step.bounce}, ${step.queue}, ${digits(t)} m`);
+  fact(facts, "throughput", triple(step.throughput), "number");
+  if (!isBlack(gives_off)) fact(facts, "gives off", triple(gives_off), "number");
+  for (const light of lights) lightFact(facts, light);
+  if (lobe !== null) fact(facts, "goes on by", lobe);
+  facts.title = `at ${triple(position)}\nnormal ${triple(normal)}`;
+  return facts;
+}
+
+function missFacts(step) {
+  const facts = element("div", "facts", element("span", "what", "meets nothing"));
+  fact(facts, "ray", `bounce ${step.bounce}, ${step.queue}`);
+  fact(facts, "throughput", triple(step.throughput), "number");
+  return facts;
+}
+
+function fact(facts, term, value, className = "") {
+  facts.append(element("span", "term", term), element("span", className, value));
+}
+
+function lightFact(facts, { light, distance, contribution, arrived, weight, blocked }) {
+  const isWhole = arrived.every((value, channel) => value === contribution[channel]);
+  const whole = triple(contribution);
+  const brings = blocked ? `blocked; would bring\n${whole}` : isWhole ? whole : `${triple(arrived)}\nof ${whole}`;
+  const term = element("span", "term is-light", light);
+  const value = element("span", "number", brings);
+  for (const part of [term, value]) part.classList.toggle("is-blocked", blocked);
+  const away = distance === null ? "" : `, ${digits(distance)} m away`;
+  term.title = value.title = `A ray to this light${away}. This way to find it counts ${digits(weight)}.`;
+  facts.append(term, value);
+}
+
+function connectExplanation() {
+  byId("close-explanation").addEventListener("click", closeExplanation);
+  byId("previous-sample").addEventListener("click", () => stepSample(-1));
+  byId("next-sample").addEventListener("click", () => stepSample(1));
+  byId("copy-command").addEventListener("click", () => told && copy(told.command, "the command"));
+}
+
+// Its path over the image.
+
+/** The overlay's units are CSS pixels, so that dots and lines have one size on every screen. */
+function drawOverlay() {
+  const overlay = byId("overlay");
+  overlay.replaceChildren();
+  if (!told) return;
+  const scale = byId("image").clientWidth / state.size[0];
+  const place = (point) => point.map((value) => value * scale);
+  const steps = told.paths.flatMap((path, number) => path.steps.map((step, index) => ({ step, number, key: `${number}-${index}` })));
+  for (const { step, number, key } of steps) overlay.append(stepLines(step, number, key, place));
+  // Dots lie above all lines; the camera's vertex, drawn last, above all dots.
+  for (const { step, number, key } of steps.reverse()) {
+    if (step.vertex && step.to) overlay.append(stepDot(step, number, key, place(step.to)));
+  }
+  overlay.append(pixelFrame(place));
+}
+
+/** The ray that led here, and those from here to the lights. A place behind the camera is null. */
+function stepLines(step, pathNumber, key, place) {
+  const group = shape("g", `step-lines branch-${pathNumber % BRANCHES}`);
+  group.dataset.key = key;
+  for (const light of step.vertex?.lights ?? []) {
+    if (step.to && light.to) group.append(line(`light-ray${light.blocked ? " is-blocked" : ""}`, place(step.to), place(light.to)));
+  }
+  if (step.from && step.to) {
+    const [from, to] = [place(step.from), place(step.to)];
+    if (step.vertex) group.append(line("seam", from, to), line("ray", from, to));
+    else group.append(line("ray escaped", from, to));
+  }
+  return group;
+}
+
+const line = (className, [x1, y1], [x2, y2]) => shape("line", className, { x1, y1, x2, y2 });
+
+function stepDot(step, pathNumber, key, [x, y]) {
+  const dot = shape("g", `dot branch-${pathNumber % BRANCHES}`, { transform: `translate(${x} ${y})` });
+  dot.dataset.key = key;
+  const number = shape("text", "", { y: 0.5 });
+  number.textContent = step.bounce;
+  dot.append(shape("circle", "", { r: 8 }), number);
+  return dot;
+}
+
+/** The pixel that is explained, or a frame around it where it is too small to be seen. */
+function pixelFrame(place) {
+  const [x, y] = place([told.pixel[0] + 0.5, told.pixel[1] + 0.5]);
+  const side = Math.max(place([1])[0], 24);
+  return shape("rect", "pixel", { x: x - side / 2, y: y - side / 2, width: side, height: side });
+}
+
+function mark(key) {
+  const overlay = byId("overlay");
+  overlay.classList.toggle("has-marked", key !== null);
+  for (const part of overlay.querySelectorAll("[data-key]")) part.classList.toggle("is-marked", part.dataset.key === key);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The keyboard
+
+const STEP = 0.05; // of the image's height, by an arrow key
+
+/** The four arrows; they only count where nothing else scrolls or slides by them. */
+const ARROWS = { ArrowLeft: [-STEP, 0], ArrowRight: [STEP, 0], ArrowUp: [0, -STEP], ArrowDown: [0, STEP] };
+
+const KEYS = {
+  "?": () => byId("help").togglePopover(),
+  "+": () => send({ zoom: 1.1 }),
+  "=": () => send({ zoom: 1.1 }),
+  "-": () => send({ zoom: 1 / 1.1 }),
+  "[": () => stepSample(-1),
+  "]": () => stepSample(1),
+  ",": () => setExposure(Number(byId("exposure-number").value) - 0.25),
+  ".": () => setExposure(Number(byId("exposure-number").value) + 0.25),
+  0: () => send({ reset: true }),
+  a: () => setAutoExposure(!view.isAuto),
+  c: copyLine,
+  f: () => setFocusing(!isFocusing),
+  r: () => send({ restart: true }),
+  Escape: escape,
+};
+
+function escape() {
+  if (byId("help").matches(":popover-open")) return; // the browser closes it
+  if (isFocusing) setFocusing(false);
+  else closeExplanation();
+}
+
+function pressKey(event) {
+  const { target, key } = event;
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const isField = target.matches("select, input:not([type=checkbox], [type=range])");
+  if (isField && key !== "Escape") return;
+  const action = KEYS[key.length === 1 ? key.toLowerCase() : key] ?? keyInImage(event);
+  if (!action) return;
+  event.preventDefault();
+  action();
+}
+
+/** Keys that mean something else on a button or a slider. */
+function keyInImage({ target, key, shiftKey }) {
+  const canvas = byId("image");
+  if (key >= "1" && key <= "9") return () => setLayer(byId("layer").options[key - 1].value);
+  if (target !== canvas && target !== document.body) return null;
+  if (key in ARROWS) return () => send({ [shiftKey ? "pan" : "orbit"]: ARROWS[key] });
+  if (key === " ") return togglePause;
+  if (key === "Enter" && state) return () => click(pointed ?? state.size.map((side) => Math.floor(side / 2)), false);
+  return null;
+}
+
+// ---------------------------------------------------------------------------------------------
+
+connectLook();
+connectControls();
+connectPointer();
+connectExplanation();
+document.addEventListener("keydown", pressKey);
+new ResizeObserver(() => {
+  chooseScaling();
+  drawOverlay();
+}).observe(byId("frame"));
+point(null);
+listen();

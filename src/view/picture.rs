@@ -1,0 +1,208 @@
+//! What is shown as pixels of eight bits, and what is known of one of them.
+
+use std::num::Wrapping;
+use std::str::FromStr;
+
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::viewer::Shown;
+use crate::film::exposure::automatic_ev;
+use crate::film::metrics::colormap;
+use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
+use crate::film::{Features, PixelSum, Region, SampleRanges};
+use crate::math::Rgb;
+use crate::render::{Gathered, Options, Session};
+use crate::sampling::hash::mix;
+use crate::world::Tonemap;
+
+/// What is to be seen of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// The image.
+    Light,
+    /// The image without its noise.
+    Denoised,
+    /// How far away what is seen is.
+    Depth,
+    /// How it is turned.
+    Normal,
+    /// Its base colour.
+    Albedo,
+    /// Which entity it is.
+    Entity,
+    /// Which material it has.
+    Material,
+    /// How uncertain pixels are, beside their brightness.
+    Noise,
+    /// How many samples pixels have.
+    Samples,
+}
+
+impl FromStr for Layer {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        const ALL: [(&str, Layer); 9] = [
+            ("light", Layer::Light),
+            ("denoised", Layer::Denoised),
+            ("depth", Layer::Depth),
+            ("normal", Layer::Normal),
+            ("albedo", Layer::Albedo),
+            ("entity", Layer::Entity),
+            ("material", Layer::Material),
+            ("noise", Layer::Noise),
+            ("samples", Layer::Samples),
+        ];
+        let found = ALL.iter().find(|(known, _)| *known == name);
+        found.map(|(_, layer)| *layer).ok_or_else(|| format!("there is no layer {name:?}"))
+    }
+}
+
+/// How light becomes colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    /// Stops; none: chosen by the image.
+    pub exposure_ev: Option<f32>,
+    /// The curve.
+    pub tonemap: Tonemap,
+}
+
+/// Pixels as a page draws them.
+pub struct Picture {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Red, green, blue and 255, row by row from the top.
+    pub pixels: Vec<u8>,
+    /// Stops by which light was exposed.
+    pub exposure_ev: f32,
+}
+
+/// Samples whose first hits are looked at for layers that show these.
+const LOOKED_AT: u32 = 4;
+
+/// A layer of what is shown.
+pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
+    let film = &shown.gathered.film;
+    let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| Picture {
+        size,
+        pixels: colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
+        exposure_ev: display.exposure_ev.unwrap_or(0.0),
+    };
+    match layer {
+        Layer::Light => light(film.radiance(), shown.size, display),
+        Layer::Denoised => {
+            let denoised = session(shown).and_then(|session| session.denoised());
+            let radiance = denoised.map_or_else(|| film.radiance(), |denoised| denoised.radiance);
+            light(radiance, shown.size, display)
+        }
+        Layer::Noise => own(noise(film.pixels()), shown.size),
+        Layer::Samples => {
+            let count = |p: &PixelSum| f64::from(p.count[0]) + f64::from(p.count[1]);
+            let most = film.pixels().iter().map(count).fold(1.0, f64::max);
+            own(film.pixels().iter().map(|p| heat(count(p) / most)).collect(), shown.size)
+        }
+        _ => {
+            let features = features(shown, Region::whole(shown.frame.size));
+            own(of_features(&features, layer), shown.frame.size)
+        }
+    }
+}
+
+fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> Picture {
+    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(&radiance));
+    let curve = DisplayTransform::new(display.tonemap, exposure_ev, &radiance);
+    let mut pixels = vec![255; 4 * radiance.len()];
+    pixels.par_chunks_mut(4).zip(&radiance).with_min_len(4096).for_each(|(pixel, light)| {
+        pixel[..3].copy_from_slice(&curve.apply_8_bit(*light));
+    });
+    Picture { size, pixels, exposure_ev }
+}
+
+/// The difference of even and odd samples beside their mean, from nothing to a half and more.
+fn noise(pixels: &[PixelSum]) -> Vec<[u8; 3]> {
+    let of = |p: &PixelSum| {
+        if p.count.contains(&0) {
+            return heat(1.0);
+        }
+        let mean = |parity: usize| {
+            p.sum[parity].iter().map(|sum| *sum as f64).sum::<f64>() / f64::from(p.count[parity])
+        };
+        let (even, odd) = (mean(0), mean(1));
+        heat(2.0 * (even - odd).abs() / (even + odd).abs().max(1.0))
+    };
+    pixels.iter().map(of).collect()
+}
+
+fn of_features(features: &[Features], layer: Layer) -> Vec<[u8; 3]> {
+    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let depths = || features.iter().map(|f| f.depth_m).filter(|depth| depth.is_finite());
+    let (near, far) = (depths().fold(f32::INFINITY, f32::min), depths().fold(0.0, f32::max));
+    let of = |f: &Features| match layer {
+        Layer::Depth if f.depth_m.is_finite() => {
+            [byte(1.0 - 0.95 * (f.depth_m - near) / (far - near).max(1e-6)); 3]
+        }
+        Layer::Normal if f.coverage > 0.0 => f.normal.map(|part| byte(0.5 + 0.5 * part)),
+        Layer::Albedo => f.albedo.to_array().map(|part| byte(srgb_encode(part))),
+        Layer::Entity if f.entity > 0 => any_color(f.entity),
+        Layer::Material if f.material > 0 => any_color(f.material.wrapping_add(1 << 16)),
+        _ => [0; 3],
+    };
+    features.iter().map(of).collect()
+}
+
+/// As dark as nothing, as bright as all.
+fn heat(part: f64) -> [u8; 3] {
+    colormap::color(part).to_array().map(|c| quantise_8_bit(srgb_encode(c)))
+}
+
+/// A colour for a number: neighbours have different ones.
+fn any_color(number: u32) -> [u8; 3] {
+    let Wrapping(mixed) = mix(Wrapping(number));
+    [mixed, mixed >> 8, mixed >> 16].map(|part| 64 + (part & 0xff) as u8 / 4 * 3)
+}
+
+/// What the whole image's first samples hit.
+fn features(shown: &Shown, region: Region) -> Vec<Features> {
+    let options = Options { region: Some(region), ..shown.options };
+    let mut session = Session::of(shown.frame.clone(), LOOKED_AT, options);
+    let mut samples = SampleRanges::default();
+    samples.insert(0..LOOKED_AT);
+    session.go_on_with(Gathered { samples, ..session.gathered().clone() });
+    session.features()
+}
+
+/// A session that has what is shown; none while that is a smaller image.
+fn session(shown: &Shown) -> Option<Session> {
+    let mut session = Session::of(shown.frame.clone(), shown.wanted, shown.options);
+    session.go_on_with((*shown.gathered).clone()).then_some(session)
+}
+
+/// What is known of a pixel of the whole image; none of one that there is not.
+pub fn pixel(shown: &Shown, [x, y]: [u32; 2]) -> Option<Value> {
+    let [width, height] = shown.frame.size;
+    if x >= width || y >= height {
+        return None;
+    }
+    // What is shown may be smaller.
+    let film = &shown.gathered.film;
+    let place = [x * shown.size[0] / width, y * shown.size[1] / height];
+    let sum = film.pixels().get(film.region().index(place[0], place[1]))?;
+    let radiance = film.radiance().get(film.region().index(place[0], place[1])).copied()?;
+    let features = features(shown, Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
+    let seen = features.first().filter(|features| features.coverage > 0.0);
+    let entity = seen.and_then(|f| shown.entities.get(&f.entity.checked_sub(1)?));
+    let scene = &shown.frame.scene;
+    let material = seen.and_then(|f| scene.material_names.get(f.material.checked_sub(1)? as usize));
+    Some(json!({
+        "x": x,
+        "y": y,
+        "radiance": radiance.to_array(),
+        "samples": u64::from(sum.count[0]) + u64::from(sum.count[1]),
+        "depth_m": seen.map(|f| f.depth_m),
+        "normal": seen.map(|f| f.normal),
+        "albedo": seen.map(|f| f.albedo.to_array()),
+        "entity": entity,
+        "material": material,
+    }))
+}

@@ -1,0 +1,230 @@
+//! A camera that a hand moves.
+
+use crate::math::{DMat3, DQuat, DVec3, Vec3};
+use crate::scene;
+use crate::world::{Camera, LookAtFault, Pattern, Transform};
+
+/// Where a camera stands, what it turns about, and through what it looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// In world space.
+    place: DVec3,
+    /// Its axes: to the right, up, backward.
+    axes: DMat3,
+    /// What it turns about, and comes nearer to.
+    pivot: DVec3,
+    /// Its optics.
+    pub camera: Camera,
+}
+
+/// What a scene file says of where a rig stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Where it stands, in metres.
+    pub from: Vec3,
+    /// What it looks at.
+    pub to: Vec3,
+    /// What is up; +Y unless it is tilted.
+    pub up: Vec3,
+}
+
+/// Nearer than this angle to straight up or down it does not turn, in radians.
+const STEEPEST: f64 = 0.01;
+
+impl Rig {
+    /// A scene's camera, which turns about what is `depth_m` ahead of it.
+    pub fn new(compiled: &scene::Camera, camera: Camera, depth_m: f32) -> Rig {
+        let [right, up, forward] = [compiled.right, compiled.up, compiled.forward].map(|v| v.as_dvec3());
+        let place = compiled.origin.as_dvec3();
+        // Mirror images have no pose.
+        let right = if right.cross(forward).dot(up) > 0.0 { -right } else { right };
+        let axes = DMat3::from_cols(right, up, -forward);
+        Rig { place, axes, pivot: place + forward * f64::from(depth_m), camera }
+    }
+
+    /// The same optics and pivot where a scene file says.
+    fn forward(&self) -> DVec3 {
+        -self.axes.z_axis
+    }
+
+    /// How far ahead the pivot is.
+    fn depth(&self) -> f64 {
+        (self.pivot - self.place).dot(self.forward()).max(1e-6)
+    }
+
+    /// Width of the image's height at the pivot, in metres.
+    fn height(&self) -> f64 {
+        match self.camera {
+            Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
+                2.0 * libm::tan(0.5 * f64::from(vertical_fov)) * self.depth()
+            }
+            Camera::Orthographic { height_m } => f64::from(height_m),
+        }
+    }
+
+    /// Turns about the pivot: `dx` and `dy` are a hand's way in image heights, to the right and down.
+    pub fn orbit(&mut self, [dx, dy]: [f64; 2]) {
+        let turn = |angle: f64, axis: DVec3| DQuat::from_axis_angle(axis, angle);
+        let pi = std::f64::consts::PI;
+        // Not over the top.
+        let pitch = libm::asin(self.forward().y.clamp(-1.0, 1.0));
+        let steepest = 0.5 * pi - STEEPEST;
+        let tilt = (pitch - dy * pi).clamp(-steepest.max(pitch.abs()), steepest.max(pitch.abs())) - pitch;
+        let level = turn(tilt, self.axes.x_axis);
+        let turned = turn(-dx * pi, DVec3::Y) * level;
+        self.place = self.pivot + turned * (self.place - self.pivot);
+        let [x, y, z] =
+            [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis].map(|axis| (turned * axis).normalize());
+        self.axes = DMat3::from_cols(x, y, z);
+    }
+
+    /// Moves along the image: what lies at the pivot's depth follows the hand.
+    pub fn pan(&mut self, [dx, dy]: [f64; 2]) {
+        let shift = (self.axes.y_axis * dy - self.axes.x_axis * dx) * self.height();
+        (self.place, self.pivot) = (self.place + shift, self.pivot + shift);
+    }
+
+    /// Comes nearer to the pivot by a factor; what has parallel rays sees a smaller part.
+    pub fn zoom(&mut self, factor: f64) {
+        let factor = factor.clamp(1e-3, 1e3);
+        match &mut self.camera {
+            Camera::Orthographic { height_m } => *height_m = (f64::from(*height_m) / factor) as f32,
+            Camera::Pinhole { .. } | Camera::ThinLens { .. } => {
+                self.place = self.pivot + (self.place - self.pivot) / factor;
+            }
+        }
+    }
+
+    /// Turns about a point from now on, and has it in focus.
+    pub fn focus(&mut self, point: Vec3) {
+        self.pivot = point.as_dvec3();
+        let depth = self.depth() as f32;
+        if let Camera::ThinLens { focus_distance_m, .. } = &mut self.camera {
+            *focus_distance_m = rounded(f64::from(depth), f64::from(depth)) as f32;
+        }
+    }
+
+    /// Sees a vertical angle in degrees, if it has one.
+    pub fn set_fov(&mut self, degrees: f64) {
+        let radians = degrees.clamp(1.0, 170.0).to_radians() as f32;
+        if let Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } = &mut self.camera {
+            *vertical_fov = radians;
+        }
+    }
+
+    /// Has a lens of a radius in metres; 0: a pinhole.
+    pub fn set_lens(&mut self, radius_m: f64) {
+        let depth = rounded(self.depth(), self.depth()) as f32;
+        let radius = radius_m.max(0.0) as f32;
+        self.camera = match self.camera {
+            Camera::Pinhole { vertical_fov } if radius > 0.0 => Camera::ThinLens {
+                vertical_fov,
+                lens_radius_m: radius,
+                focus_distance_m: depth,
+                aperture: None,
+                pattern: Pattern::default(),
+            },
+            Camera::ThinLens { vertical_fov, .. } if radius == 0.0 => Camera::Pinhole { vertical_fov },
+            Camera::ThinLens { vertical_fov, focus_distance_m, aperture, pattern, .. } => {
+                Camera::ThinLens { vertical_fov, lens_radius_m: radius, focus_distance_m, aperture, pattern }
+            }
+            other => other,
+        };
+    }
+
+    /// What a scene file says of it: rounded to what can be seen, so that what is saved is what is shown.
+    pub fn pose(&self) -> Pose {
+        let depth = self.depth();
+        let point = |p: DVec3| p.to_array().map(|c| rounded(c, depth) as f32).into();
+        let is_level = self.axes.x_axis.y.abs() < 1e-6 && self.axes.y_axis.y > 0.0;
+        let up = if is_level { DVec3::Y } else { self.axes.y_axis };
+        let up = Vec3::from(up.to_array().map(|c| rounded(c, 1.0) as f32));
+        Pose { from: point(self.place), to: point(self.place + self.forward() * depth), up }
+    }
+
+    /// As the entity has it.
+    pub fn transform(&self) -> Result<Transform, LookAtFault> {
+        let Pose { from, to, up } = self.pose();
+        Transform::look_at(from, to, up)
+    }
+}
+
+/// To the power of ten that is at most a hundred thousandth of a length.
+fn rounded(value: f64, length: f64) -> f64 {
+    let digits = 5 - libm::floor(libm::log10(length.abs().max(1e-30))) as i32;
+    let scale = libm::pow(10.0, f64::from(digits.clamp(-30, 30)));
+    let rounded = libm::round(value * scale) / scale;
+    // No minus before a zero.
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten metres before the origin, looking along −Z.
+    fn rig() -> Rig {
+        let projection = scene::Projection::Pinhole { tan_half_fov: 0.5 };
+        let compiled = scene::Camera {
+            origin: Vec3::new(0.0, 0.0, 10.0),
+            right: Vec3::X,
+            up: Vec3::Y,
+            forward: Vec3::NEG_Z,
+            projection,
+        };
+        let vertical_fov = 2.0 * libm::atan(0.5) as f32;
+        Rig::new(&compiled, Camera::Pinhole { vertical_fov }, 10.0)
+    }
+
+    #[test]
+    fn turning_keeps_the_distance_and_looks_at_the_pivot() {
+        let mut rig = rig();
+        rig.orbit([-0.5, 0.0]);
+        let Pose { from, to, up } = rig.pose();
+        assert!((from - Vec3::new(10.0, 0.0, 0.0)).length() < 1e-4, "{from}");
+        assert!(to.length() < 1e-4, "{to}");
+        assert_eq!(up, Vec3::Y);
+        rig.orbit([0.3, 0.2]);
+        assert!((rig.pose().from.length() - 10.0).abs() < 1e-3);
+        assert!(rig.pose().from.y > 0.0, "a hand that goes down sees it from above");
+        // As far up as a hand may go, and no further.
+        rig.orbit([0.0, 5.0]);
+        assert!(rig.pose().from.y > 9.99 && rig.transform().is_ok(), "{:?}", rig.pose());
+    }
+
+    #[test]
+    fn what_is_at_the_pivot_follows_the_hand() {
+        let mut rig = rig();
+        // The image is ten metres high there.
+        rig.pan([0.1, 0.0]);
+        assert_eq!(rig.pose().from, Vec3::new(-1.0, 0.0, 10.0));
+        rig.pan([0.0, 0.2]);
+        assert_eq!(rig.pose().to, Vec3::new(-1.0, 2.0, 0.0));
+    }
+
+    #[test]
+    fn nearer_is_nearer_to_the_pivot_alone() {
+        let mut rig = rig();
+        rig.zoom(2.0);
+        assert_eq!((rig.pose().from.z, rig.pose().to), (5.0, Vec3::ZERO));
+        rig.camera = Camera::Orthographic { height_m: 4.0 };
+        rig.zoom(2.0);
+        assert_eq!((rig.pose().from.z, &rig.camera), (5.0, &Camera::Orthographic { height_m: 2.0 }));
+    }
+
+    #[test]
+    fn a_lens_comes_in_focus_where_the_pivot_is() {
+        let mut rig = rig();
+        rig.focus(Vec3::new(1.0, 1.0, 3.0));
+        rig.set_lens(0.1);
+        let focus = |rig: &Rig| match rig.camera {
+            Camera::ThinLens { focus_distance_m, .. } => Some(focus_distance_m),
+            _ => None,
+        };
+        assert_eq!(focus(&rig), Some(7.0));
+        rig.focus(Vec3::new(0.0, 0.0, -2.0));
+        assert_eq!(focus(&rig), Some(12.0));
+        rig.set_lens(0.0);
+        assert_eq!(focus(&rig), None);
+    }
+}

@@ -1,0 +1,347 @@
+//! A scene that is looked at while it is written.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::rig::{Pose, Rig};
+use super::watched::Watched;
+use crate::compile::{self, Compiled};
+use crate::error::{CompileError, LoadError, SaveError};
+use crate::formats::{self, LoadOptions};
+use crate::integrator::Frame;
+use crate::math::Vec3;
+use crate::render::{Options, Session};
+use crate::study::explain::GivenNames;
+use crate::world::{Camera, Kept, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World};
+
+/// What the command line says about a scene's settings.
+pub type ChangeSettings = Box<dyn Fn(&mut Settings) + Send>;
+
+/// Why a scene is not what its files say.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// A file does not make sense.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// The scene does not.
+    #[error("{file}: {source}", file = .file.display())]
+    Compile {
+        /// Its file.
+        file: PathBuf,
+        /// What is wrong.
+        source: CompileError,
+    },
+    /// It could not be written.
+    #[error(transparent)]
+    Save(#[from] SaveError),
+    /// What somebody wants of it cannot be.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// A scene as its files say now, and what a hand has changed.
+pub struct LiveScene {
+    path: PathBuf,
+    options: LoadOptions,
+    change: ChangeSettings,
+    kept: Kept,
+    files: Watched,
+    world: World,
+    compiled: Compiled,
+    /// Where names of entities and lights are looked up.
+    names: Arc<GivenNames>,
+    entities: Arc<HashMap<u32, String>>,
+    /// Which camera is looked through; none: the first.
+    camera: Option<String>,
+    /// What the files say of it.
+    authored: Authored,
+    /// Where a hand has put it.
+    rig: Option<Rig>,
+}
+
+/// What files say of a camera.
+#[derive(Clone, Debug, PartialEq)]
+struct Authored {
+    transform: Option<Transform>,
+    camera: Option<Camera>,
+    /// Whether it hangs on another entity, or came with another file.
+    depends: bool,
+}
+
+impl LiveScene {
+    /// Reads and compiles.
+    pub fn load(
+        path: &Path,
+        options: LoadOptions,
+        camera: Option<String>,
+        change: ChangeSettings,
+    ) -> Result<LiveScene, SceneError> {
+        let kept = Kept::keeping();
+        let sources = SourceFiles::with(kept.clone());
+        let world = read(path, &options, &sources, &change)?;
+        let compiled = compiled(path, &world, camera.as_deref(), None)?;
+        let authored = authored(&world, camera.as_deref());
+        Ok(LiveScene {
+            path: path.to_owned(),
+            authored,
+            options,
+            change,
+            kept,
+            files: Watched::new(&sources),
+            names: Arc::new(GivenNames::new(&world)),
+            entities: Arc::new(world.names()),
+            world,
+            compiled,
+            camera,
+            rig: None,
+        })
+    }
+
+    /// Whether any of its files has changed.
+    pub fn has_changed(&mut self) -> bool {
+        self.files.have_changed()
+    }
+
+    /// Reads it again: what its files said before stays where they make no sense. The camera stays where a hand
+    /// has put it, unless the files say that it is somewhere else now.
+    pub fn reload(&mut self) -> Result<(), SceneError> {
+        let sources = SourceFiles::with(self.kept.clone());
+        let read = read(&self.path, &self.options, &sources, &self.change).and_then(|world| {
+            let compiled = compiled(&self.path, &world, self.camera.as_deref(), Some(&self.compiled))?;
+            Ok((world, compiled))
+        });
+        let watched = Watched::new(&sources);
+        let (world, compiled) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                // Whatever mends it: what was read before, or what has not been found now.
+                let before = std::mem::replace(&mut self.files, watched);
+                self.files.extend(before);
+                return Err(error);
+            }
+        };
+        self.files = watched;
+        (self.world, self.compiled) = (world, compiled);
+        self.names = Arc::new(GivenNames::new(&self.world));
+        self.entities = Arc::new(self.world.names());
+        let authored = authored(&self.world, self.camera.as_deref());
+        let stays = authored == self.authored;
+        self.authored = authored;
+        if let Some(rig) = self.rig.take().filter(|_| stays) {
+            self.place(rig)?;
+        }
+        self.kept.forget_unused();
+        Ok(())
+    }
+
+    /// Changes settings.
+    pub fn change_settings(&mut self, change: impl FnOnce(&mut Settings)) -> Result<(), SceneError> {
+        change(&mut self.world.settings);
+        self.compile()
+    }
+
+    /// Settings as they are now.
+    pub fn settings(&self) -> &Settings {
+        &self.world.settings
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// As it is rendered.
+    pub fn frame(&self) -> Arc<Frame> {
+        Arc::new(Frame::new(self.compiled.scene.clone(), &self.world.settings))
+    }
+
+    /// What the compilation noticed.
+    pub fn warnings(&self) -> &[String] {
+        &self.compiled.scene.warnings
+    }
+
+    /// What people call things.
+    pub fn names(&self) -> (Arc<GivenNames>, Arc<HashMap<u32, String>>) {
+        (self.names.clone(), self.entities.clone())
+    }
+
+    /// Names of its cameras.
+    pub fn cameras(&self) -> Vec<String> {
+        compile::camera_names(&self.world)
+    }
+
+    /// Looks through another of its cameras.
+    pub fn look_through(&mut self, camera: &str) -> Result<(), SceneError> {
+        let before = self.camera.replace(camera.to_owned());
+        let reset = self.reset();
+        if reset.is_err() {
+            self.camera = before;
+        }
+        reset
+    }
+
+    /// Whether a hand has moved the camera.
+    pub fn is_moved(&self) -> bool {
+        self.rig.is_some()
+    }
+
+    /// The camera as a hand moves it. At first it turns about what is seen in the middle of the image.
+    pub fn rig(&self) -> Rig {
+        if let Some(rig) = &self.rig {
+            return rig.clone();
+        }
+        let scene = &self.compiled.scene;
+        let bounds = scene.bounds;
+        let to_middle = (bounds.center() - scene.camera.origin).dot(scene.camera.forward);
+        let [width, height] = self.world.settings.size;
+        let ahead = self.depth([width / 2, height / 2]).map(|(depth, _)| depth);
+        let size = bounds.size().length().max(1e-3);
+        let usual = if to_middle > 0.01 * size { to_middle } else { size };
+        Rig::new(
+            &scene.camera,
+            self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 }),
+            ahead.unwrap_or(usual),
+        )
+    }
+
+    /// How far away along the camera's axis the first thing is that a pixel shows, and where; none: nothing.
+    pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
+        let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
+        let options = Options { region: Some(region), ..Options::default() };
+        let features = Session::of(self.frame_without_pilot(), 1, options).features();
+        let first = features.first().filter(|features| features.coverage > 0.0)?;
+        Some((first.depth_m, Vec3::from_array(first.position)))
+    }
+
+    /// As it is rendered, but that no pixels share paths: nothing needs to be looked at beforehand.
+    pub fn frame_without_pilot(&self) -> Arc<Frame> {
+        let settings = Settings { sharing: Sharing::Off, ..self.world.settings.clone() };
+        Arc::new(Frame::new(self.compiled.scene.clone(), &settings))
+    }
+
+    /// Puts the camera where a hand has moved it.
+    pub fn place(&mut self, rig: Rig) -> Result<(), SceneError> {
+        let no_camera = || SceneError::Refused("the scene has no camera".into());
+        let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
+        let transform = rig.transform().map_err(|_| {
+            SceneError::Refused("the camera would look straight up or down: turn it a little".into())
+        })?;
+        // In the world's space: what it hangs on does not move it any more.
+        let _ = self.world.entities.remove_one::<Parent>(entity);
+        let _ = self.world.entities.insert(entity, (transform, rig.camera));
+        self.rig = Some(rig);
+        self.compile()
+    }
+
+    /// Puts the camera where its file says.
+    pub fn reset(&mut self) -> Result<(), SceneError> {
+        self.rig = None;
+        let sources = SourceFiles::with(self.kept.clone());
+        let settings = self.world.settings.clone();
+        self.world = read(&self.path, &self.options, &sources, &self.change)?;
+        self.world.settings = settings;
+        self.authored = authored(&self.world, self.camera.as_deref());
+        self.compile()
+    }
+
+    /// Whether the camera can be written into the scene's file.
+    pub fn can_save(&self) -> bool {
+        self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
+            && self.camera_in_file().is_some()
+    }
+
+    /// Writes the camera into the scene's file, whose other text stays as it is.
+    pub fn save_camera(&mut self) -> Result<String, SceneError> {
+        let (path, refused) = (self.path.clone(), |reason: &str| SceneError::Refused(reason.into()));
+        let number = self.camera_in_file().filter(|_| self.can_save());
+        let number =
+            number.ok_or_else(|| refused("the camera is not in a .ron file: copy its line instead"))?;
+        let [camera, transform] = self.camera_texts()?;
+        let bytes = std::fs::read(&path).map_err(LoadError::io(&path))?;
+        let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
+        let keys = [("camera", camera), ("transform", transform)];
+        let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
+        // What a link leads to is written, not the link.
+        formats::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
+        self.rig = None;
+        self.reload()?;
+        Ok(format!("saved in {}", path.display()))
+    }
+
+    /// The camera's entity as a scene file would have it.
+    pub fn camera_line(&self) -> Result<String, SceneError> {
+        let [camera, transform] = self.camera_texts()?;
+        let name = camera_entity(&self.world, self.camera.as_deref())
+            .map(|entity| self.world.name_of(entity))
+            .unwrap_or_default();
+        Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
+    }
+
+    /// Where the camera stands.
+    pub fn pose(&self) -> Pose {
+        self.rig().pose()
+    }
+
+    fn camera_texts(&self) -> Result<[String; 2], SceneError> {
+        let rig = self.rig();
+        let Pose { from, to, up } = rig.pose();
+        let camera = formats::ron::camera(&self.world, &rig.camera, &self.path)?;
+        let transform = formats::ron::look_at(from, to, up).map_err(SceneError::Refused)?;
+        Ok([camera, transform])
+    }
+
+    fn compile(&mut self) -> Result<(), SceneError> {
+        let before = Some(&self.compiled);
+        self.compiled = compiled(&self.path, &self.world, self.camera.as_deref(), before)?;
+        Ok(())
+    }
+
+    /// Which of the file's entities the camera is: those of a scene file come first, in its order. None of one that
+    /// another file brought, or that hangs on another entity.
+    fn camera_in_file(&self) -> Option<usize> {
+        let entity = camera_entity(&self.world, self.camera.as_deref())?;
+        (!self.authored.depends).then_some(entity.id() as usize)
+    }
+}
+
+/// The entity of the camera that is looked through.
+fn camera_entity(world: &World, camera: Option<&str>) -> Option<hecs::Entity> {
+    let order = world.in_order();
+    let mut cameras = order.into_iter().filter(|e| world.entities.get::<&Camera>(*e).is_ok());
+    match camera {
+        None => cameras.next(),
+        Some(name) => cameras.find(|entity| world.name_of(*entity) == name),
+    }
+}
+
+fn authored(world: &World, camera: Option<&str>) -> Authored {
+    let entity = camera_entity(world, camera);
+    let transform = entity.and_then(|entity| world.entities.get::<&Transform>(entity).ok().map(|it| *it));
+    let found = entity.and_then(|entity| world.entities.get::<&Camera>(entity).ok().map(|it| *it));
+    let depends = entity.is_some_and(|entity| {
+        world.entities.get::<&Placed>(entity).is_ok() || world.entities.get::<&Parent>(entity).is_ok()
+    });
+    Authored { transform, camera: found, depends }
+}
+
+fn read(
+    path: &Path,
+    options: &LoadOptions,
+    sources: &SourceFiles,
+    change: &ChangeSettings,
+) -> Result<World, SceneError> {
+    let mut world = formats::load_again(path, options, sources)?;
+    change(&mut world.settings);
+    Ok(world)
+}
+
+fn compiled(
+    path: &Path,
+    world: &World,
+    camera: Option<&str>,
+    before: Option<&Compiled>,
+) -> Result<Compiled, SceneError> {
+    compile::compile_after(world, camera, before)
+        .map_err(|source| SceneError::Compile { file: path.to_owned(), source })
+}

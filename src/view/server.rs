@@ -1,0 +1,288 @@
+//! The page and its answers over plain HTTP, for browsers on this machine alone.
+//!
+//! Three things keep others out. It listens on the loopback interface. It answers nobody who calls it by another name
+//! (a page of somebody else's, whose name is made to lead here, would call it by that). And every address holds a token
+//! that is told to whoever started the program. No request names a file.
+
+use std::convert::Infallible;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::{Query, Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{Html, IntoResponse, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio_stream::wrappers::WatchStream;
+use tokio_stream::{Stream, StreamExt};
+
+use super::command::Wish;
+use super::explanation::explanation;
+use super::picture::{Display, Layer, Picture, picture, pixel};
+use super::viewer::Viewer;
+use crate::world::Tonemap;
+
+const PAGE: &str = include_str!("page/index.html");
+const SCRIPT: &str = include_str!("page/page.js");
+const STYLE: &str = include_str!("page/page.css");
+
+/// The port that is tried first: an address that does not change can be kept.
+const USUAL_PORT: u16 = 8421;
+/// How often news are told.
+const NEWS: Duration = Duration::from_millis(80);
+
+/// A page that is about to be served.
+pub struct Server {
+    listener: TcpListener,
+    token: String,
+}
+
+struct Site {
+    viewer: Arc<Viewer>,
+    token: String,
+    /// What begins a command that repeats what the page shows.
+    command: String,
+}
+
+impl Server {
+    /// Listens on a port of the loopback interface; 0 for the usual one, or any if that is taken.
+    pub fn new(port: u16) -> std::io::Result<Server> {
+        let at = |port: u16| TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+        let listener = if port == 0 { at(USUAL_PORT).or_else(|_| at(0))? } else { at(port)? };
+        listener.set_nonblocking(true)?;
+        let mut bytes = [0; 16];
+        getrandom::fill(&mut bytes).map_err(|error| std::io::Error::other(error.to_string()))?;
+        Ok(Server { listener, token: bytes.iter().map(|byte| format!("{byte:02x}")).collect() })
+    }
+
+    /// The page's address.
+    pub fn address(&self) -> std::io::Result<String> {
+        let port = self.listener.local_addr()?.port();
+        Ok(format!("http://127.0.0.1:{port}/?token={}", self.token))
+    }
+
+    /// Serves until the process ends. `command` begins what repeats an explanation in a terminal.
+    pub fn serve(self, viewer: Arc<Viewer>, command: String) -> std::io::Result<()> {
+        let runtime =
+            tokio::runtime::Builder::new_current_thread().enable_all().max_blocking_threads(32).build()?;
+        let site = Arc::new(Site { viewer, token: self.token, command });
+        let router = Router::new()
+            .route("/", get(page))
+            .route("/page.js", get(script))
+            .route("/page.css", get(style))
+            .route("/events", get(events))
+            .route("/image", get(image))
+            .route("/pixel", get(one_pixel))
+            .route("/explain", get(explain))
+            .route("/do", post(carry_out))
+            .layer(from_fn_with_state(site.clone(), guard))
+            .with_state(site);
+        runtime.block_on(async move {
+            let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            axum::serve(listener, router).await
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct Token {
+    token: Option<String>,
+}
+
+/// Lets nobody in who does not know the token, or calls us by a name that is not this machine's own.
+async fn guard(
+    State(site): State<Arc<Site>>,
+    Query(Token { token }): Query<Token>,
+    request: Request,
+    next: Next,
+) -> Response {
+    if !is_loopback(request.headers()) {
+        return refuse(StatusCode::FORBIDDEN, "this is for localhost alone");
+    }
+    if token.as_deref() != Some(&site.token) {
+        return refuse(StatusCode::FORBIDDEN, "the token in the address is wrong: see the terminal");
+    }
+    let mut response = next.run(request).await;
+    let fixed = [
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::CONTENT_SECURITY_POLICY, "default-src 'self'; frame-ancestors 'none'"),
+    ];
+    for (name, value) in fixed {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// Whether a request names this machine as this machine does, on any port: one that is forwarded has another.
+fn is_loopback(headers: &HeaderMap) -> bool {
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => host,
+    };
+    ["localhost", "127.0.0.1", "[::1]"].contains(&name)
+}
+
+fn refuse(code: StatusCode, reason: &str) -> Response {
+    (code, axum::Json(json!({"error": reason}))).into_response()
+}
+
+async fn page(State(site): State<Arc<Site>>) -> Html<String> {
+    Html(PAGE.replace("{token}", &site.token))
+}
+
+async fn script() -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "text/javascript; charset=utf-8")], SCRIPT)
+}
+
+async fn style() -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], STYLE)
+}
+
+/// All that there is to tell, now and whenever there are news.
+async fn events(State(site): State<Arc<Site>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let news = WatchStream::new(site.viewer.news()).throttle(NEWS);
+    let events = news.map(move |_| Ok(Event::default().data(site.viewer.status().to_string())));
+    Sse::new(events).keep_alive(KeepAlive::default())
+}
+
+#[derive(Deserialize)]
+struct Wanted {
+    layer: Option<String>,
+    exposure: Option<String>,
+    tonemap: Option<String>,
+}
+
+impl Wanted {
+    fn read(&self) -> Result<(Layer, Display), String> {
+        let layer = self.layer.as_deref().map_or(Ok(Layer::Light), Layer::from_str)?;
+        let exposure_ev = match self.exposure.as_deref() {
+            None => Some(0.0),
+            Some("auto") => None,
+            Some(stops) => {
+                let stops = stops.parse().ok().filter(|stops: &f32| stops.is_finite());
+                Some(stops.ok_or("an exposure is a number of stops, or auto")?)
+            }
+        };
+        let tonemap = match self.tonemap.as_deref() {
+            None => Tonemap::default(),
+            Some(name) => serde_json::from_value(json!(name)).map_err(|_| "there is no such tone curve")?,
+        };
+        Ok((layer, Display { exposure_ev, tonemap }))
+    }
+}
+
+async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<Wanted>) -> Response {
+    let (layer, display) = match wanted.read() {
+        Ok(read) => read,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let made = aside(move || {
+        let (serial, shown) = (site.viewer.serial(), site.viewer.shown());
+        (serial, shown.gathered.film.samples_per_pixel(), picture(&shown, layer, display))
+    });
+    let Some((serial, samples, Picture { size: [width, height], pixels, exposure_ev })) = made.await else {
+        return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made");
+    };
+    let headers = [
+        ("content-type", "application/octet-stream".to_owned()),
+        ("x-width", width.to_string()),
+        ("x-height", height.to_string()),
+        ("x-samples", format!("{samples:.2}")),
+        ("x-serial", serial.to_string()),
+        ("x-exposure", exposure_ev.to_string()),
+    ];
+    (headers, pixels).into_response()
+}
+
+#[derive(Deserialize)]
+struct Place {
+    x: u32,
+    y: u32,
+    sample: Option<u32>,
+}
+
+async fn one_pixel(State(site): State<Arc<Site>>, Query(Place { x, y, .. }): Query<Place>) -> Response {
+    answer(aside(move || pixel(&site.viewer.shown(), [x, y])).await.flatten())
+}
+
+async fn explain(State(site): State<Arc<Site>>, Query(Place { x, y, sample }): Query<Place>) -> Response {
+    let explained = aside(move || {
+        let shown = site.viewer.shown();
+        let mut explained = explanation(&shown, [x, y], sample.unwrap_or(0))?;
+        explained["command"] = json!(format!("{} {x},{y} --sample {}", site.command, explained["sample"]));
+        Some(explained)
+    });
+    answer(explained.await.flatten())
+}
+
+fn answer(found: Option<Value>) -> Response {
+    match found {
+        Some(found) => axum::Json(found).into_response(),
+        None => refuse(StatusCode::NOT_FOUND, "there is no such pixel"),
+    }
+}
+
+async fn carry_out(State(site): State<Arc<Site>>, body: String) -> Response {
+    let wish: Wish = match serde_json::from_str(&body) {
+        Ok(wish) => wish,
+        Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
+    };
+    match aside(move || site.viewer.command(wish)).await {
+        Some(Ok(said)) => axum::Json(json!({"ok": true, "said": said})).into_response(),
+        Some(Err(reason)) => refuse(StatusCode::BAD_REQUEST, &reason),
+        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "it could not be done"),
+    }
+}
+
+/// Does what takes its time on a thread of its own; none if that failed.
+async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    tokio::task::spawn_blocking(work).await.ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_this_machines_own_names_are_answered() {
+        let is_ours = |host: &str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_str(host).unwrap());
+            is_loopback(&headers)
+        };
+        for ours in ["localhost", "localhost:8421", "127.0.0.1:9", "[::1]:80", "[::1]"] {
+            assert!(is_ours(ours), "{ours}");
+        }
+        let others =
+            ["", "example.org", "127.0.0.1.example.org", "localhost.example.org:80", "10.0.0.1:8421"];
+        for other in others {
+            assert!(!is_ours(other), "{other}");
+        }
+        assert!(!is_loopback(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn what_is_wanted_of_an_image_is_read() {
+        let read = |layer: &str, exposure: &str, tonemap: &str| {
+            let [layer, exposure, tonemap] = [layer, exposure, tonemap].map(|text| Some(text.to_owned()));
+            Wanted { layer, exposure, tonemap }.read()
+        };
+        let display = Display { exposure_ev: Some(-1.5), tonemap: Tonemap::Aces };
+        assert_eq!(read("depth", "-1.5", "Aces"), Ok((Layer::Depth, display)));
+        assert!(read("light", "auto", "Agx").is_ok_and(|(_, display)| display.exposure_ev.is_none()));
+        for [layer, exposure, tonemap] in
+            [["light", "nan", "Aces"], ["dark", "0", "Aces"], ["light", "0", "x"]]
+        {
+            assert!(read(layer, exposure, tonemap).is_err());
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! What there is to tell of a rendering, for the page.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use super::command::{SAMPLERS, SCHEDULES, TRANSPORTS};
+use super::scene::LiveScene;
+use super::viewer::{Shown, Work};
+use crate::film::Region;
+use crate::integrator::{Frame, Stage};
+use crate::render::{Gathered, Options};
+use crate::study::profile::flow::{self, Flows};
+use crate::world::Camera;
+
+/// What there is to tell.
+pub struct Status {
+    /// Grows whenever the pixels have changed.
+    pub serial: u64,
+    /// Why the scene is not what its files say.
+    pub error: Option<String>,
+    /// Whether it waits.
+    pub is_paused: bool,
+    /// What is told of the scene: a part of the whole.
+    scene: Value,
+    /// Width and height of what is shown.
+    shown: [u32; 2],
+    samples: f64,
+    wanted: u32,
+    noise: Option<f64>,
+    rays: u64,
+    elapsed: Duration,
+    is_done: bool,
+    /// What the queues held when somebody looked last.
+    pub queues: Option<Flows>,
+}
+
+impl Status {
+    /// Before anything is rendered.
+    pub fn of(scene: &LiveScene, work: Work) -> Status {
+        let mut status = Status {
+            serial: 0,
+            error: None,
+            is_paused: false,
+            scene: Value::Null,
+            shown: [0; 2],
+            samples: 0.0,
+            wanted: scene.settings().samples,
+            noise: None,
+            rays: 0,
+            elapsed: Duration::ZERO,
+            is_done: false,
+            queues: None,
+        };
+        status.describe(scene, &work);
+        status
+    }
+
+    /// Takes down what the scene says.
+    pub fn describe(&mut self, scene: &LiveScene, work: &Work) {
+        let (settings, pose, camera) = (scene.settings(), scene.pose(), scene.rig().camera);
+        let findings: Vec<Value> =
+            scene.warnings().iter().map(|what| json!({"what": what, "remedy": null})).collect();
+        let (fov, lens) = match camera {
+            Camera::Pinhole { vertical_fov } => (Some(vertical_fov), None),
+            Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, .. } => {
+                (Some(vertical_fov), Some((lens_radius_m, focus_distance_m)))
+            }
+            Camera::Orthographic { .. } => (None, None),
+        };
+        self.scene = json!({
+            "name": scene.path().file_name().map(|name| name.to_string_lossy()),
+            "can_save": scene.can_save(),
+            "cameras": scene.cameras(),
+            "size": settings.size,
+            "findings": findings,
+            "exposure_ev": settings.exposure_ev,
+            "auto_exposure": settings.auto_exposure,
+            "tonemap": format!("{:?}", settings.tonemap),
+            "settings": {
+                "schedule": name(&SCHEDULES, &work.schedule),
+                "transport": name(&TRANSPORTS, &settings.transport),
+                "sampler": name(&SAMPLERS, &settings.sampler),
+                "wave": work.wave,
+                "depth": settings.max_depth,
+                "spp": settings.samples,
+            },
+            "camera": {
+                "origin": pose.from.to_array(),
+                "target": pose.to.to_array(),
+                "fov_deg": fov.map(f32::to_degrees),
+                "focus_m": lens.map(|(_, focus)| focus),
+                "lens_radius_m": lens.map(|(radius, _)| radius),
+                "line": scene.camera_line().ok(),
+                "is_moved": scene.is_moved(),
+            },
+        });
+    }
+
+    /// Begins anew.
+    pub fn begin(&mut self) {
+        (self.rays, self.is_done, self.noise, self.queues) = (0, false, None, None);
+    }
+
+    /// Takes down what the pixels are now.
+    pub fn pixels(&mut self, gathered: &Gathered, shown: &Shown, elapsed: Duration) {
+        self.serial += 1;
+        self.shown = shown.size;
+        self.wanted = shown.wanted;
+        let is_small = shown.size != shown.frame.size;
+        self.samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
+        self.noise = gathered.film.relative_noise();
+        self.elapsed = elapsed;
+    }
+
+    /// Takes down what a pass came to.
+    pub fn passed(&mut self, rays: u64, elapsed: Duration, is_done: bool) {
+        (self.rays, self.elapsed, self.is_done) = (rays, elapsed, is_done);
+    }
+
+    /// As the page reads it.
+    pub fn json(&self) -> Value {
+        let seconds = self.elapsed.as_secs_f64();
+        let left = (self.samples >= 1.0 && !self.is_done)
+            .then(|| seconds / self.samples * (f64::from(self.wanted) - self.samples).max(0.0));
+        let mut all = json!({
+            "serial": self.serial,
+            "shown": self.shown,
+            "samples": (self.samples * 100.0).round() / 100.0,
+            "wanted": self.wanted,
+            "noise": self.noise,
+            "rays": self.rays,
+            "rays_per_second": self.rays as f64 / seconds.max(1e-3),
+            "seconds": seconds,
+            "seconds_left": left,
+            "is_done": self.is_done,
+            "is_paused": self.is_paused,
+            "error": self.error,
+            "queues": self.queues.as_ref().map(flows_json),
+        });
+        if let (Some(all), Value::Object(scene)) = (all.as_object_mut(), &self.scene) {
+            all.extend(scene.clone());
+        }
+        all
+    }
+}
+
+/// The name of one of several.
+fn name<T: PartialEq>(known: &[(&'static str, T)], value: &T) -> &'static str {
+    known.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name)
+}
+
+/// Width and height of the part of the image whose queues are looked at: a wave of one sample and more.
+const LOOKED_AT: u32 = 64;
+/// Samples of it.
+const SAMPLES: u32 = 2;
+
+/// What the queues hold while the middle of the image is rendered.
+pub fn queues(frame: &Arc<Frame>, options: Options) -> Flows {
+    let [width, height] = frame.size;
+    let part = |size: u32| {
+        let start = size.saturating_sub(LOOKED_AT) / 2;
+        (start, (start + LOOKED_AT).min(size))
+    };
+    let ((x0, x1), (y0, y1)) = (part(width), part(height));
+    flow::of_region(frame, Options { region: Some(Region { x0, y0, x1, y1 }), ..options }, SAMPLES)
+}
+
+fn flows_json(flows: &Flows) -> Value {
+    let stages: Vec<Value> = Stage::ALL
+        .iter()
+        .zip(&flows.stages)
+        .map(|(stage, flow)| {
+            let share = |part: f64| if part.is_finite() { part } else { 0.0 };
+            json!({
+                "name": stage.name(),
+                "calls": flow.calls,
+                "entering": flow.entering,
+                "leaving": flow.leaving,
+                "room": flow.room,
+                "lanes": share(flow.occupied()),
+                "active": share(flow.active()),
+            })
+        })
+        .collect();
+    let bounces: Vec<Value> = flows
+        .bounces
+        .iter()
+        .enumerate()
+        .map(|(number, bounce)| {
+            json!({
+                "bounce": number,
+                "rays": bounce.rays(),
+                "hits": bounce.hits,
+                "shadow": bounce.shadow,
+                "blocked": bounce.blocked,
+                "ends": bounce.ends,
+            })
+        })
+        .collect();
+    json!({"stages": stages, "bounces": bounces})
+}

@@ -1,0 +1,360 @@
+//! Renders what is looked at, again and again, while others ask for pictures of it.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tokio::sync::watch;
+
+use super::command::{Command, Wish};
+use super::scene::{LiveScene, SceneError};
+use super::status::{Status, queues};
+use crate::integrator::{Frame, Schedule};
+use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
+use crate::study::explain::GivenNames;
+
+/// How long a pass shall take, so that pictures come often and hands are obeyed soon.
+const PASS: Duration = Duration::from_millis(400);
+/// How often a picture is taken within a pass.
+const PICTURE: Duration = Duration::from_millis(150);
+/// How often files are looked at.
+const LOOK: Duration = Duration::from_millis(60);
+/// How often the wave's queues are looked at, which takes a tenth of a second.
+const QUEUES: Duration = Duration::from_secs(3);
+/// The first picture after a change has at most this many pixels.
+const FIRST_PIXELS: u32 = 40_000;
+
+/// What is rendered, and what has come of it: all that a picture or an answer needs.
+#[derive(Clone)]
+pub struct Shown {
+    /// The scene as it is rendered.
+    pub frame: Arc<Frame>,
+    /// What has been gathered: of the whole image, or of a smaller one.
+    pub gathered: Arc<Gathered>,
+    /// Its width and height.
+    pub size: [u32; 2],
+    /// Samples that there are to be.
+    pub wanted: u32,
+    /// Paths of a wave, and in which order.
+    pub options: Options,
+    /// Names of entities and lights.
+    pub names: Arc<GivenNames>,
+    /// Names of entities by their numbers.
+    pub entities: Arc<HashMap<u32, String>>,
+}
+
+/// What threads share.
+pub struct Viewer {
+    state: Mutex<State>,
+    /// There is something to do.
+    wake: Condvar,
+    /// The pass that is under way is no longer wanted.
+    stop: AtomicBool,
+    /// Grows whenever there is something to tell.
+    news: watch::Sender<u64>,
+}
+
+struct State {
+    shown: Shown,
+    status: Status,
+    commands: VecDeque<Command>,
+    /// What the last commands came to, by their numbers.
+    answers: HashMap<u64, Result<String, String>>,
+    next: u64,
+    ends: bool,
+}
+
+/// How the scene is rendered: what no bit of the image depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// In which order.
+    pub schedule: Schedule,
+    /// Paths of a wave.
+    pub wave: usize,
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self { schedule: Schedule::Wavefront, wave: DEFAULT_WAVE }
+    }
+}
+
+impl Work {
+    fn options(self) -> Options {
+        Options { schedule: self.schedule, wave: self.wave, ..Options::default() }
+    }
+}
+
+impl Viewer {
+    /// For a scene; nothing is rendered before [`Viewer::run`].
+    pub fn new(scene: &LiveScene, work: Work) -> Viewer {
+        let frame = scene.frame_without_pilot();
+        let (names, entities) = scene.names();
+        let region = crate::film::Region::whole(frame.size);
+        let nothing = Gathered::nothing(region, frame.unit, false);
+        let (size, wanted) = (frame.size, scene.settings().samples);
+        let shown = Shown {
+            frame,
+            gathered: Arc::new(nothing),
+            size,
+            wanted,
+            options: work.options(),
+            names,
+            entities,
+        };
+        let status = Status::of(scene, work);
+        let state =
+            State { shown, status, commands: VecDeque::new(), answers: HashMap::new(), next: 0, ends: false };
+        let (news, _) = watch::channel(0);
+        Viewer { state: Mutex::new(state), wake: Condvar::new(), stop: AtomicBool::new(false), news }
+    }
+
+    /// What there is to see now.
+    pub fn shown(&self) -> Shown {
+        self.lock().shown.clone()
+    }
+
+    /// What there is to tell now.
+    pub fn status(&self) -> Value {
+        self.lock().status.json()
+    }
+
+    /// Which serial number the picture has.
+    pub fn serial(&self) -> u64 {
+        self.lock().status.serial
+    }
+
+    /// Says when there are news.
+    pub fn news(&self) -> watch::Receiver<u64> {
+        self.news.subscribe()
+    }
+
+    /// Has something done, and waits for it: what it came to, or why it cannot be. Commands of a hand that moves the
+    /// camera are taken together.
+    pub fn command(&self, wish: Wish) -> Result<String, String> {
+        let mut state = self.lock();
+        let number = state.next;
+        state.next += 1;
+        state.commands.push_back(Command { number, wish });
+        self.stop.store(true, Ordering::Release);
+        self.wake.notify_all();
+        loop {
+            if let Some(answer) = state.answers.remove(&number) {
+                return answer;
+            }
+            if state.ends {
+                return Err("the program ends".into());
+            }
+            state = self.wake.wait(state).unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
+    }
+
+    /// Ends [`Viewer::run`].
+    pub fn end(&self) {
+        self.lock().ends = true;
+        self.stop.store(true, Ordering::Release);
+        self.wake.notify_all();
+    }
+
+    /// Renders until somebody ends it.
+    pub fn run(&self, mut scene: LiveScene, work: Work) {
+        let mut rendering = Rendering {
+            work,
+            session: None,
+            first: true,
+            begun: Instant::now(),
+            paused: false,
+            looked: None,
+        };
+        loop {
+            let commands = self.wait(&rendering);
+            let Some(commands) = commands else { return };
+            self.stop.store(false, Ordering::Release);
+            for command in commands {
+                let answer = command.wish.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
+                let changed = answer.as_ref().is_ok_and(|done| done.changes);
+                self.tell(command.number, &scene, &rendering, answer.map(|done| done.said));
+                if changed {
+                    rendering.begin_anew();
+                }
+            }
+            if scene.has_changed() {
+                let outcome = scene.reload();
+                let mut state = self.lock();
+                state.status.error = outcome.as_ref().err().map(SceneError::to_string);
+                drop(state);
+                if outcome.is_ok() {
+                    rendering.begin_anew();
+                }
+                self.publish(|state| state.status.describe(&scene, &rendering.work));
+            }
+            if !rendering.paused {
+                rendering.go_on(self, &scene);
+            }
+        }
+    }
+
+    /// Waits for something to do; none: it ends.
+    fn wait(&self, rendering: &Rendering) -> Option<Vec<Command>> {
+        let mut state = self.lock();
+        let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
+        if is_idle && state.commands.is_empty() && !state.ends {
+            let waited = self.wake.wait_timeout(state, LOOK);
+            state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
+        }
+        (!state.ends).then(|| state.commands.drain(..).collect())
+    }
+
+    fn tell(
+        &self,
+        number: u64,
+        scene: &LiveScene,
+        rendering: &Rendering,
+        answer: Result<String, SceneError>,
+    ) {
+        self.publish(|state| {
+            state.status.describe(scene, &rendering.work);
+            state.status.is_paused = rendering.paused;
+            // Of those who have gone away nobody asks.
+            if state.answers.len() > 1000 {
+                state.answers.clear();
+            }
+            state.answers.insert(number, answer.map_err(|error| error.to_string()));
+        });
+        self.wake.notify_all();
+    }
+
+    fn publish(&self, change: impl FnOnce(&mut State)) {
+        change(&mut self.lock());
+        self.news.send_modify(|serial| *serial += 1);
+    }
+
+    /// Nothing panics while it holds the lock.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+/// A rendering from its first small picture to its last sample.
+struct Rendering {
+    work: Work,
+    /// None before the first picture.
+    session: Option<Session>,
+    /// Whether the first picture is still to be made.
+    first: bool,
+    begun: Instant,
+    paused: bool,
+    /// When the queues were looked at.
+    looked: Option<Instant>,
+}
+
+impl Rendering {
+    fn begin_anew(&mut self) {
+        (self.session, self.first, self.begun) = (None, true, Instant::now());
+        (self.paused, self.looked) = (false, None);
+    }
+
+    /// The next picture or pass.
+    fn go_on(&mut self, viewer: &Viewer, scene: &LiveScene) {
+        if self.first {
+            self.first = false;
+            self.begun = Instant::now();
+            return self.first_picture(viewer, scene);
+        }
+        let options = self.work.options();
+        let session =
+            self.session.get_or_insert_with(|| Session::of(scene.frame(), scene.settings().samples, options));
+        if session.is_done() {
+            return;
+        }
+        let count = next_count(session, self.begun.elapsed());
+        let (names, entities) = scene.names();
+        let shown = Shown {
+            frame: session.frame().clone(),
+            gathered: Arc::new(session.gathered().clone()),
+            size: session.frame().size,
+            wanted: session.samples_done().1,
+            options,
+            names,
+            entities,
+        };
+        let (begun, last) = (self.begun, Mutex::new(Instant::now()));
+        let show = |gathered: Gathered| {
+            viewer.publish(|state| {
+                state.status.pixels(&gathered, &shown, begun.elapsed());
+                state.shown = Shown { gathered: Arc::new(gathered), ..shown.clone() };
+            });
+        };
+        let watch = |progress: &Progress| {
+            // One thread at a time takes a picture; the others go on.
+            let Ok(mut last) = last.try_lock() else { return };
+            if last.elapsed() >= PICTURE && !viewer.stop.load(Ordering::Acquire) {
+                *last = Instant::now();
+                show((progress.gathered)());
+            }
+        };
+        session.advance_until(count, &viewer.stop, &watch);
+        if viewer.stop.load(Ordering::Acquire) {
+            return;
+        }
+        show(session.gathered().clone());
+        let (rays, done) = (session.statistics().rays.total(), session.is_done());
+        let frame = session.frame().clone();
+        viewer.publish(|state| state.status.passed(rays, begun.elapsed(), done));
+        let enough = done || session.samples_done().0 >= 4;
+        if enough && self.looked.is_none_or(|looked| looked.elapsed() >= QUEUES) {
+            self.looked = Some(Instant::now());
+            let is_wave = options.schedule == Schedule::Wavefront;
+            let flows = is_wave.then(|| queues(&frame, options));
+            viewer.publish(|state| state.status.queues = flows);
+        }
+    }
+
+    /// A small picture of one sample a pixel, at once.
+    fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
+        let whole = scene.frame_without_pilot();
+        let pixels = whole.size[0] * whole.size[1];
+        let by = (1..).find(|by| pixels / (by * by) <= FIRST_PIXELS).unwrap_or(1).max(if pixels > 10_000 {
+            2
+        } else {
+            1
+        });
+        let size = whole.size.map(|side: u32| side.div_ceil(by));
+        let options = self.work.options();
+        let small = Arc::new(Frame { size, ..(*whole).clone() });
+        let mut session = Session::of(small, 1, options);
+        session.advance_until(1, &viewer.stop, &|_| ());
+        if !session.is_done() {
+            return;
+        }
+        let (names, entities) = scene.names();
+        let gathered = session.gathered().clone();
+        let shown = Shown {
+            frame: whole,
+            gathered: Arc::new(gathered),
+            size,
+            wanted: scene.settings().samples,
+            options,
+            names,
+            entities,
+        };
+        viewer.publish(|state| {
+            state.status.describe(scene, &self.work);
+            state.status.begin();
+            state.status.pixels(&shown.gathered, &shown, self.begun.elapsed());
+            state.shown = shown;
+        });
+    }
+}
+
+/// Samples of the next pass: as many as fit into its time, by what those before took.
+fn next_count(session: &Session, elapsed: Duration) -> u32 {
+    let (done, _) = session.samples_done();
+    if done == 0 {
+        return 1;
+    }
+    let each = elapsed.as_secs_f64() / f64::from(done);
+    ((PASS.as_secs_f64() / each.max(1e-9)) as u32).clamp(1, done.next_power_of_two())
+}
