@@ -1,5 +1,6 @@
 //! rayfront: a CPU renderer with one light transport and two schedules.
 pub mod bvh;
+pub mod check;
 pub mod cli;
 pub mod compile;
 pub mod denoise;

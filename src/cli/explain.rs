@@ -55,10 +55,10 @@ fn parse_pixel(text: &str) -> Result<args::ImageSize, String> {
 
 pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let mut world = crate::formats::load(&arguments.scene)?;
+    arguments.light.apply(&mut world);
     let settings = &mut world.settings;
     settings.samples = arguments.spp.unwrap_or(settings.samples);
     settings.size = arguments.size.unwrap_or(settings.size);
-    arguments.light.apply(settings);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {

@@ -23,14 +23,24 @@ impl Interrupt {
         watched.clone()
     }
 
-    /// Set when the program shall end.
+    /// Set when what is under way shall end.
     pub(super) fn flag(&self) -> &AtomicBool {
         &self.stop
     }
 
-    /// Whether it shall.
+    /// Whether the program shall end.
     pub(super) fn is_set(&self) -> bool {
-        self.stop.load(Ordering::Acquire)
+        self.signal.load(Ordering::Acquire) != 0
+    }
+
+    /// What is under way is not wanted any more, and something else is.
+    pub(super) fn stop(&self) {
+        self.stop.store(true, Ordering::Release);
+    }
+
+    /// Something else begins.
+    pub(super) fn begin_anew(&self) {
+        self.stop.store(self.is_set(), Ordering::Release);
     }
 
     /// 128 and the signal's number, as shells tell it; 0 where there was none.
@@ -41,7 +51,7 @@ impl Interrupt {
     /// Says whether it is the first.
     fn set(&self, signal: u8) -> bool {
         let none_before =
-            self.signal.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed).is_ok();
+            self.signal.compare_exchange(0, signal, Ordering::AcqRel, Ordering::Relaxed).is_ok();
         self.stop.store(true, Ordering::Release);
         none_before
     }

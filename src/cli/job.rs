@@ -1,9 +1,9 @@
 //! What is rendered, from a command line or a film file, up to its end.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,19 +12,21 @@ use super::checkpoint::Checkpoint;
 use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
+use super::loading::{Compiled, Reuse, compiled, prove};
 use super::output::{self, Picture};
 use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, usage};
-use crate::compile;
+use crate::check::{self, Finding};
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
-use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, Source, View};
+use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{OnProgress, Options, Progress, Session, adaptive};
-use crate::world::{Adaptive, Aov, Kept, Settings, SourceFiles, World};
+use crate::view::watched::{LOOK, Watched};
+use crate::world::{Adaptive, Aov, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
 pub struct Job {
@@ -42,69 +44,9 @@ pub struct Job {
     moment: u32,
 }
 
-/// What moments of a scene have in common, and need not read and build again.
-#[derive(Clone, Default)]
-pub struct Reuse {
-    /// What its files were decoded to.
-    kept: Kept,
-    /// There is more than one moment.
-    several: bool,
-    /// The moment before.
-    before: Option<Arc<compile::Compiled>>,
-    /// Warnings that have been told: once is enough.
-    told: BTreeSet<String>,
-}
-
-impl Reuse {
-    /// For a scene of which there is more than one moment, if so.
-    pub fn new(several: bool) -> Reuse {
-        let kept = if several { Kept::keeping() } else { Kept::default() };
-        Reuse { kept, several, ..Reuse::default() }
-    }
-}
-
-/// A scene's file at one moment, compiled.
-struct Compiled {
-    compiled: Arc<compile::Compiled>,
-    settings: Settings,
-    source: Source,
-    names: HashMap<u32, String>,
-    phases: Phases,
-}
-
-/// Reads and compiles. `change` is what is said elsewhere about the scene's settings.
-fn compiled(
-    path: &Path,
-    view: &View,
-    reuse: &Reuse,
-    change: impl FnOnce(&mut Settings),
-) -> Result<Compiled, Failure> {
-    let mut phases = Phases::default();
-    let start = Instant::now();
-    let sources = SourceFiles::with(reuse.kept.clone());
-    let mut world = crate::formats::load_again(path, &view.load_options(), &sources)?;
-    change(&mut world.settings);
-    phases.load = start.elapsed();
-    let start = Instant::now();
-    let scene = compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
-    phases.compile = start.elapsed();
-    let World { settings, assets, .. } = &world;
-    let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
-    let source = Source::new(path, &assets.files);
-    // The world ends here: large meshes need not stay twice.
-    let compiled = Arc::new(scene);
-    Ok(Compiled { compiled, settings: settings.clone(), source, names, phases })
-}
-
 impl Job {
-    /// Reads a scene and gets it ready. `change` is what is said elsewhere about its settings.
-    pub fn load(
-        path: &Path,
-        view: View,
-        quiet: bool,
-        change: impl FnOnce(&mut Settings),
-    ) -> Result<Job, Failure> {
+    /// Reads a scene and gets it ready. `change` is what is said elsewhere about it.
+    pub fn load(path: &Path, view: View, quiet: bool, change: impl Fn(&mut World)) -> Result<Job, Failure> {
         let mut reuse = Reuse::new(view.moments() > 1);
         Self::load_frame(path, view, quiet, &mut reuse, change)
     }
@@ -115,19 +57,27 @@ impl Job {
         view: View,
         quiet: bool,
         reuse: &mut Reuse,
-        change: impl FnOnce(&mut Settings),
+        change: impl Fn(&mut World),
     ) -> Result<Job, Failure> {
-        let Compiled { compiled, settings, source, names, phases } =
-            compiled(path, &view.at(0), reuse, change)?;
+        let sources = SourceFiles::with(reuse.kept.clone());
+        // Known even if nothing comes of it: whoever mends it changes one of them.
+        reuse.sources = sources.clone();
+        let Compiled { compiled, frame, findings, settings, source, names, phases } =
+            compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
+        if reuse.paranoid && reuse.before.is_some() {
+            prove(path, &view.at(0), &compiled, &change)?;
+        }
         if !quiet {
-            let new = compiled.scene.warnings.iter().filter(|warning| reuse.told.insert(warning.to_string()));
+            let findings = findings.iter().map(Finding::to_string);
+            let all = compiled.scene.warnings.iter().cloned().chain(findings);
+            let new = all.filter(|warning| reuse.told.insert(warning.clone()));
             new.for_each(|warning| eprintln!("warning: {warning}"));
         }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
         }
-        let frame = Arc::new(Frame::new(compiled.scene.clone(), &settings));
+        let frame = Arc::new(frame);
         if reuse.several {
             reuse.before = Some(compiled);
         }
@@ -180,12 +130,15 @@ impl Job {
             return Ok(());
         }
         let Header { scene, view, settings, .. } = &self.header;
-        let found = compiled(&scene.path, &view.at(moment), &self.reuse, |read| *read = settings.clone())?;
+        let sources = SourceFiles::with(self.reuse.kept.clone());
+        let found = compiled(&scene.path, &view.at(moment), &self.reuse, &sources, false, |world| {
+            world.settings = settings.clone()
+        })?;
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
         // One film counts in one unit.
-        let frame = Frame { unit: self.frame.unit, ..Frame::new(found.compiled.scene.clone(), settings) };
+        let frame = Frame { unit: self.frame.unit, ..found.frame };
         (self.frame, self.moment) = (Arc::new(frame), moment);
         self.reuse.before = Some(found.compiled);
         self.phases.load += found.phases.load;
@@ -268,6 +221,8 @@ pub struct Wanted<'a> {
     pub stop: &'a StopOptions,
     /// How to work.
     pub work: &'a WorkOptions,
+    /// Files whose change ends it: nothing is written then.
+    pub watched: Option<&'a SourceFiles>,
 }
 
 impl Wanted<'_> {
@@ -275,6 +230,7 @@ impl Wanted<'_> {
     fn checkpoint(&self) -> Option<(PathBuf, bool, Duration)> {
         const USUAL: Duration = Duration::from_secs(60);
         let every = match self.stop.checkpoint {
+            None if self.watched.is_some() => return None,
             Some(CheckpointEvery::Off) => return None,
             Some(CheckpointEvery::Time(time)) => time,
             None => USUAL,
@@ -319,7 +275,14 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         // Between two frames.
         return Ok(interrupt.exit_code());
     }
-    let (code, stopped_by) = passes(&mut job, &mut session, wanted, checkpoint.as_ref(), &interrupt)?;
+    interrupt.begin_anew();
+    let passed = while_unchanged(wanted.watched, &interrupt, || {
+        passes(&mut job, &mut session, wanted, checkpoint.as_ref(), &interrupt)
+    });
+    let (code, stopped_by) = passed?;
+    if wanted.watched.is_some() && code == 0 && interrupt.flag().load(Ordering::Acquire) {
+        return Ok(0);
+    }
     if job.header.view.moments() > 1 {
         // What depths and normals show of what moves is the middle of it.
         job.move_to(job.header.view.moments() / 2)?;
@@ -393,6 +356,13 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         denoised,
         phases,
     };
+    if !wanted.work.quiet
+        && session.is_done()
+        && let Some(finding) =
+            check::of_image(session.frame(), header.settings.tonemap, picture.exposure_ev, session.film())
+    {
+        eprintln!("warning: {finding}");
+    }
     let text = match (wanted.work.json, wanted.work.quiet) {
         (true, _) => format!("{}\n", report.json()),
         (false, false) => report.text(),
@@ -440,7 +410,7 @@ fn passes(
     let bar = if wanted.work.quiet { ProgressBar::hidden() } else { progress_bar(session) };
     let rules = StopRules::new(wanted.stop, session);
     let mut stopped_by = None;
-    while !session.is_done() && !interrupt.is_set() {
+    while !session.is_done() && !stop.load(Ordering::Acquire) {
         stopped_by = rules.holds(session);
         if stopped_by.is_some() {
             break;
@@ -459,6 +429,26 @@ fn passes(
     }
     bar.finish_and_clear();
     Ok((interrupt.exit_code(), stopped_by))
+}
+
+/// Does something, which is told to stop when a file changes.
+fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: impl FnOnce() -> T) -> T {
+    let Some(files) = files else { return work() };
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut files = Watched::new(files);
+            while !done.load(Ordering::Acquire) {
+                if files.have_changed() {
+                    return interrupt.stop();
+                }
+                std::thread::sleep(LOOK);
+            }
+        });
+        let worked = work();
+        done.store(true, Ordering::Release);
+        worked
+    })
 }
 
 fn progress_bar(session: &Session) -> ProgressBar {

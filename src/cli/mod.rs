@@ -6,6 +6,7 @@
 mod aov;
 mod args;
 mod audit;
+mod check;
 mod checkpoint;
 mod command_line;
 mod compare;
@@ -16,6 +17,7 @@ mod info;
 mod interrupt;
 mod job;
 mod job_args;
+mod loading;
 mod merge;
 mod output;
 mod pilot;
@@ -56,6 +58,7 @@ pub fn main() -> ExitCode {
         Some(args::Command::Reproduce(image)) => reproduce::run(&image),
         Some(args::Command::Study(file)) => study::run(&file),
         Some(args::Command::View(scene)) => view::run(scene),
+        Some(args::Command::Check(scene)) => check::run(&scene),
         None => render::run(&arguments.render),
     };
     match outcome {
@@ -78,7 +81,7 @@ fn frame(
     let mut world = crate::formats::load(scene)?;
     world.settings.size = size;
     world.settings.samples = samples;
-    light.apply(&mut world.settings);
+    light.apply(&mut world);
     let compiled = crate::compile::compile(&world, camera)
         .map_err(|error| Failure(format!("{}: {error}", scene.display())))?;
     Ok(std::sync::Arc::new(crate::integrator::Frame::new(compiled, &world.settings)))

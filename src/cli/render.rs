@@ -5,13 +5,16 @@ use std::process::ExitCode;
 
 use super::args::Render;
 use super::frames::{self, Frames};
-use super::job::{Job, Reuse, Wanted, carry_out};
+use super::interrupt::Interrupt;
+use super::job::{Job, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
+use super::loading::Reuse;
 use super::output::default_image;
 use super::{Failure, output, pilot};
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
+use crate::view::watched::{LOOK, Watched};
 use crate::world::Adaptive;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
@@ -21,6 +24,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     outputs.images.iter().try_for_each(|path| supported(path))?;
     // Everything, loading too, runs on the threads that were asked for.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
+        None if arguments.watch.watch => watch(arguments, scene, &outputs),
         None => {
             let mut reuse = Reuse::new(arguments.frames.shutter.is_some());
             render(arguments, scene, outputs, shard, arguments.model.time, &mut reuse)
@@ -28,6 +32,28 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
         Some(frames) => all_frames(arguments, scene, &outputs, shard, frames),
     })??;
     Ok(ExitCode::from(code))
+}
+
+/// Renders again whenever a file has changed, until somebody ends it.
+fn watch(arguments: &Render, scene: &Path, outputs: &Outputs) -> Result<u8, Failure> {
+    let interrupt = Interrupt::watch();
+    let mut reuse = Reuse::watching(arguments.watch.paranoid);
+    loop {
+        let rendered = render(arguments, scene, outputs.clone(), None, arguments.model.time, &mut reuse);
+        match rendered {
+            // What is broken now is about to be mended.
+            Err(failure) => eprintln!("error: {failure}"),
+            Ok(code) if code != 0 => return Ok(code),
+            Ok(_) => {}
+        }
+        let mut files = Watched::new(&reuse.sources);
+        while !files.have_changed() {
+            if interrupt.is_set() {
+                return Ok(interrupt.exit_code());
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
 }
 
 /// Renders frame after frame, but for those whose images are there.
@@ -108,7 +134,7 @@ fn render(
         surroundings: arguments.model.env.clone(),
     };
     let quiet = arguments.work.quiet;
-    let mut job = Job::load_frame(path, view, quiet, reuse, |settings| arguments.apply(settings))?;
+    let mut job = Job::load_frame(path, view, quiet, reuse, |world| arguments.apply(world))?;
     job.crop(arguments.crop)?;
     if job.header.settings.adaptive == Adaptive::Unbiased
         && (shard.is_some() || arguments.samples.is_some() || arguments.pilot.is_some())
@@ -158,14 +184,17 @@ fn render(
         }
         return Ok(0);
     }
-    let wanted = Wanted { outputs, output: &arguments.output, stop: &arguments.stop, work: &arguments.work };
+    let Render { output, stop, work, .. } = arguments;
+    let sources = reuse.sources.clone();
+    let watched = arguments.watch.watch.then_some(&sources);
+    let wanted = Wanted { outputs, output, stop, work, watched };
     carry_out(job, &wanted, found)
 }
 
 /// The film that a file holds already, if it is a part of what is to be rendered. Another's is not replaced
 /// unless that is wanted.
 fn there_already(path: &Path, header: &Header, arguments: &Render) -> Result<Option<FilmFile>, Failure> {
-    if arguments.output.overwrite || !path.exists() {
+    if arguments.output.overwrite || arguments.watch.watch || !path.exists() {
         return Ok(None);
     }
     let to_do = "--overwrite replaces it";

@@ -59,7 +59,13 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     }
     let name = arguments.film.to_string_lossy();
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.ends_with(".checkpoint.film");
-    let wanted = Wanted { outputs, output: &arguments.output, stop: &arguments.stop, work: &arguments.work };
+    let wanted = Wanted {
+        outputs,
+        output: &arguments.output,
+        stop: &arguments.stop,
+        work: &arguments.work,
+        watched: None,
+    };
     let code = carry_out(job, &wanted, Some(film))?;
     let is_whole = |header: Header| header.begun.is_none() && header.note.stopped_by.is_none();
     let is_whole = code == 0 && film_file::load_header(&arguments.film).is_ok_and(is_whole);
@@ -100,7 +106,7 @@ pub(super) fn load_again(
         })?,
     };
     let mut job =
-        Job::load(&scene, header.view.clone(), quiet, |settings| *settings = header.settings.clone())?;
+        Job::load(&scene, header.view.clone(), quiet, |world| world.settings = header.settings.clone())?;
     job.header.region = header.region;
     job.header.variance = header.variance;
     job.header.allocation.clone_from(&header.allocation);

@@ -42,9 +42,9 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
     let camera = picture.camera.clone();
     let options = (&model).into();
     on_threads(threads, move || {
-        let change = Box::new(move |settings: &mut _| picture.apply(settings));
+        let change = Box::new(move |world: &mut _| picture.apply(world));
         let scene = LiveScene::load(&path, options, camera, change)?;
-        for warning in scene.warnings() {
+        for warning in scene.findings() {
             eprintln!("warning: {warning}");
         }
         let cannot =

@@ -159,22 +159,8 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings.extend(unshared(world));
     warnings.extend(opaque_glass(scene));
     warnings.extend(idle_scattering(world));
-    let around = scene.environment.panorama.is_some() && scene.ambient.is_black();
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
-    } else if scene.lights.is_empty()
-        && scene.ambient.is_black()
-        && !scene.materials.iter().any(|m| m.emits() || m.unlit)
-        && (world.settings.transport == Transport::Whitted || scene.environment.is_black())
-    {
-        let dark = world.settings.background == world::Background::default() && !around;
-        let seen = if dark { "the image will be black" } else { "shapes will be black" };
-        let what = if around {
-            "what is around the scene lights nothing under Whitted's transport: --transport path"
-        } else {
-            "add an entity with light: Point(power_w: 100)"
-        };
-        warnings.push(format!("no light: {seen} ({what})"));
     }
     warnings
 }

@@ -50,6 +50,8 @@ pub(super) fn load_model(
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
     settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
+    // What is drawn as it shall be seen has its exposure already.
+    settings.auto_exposure = settings.tonemap != Tonemap::Clamp;
     (settings.max_depth, settings.samples) = (16, 64);
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);

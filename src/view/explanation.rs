@@ -8,7 +8,7 @@ use crate::integrator::Schedule;
 use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
-use crate::math::{DVec3, Vec3};
+use crate::math::Vec3;
 use crate::render::{Options, Session};
 use crate::scene::{Camera, Projection};
 use crate::study::explain::{self, Life, LightRay, Step};
@@ -97,7 +97,7 @@ impl Paper<'_> {
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
         let Camera { origin, right, up, forward, projection } = self.camera;
         let to = place.as_dvec3() - origin.as_dvec3();
-        let along = |axis: &Vec3| to.dot(DVec3::from(axis.as_dvec3()));
+        let along = |axis: &Vec3| to.dot(axis.as_dvec3());
         let depth = along(forward);
         let half = match projection {
             Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. } => {

@@ -37,7 +37,7 @@ impl Rig {
         let [right, up, forward] = [compiled.right, compiled.up, compiled.forward].map(|v| v.as_dvec3());
         let place = compiled.origin.as_dvec3();
         // Mirror images have no pose.
-        let right = if right.cross(forward).dot(up) > 0.0 { -right } else { right };
+        let right = if right.cross(forward).dot(up) < 0.0 { -right } else { right };
         let axes = DMat3::from_cols(right, up, -forward);
         Rig { place, axes, pivot: place + forward * f64::from(depth_m), camera }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::rig::{Pose, Rig};
 use super::watched::Watched;
+use crate::check::{self, Finding};
 use crate::compile::{self, Compiled};
 use crate::error::{CompileError, LoadError, SaveError};
 use crate::formats::{self, LoadOptions};
@@ -15,8 +16,8 @@ use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
 use crate::world::{Camera, Kept, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World};
 
-/// What the command line says about a scene's settings.
-pub type ChangeSettings = Box<dyn Fn(&mut Settings) + Send>;
+/// What the command line says about a scene.
+pub type ChangeWorld = Box<dyn Fn(&mut World) + Send>;
 
 /// Why a scene is not what its files say.
 #[derive(Debug, thiserror::Error)]
@@ -44,11 +45,13 @@ pub enum SceneError {
 pub struct LiveScene {
     path: PathBuf,
     options: LoadOptions,
-    change: ChangeSettings,
+    change: ChangeWorld,
     kept: Kept,
     files: Watched,
     world: World,
     compiled: Compiled,
+    /// What is probably not as it was meant.
+    findings: Vec<Finding>,
     /// Where names of entities and lights are looked up.
     names: Arc<GivenNames>,
     entities: Arc<HashMap<u32, String>>,
@@ -75,14 +78,15 @@ impl LiveScene {
         path: &Path,
         options: LoadOptions,
         camera: Option<String>,
-        change: ChangeSettings,
+        change: ChangeWorld,
     ) -> Result<LiveScene, SceneError> {
         let kept = Kept::keeping();
         let sources = SourceFiles::with(kept.clone());
         let world = read(path, &options, &sources, &change)?;
         let compiled = compiled(path, &world, camera.as_deref(), None)?;
         let authored = authored(&world, camera.as_deref());
-        Ok(LiveScene {
+        let mut live = LiveScene {
+            findings: Vec::new(),
             path: path.to_owned(),
             authored,
             options,
@@ -95,7 +99,9 @@ impl LiveScene {
             compiled,
             camera,
             rig: None,
-        })
+        };
+        live.look_for_faults();
+        Ok(live)
     }
 
     /// Whether any of its files has changed.
@@ -132,13 +138,16 @@ impl LiveScene {
             self.place(rig)?;
         }
         self.kept.forget_unused();
+        self.look_for_faults();
         Ok(())
     }
 
     /// Changes settings.
     pub fn change_settings(&mut self, change: impl FnOnce(&mut Settings)) -> Result<(), SceneError> {
         change(&mut self.world.settings);
-        self.compile()
+        self.compile()?;
+        self.look_for_faults();
+        Ok(())
     }
 
     /// Settings as they are now.
@@ -156,9 +165,14 @@ impl LiveScene {
         Arc::new(Frame::new(self.compiled.scene.clone(), &self.world.settings))
     }
 
-    /// What the compilation noticed.
-    pub fn warnings(&self) -> &[String] {
-        &self.compiled.scene.warnings
+    /// What the compilation noticed, and what is probably not as it was meant.
+    pub fn findings(&self) -> Vec<Finding> {
+        let note = |what: &String| Finding { about: None, what: what.clone(), remedy: None };
+        self.compiled.scene.warnings.iter().map(note).chain(self.findings.iter().cloned()).collect()
+    }
+
+    fn look_for_faults(&mut self) {
+        self.findings = check::check(&self.world, &self.frame_without_pilot(), false);
     }
 
     /// What people call things.
@@ -169,6 +183,11 @@ impl LiveScene {
     /// Names of its cameras.
     pub fn cameras(&self) -> Vec<String> {
         compile::camera_names(&self.world)
+    }
+
+    /// The one that is looked through.
+    pub fn camera_name(&self) -> Option<String> {
+        camera_entity(&self.world, self.camera.as_deref()).map(|entity| self.world.name_of(entity))
     }
 
     /// Looks through another of its cameras.
@@ -272,9 +291,7 @@ impl LiveScene {
     /// The camera's entity as a scene file would have it.
     pub fn camera_line(&self) -> Result<String, SceneError> {
         let [camera, transform] = self.camera_texts()?;
-        let name = camera_entity(&self.world, self.camera.as_deref())
-            .map(|entity| self.world.name_of(entity))
-            .unwrap_or_default();
+        let name = self.camera_name().unwrap_or_default();
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
 
@@ -329,10 +346,10 @@ fn read(
     path: &Path,
     options: &LoadOptions,
     sources: &SourceFiles,
-    change: &ChangeSettings,
+    change: &ChangeWorld,
 ) -> Result<World, SceneError> {
     let mut world = formats::load_again(path, options, sources)?;
-    change(&mut world.settings);
+    change(&mut world);
     Ok(world)
 }
 

@@ -77,11 +77,14 @@ impl Server {
             .route("/page.js", get(script))
             .route("/page.css", get(style))
             .route("/events", get(events))
+            .route("/status", get(status))
             .route("/image", get(image))
             .route("/pixel", get(one_pixel))
             .route("/explain", get(explain))
             .route("/do", post(carry_out))
             .layer(from_fn_with_state(site.clone(), guard))
+            // Browsers ask for it whatever a page says.
+            .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
             .with_state(site);
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
@@ -154,6 +157,11 @@ async fn events(State(site): State<Arc<Site>>) -> Sse<impl Stream<Item = Result<
     Sse::new(events).keep_alive(KeepAlive::default())
 }
 
+/// The same once.
+async fn status(State(site): State<Arc<Site>>) -> axum::Json<Value> {
+    axum::Json(site.viewer.status())
+}
+
 #[derive(Deserialize)]
 struct Wanted {
     layer: Option<String>,
@@ -216,9 +224,13 @@ async fn one_pixel(State(site): State<Arc<Site>>, Query(Place { x, y, .. }): Que
 
 async fn explain(State(site): State<Arc<Site>>, Query(Place { x, y, sample }): Query<Place>) -> Response {
     let explained = aside(move || {
-        let shown = site.viewer.shown();
+        let (generation, shown) = (site.viewer.generation(), site.viewer.shown());
         let mut explained = explanation(&shown, [x, y], sample.unwrap_or(0))?;
-        explained["command"] = json!(format!("{} {x},{y} --sample {}", site.command, explained["sample"]));
+        explained["generation"] = json!(generation);
+        let note = if site.viewer.is_moved() { "  # once the camera is saved" } else { "" };
+        let [sample, samples] = [&explained["sample"], &explained["samples"]];
+        let command = format!("{} {x},{y} --sample {sample} --spp {samples}{note}", site.command);
+        explained["command"] = json!(command);
         Some(explained)
     });
     answer(explained.await.flatten())

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::command::{SAMPLERS, SCHEDULES, TRANSPORTS};
 use super::scene::LiveScene;
 use super::viewer::{Shown, Work};
+use crate::check::Finding;
 use crate::film::Region;
 use crate::integrator::{Frame, Stage};
 use crate::render::{Gathered, Options};
@@ -18,8 +19,12 @@ use crate::world::Camera;
 pub struct Status {
     /// Grows whenever the pixels have changed.
     pub serial: u64,
+    /// Grows whenever it begins anew.
+    pub generation: u64,
     /// Why the scene is not what its files say.
     pub error: Option<String>,
+    /// Whether a hand has moved the camera.
+    pub is_moved: bool,
     /// Whether it waits.
     pub is_paused: bool,
     /// What is told of the scene: a part of the whole.
@@ -41,8 +46,10 @@ impl Status {
     pub fn of(scene: &LiveScene, work: Work) -> Status {
         let mut status = Status {
             serial: 0,
+            generation: 0,
             error: None,
             is_paused: false,
+            is_moved: false,
             scene: Value::Null,
             shown: [0; 2],
             samples: 0.0,
@@ -59,9 +66,14 @@ impl Status {
 
     /// Takes down what the scene says.
     pub fn describe(&mut self, scene: &LiveScene, work: &Work) {
+        self.is_moved = scene.is_moved();
         let (settings, pose, camera) = (scene.settings(), scene.pose(), scene.rig().camera);
-        let findings: Vec<Value> =
-            scene.warnings().iter().map(|what| json!({"what": what, "remedy": null})).collect();
+        let finding = |finding: Finding| {
+            let Finding { about, what, remedy } = finding;
+            let what = about.map_or(what.clone(), |about| format!("{about}: {what}"));
+            json!({"what": what, "remedy": remedy})
+        };
+        let findings: Vec<Value> = scene.findings().into_iter().map(finding).collect();
         let (fov, lens) = match camera {
             Camera::Pinhole { vertical_fov } => (Some(vertical_fov), None),
             Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, .. } => {
@@ -87,19 +99,21 @@ impl Status {
                 "spp": settings.samples,
             },
             "camera": {
+                "name": scene.camera_name(),
                 "origin": pose.from.to_array(),
                 "target": pose.to.to_array(),
                 "fov_deg": fov.map(f32::to_degrees),
                 "focus_m": lens.map(|(_, focus)| focus),
                 "lens_radius_m": lens.map(|(radius, _)| radius),
                 "line": scene.camera_line().ok(),
-                "is_moved": scene.is_moved(),
+                "is_moved": self.is_moved,
             },
         });
     }
 
     /// Begins anew.
     pub fn begin(&mut self) {
+        self.generation += 1;
         (self.rays, self.is_done, self.noise, self.queues) = (0, false, None, None);
     }
 
@@ -126,6 +140,7 @@ impl Status {
             .then(|| seconds / self.samples * (f64::from(self.wanted) - self.samples).max(0.0));
         let mut all = json!({
             "serial": self.serial,
+            "generation": self.generation,
             "shown": self.shown,
             "samples": (self.samples * 100.0).round() / 100.0,
             "wanted": self.wanted,

@@ -11,6 +11,7 @@ use tokio::sync::watch;
 use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Status, queues};
+use super::watched::LOOK;
 use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::GivenNames;
@@ -19,8 +20,6 @@ use crate::study::explain::GivenNames;
 const PASS: Duration = Duration::from_millis(400);
 /// How often a picture is taken within a pass.
 const PICTURE: Duration = Duration::from_millis(150);
-/// How often files are looked at.
-const LOOK: Duration = Duration::from_millis(60);
 /// How often the wave's queues are looked at, which takes a tenth of a second.
 const QUEUES: Duration = Duration::from_secs(3);
 /// The first picture after a change has at most this many pixels.
@@ -126,6 +125,16 @@ impl Viewer {
         self.lock().status.serial
     }
 
+    /// Whether a hand has moved the camera.
+    pub fn is_moved(&self) -> bool {
+        self.lock().status.is_moved
+    }
+
+    /// How often it has begun anew.
+    pub fn generation(&self) -> u64 {
+        self.lock().status.generation
+    }
+
     /// Says when there are news.
     pub fn news(&self) -> watch::Receiver<u64> {
         self.news.subscribe()
@@ -175,10 +184,11 @@ impl Viewer {
             for command in commands {
                 let answer = command.wish.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
                 let changed = answer.as_ref().is_ok_and(|done| done.changes);
-                self.tell(command.number, &scene, &rendering, answer.map(|done| done.said));
                 if changed {
                     rendering.begin_anew();
+                    self.lock().status.begin();
                 }
+                self.tell(command.number, &scene, &rendering, answer.map(|done| done.said));
             }
             if scene.has_changed() {
                 let outcome = scene.reload();
@@ -187,6 +197,7 @@ impl Viewer {
                 drop(state);
                 if outcome.is_ok() {
                     rendering.begin_anew();
+                    self.lock().status.begin();
                 }
                 self.publish(|state| state.status.describe(&scene, &rendering.work));
             }
@@ -342,7 +353,6 @@ impl Rendering {
         };
         viewer.publish(|state| {
             state.status.describe(scene, &self.work);
-            state.status.begin();
             state.status.pixels(&shown.gathered, &shown, self.begun.elapsed());
             state.shown = shown;
         });

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
-
-use xxhash_rust::xxh3::xxh3_128;
+use std::time::{Duration, SystemTime};
 
 use crate::world::{Content, SourceFiles};
+
+/// How often files are looked at.
+pub const LOOK: Duration = Duration::from_millis(60);
 
 /// Files that something was made of. They are looked at again and again: what a system tells of changes differs from
 /// system to system, is silent on network drives, and is not told of files that are not there yet. Looking at a
@@ -71,8 +72,7 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 fn content(path: &Path) -> Option<Content> {
-    let bytes = std::fs::read(path).ok()?;
-    Some(Content { length: bytes.len() as u64, hash: xxh3_128(&bytes) })
+    std::fs::read(path).ok().map(|bytes| Content::of(&bytes))
 }
 
 #[cfg(test)]

@@ -73,6 +73,17 @@ impl World {
         let _ = self.entities.insert_one(entity, placed);
     }
 
+    /// The transport that renders all of it: what glTF files, principled materials and surroundings say
+    /// the path transport alone takes at its word.
+    pub fn fitting_transport(&self) -> Transport {
+        let entities = &self.entities;
+        let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
+        let asks = entities.query::<&Model>().iter().next().is_some()
+            || entities.query::<&Light>().iter().any(around)
+            || self.assets.materials.iter().any(|named| matches!(named.material, Material::Principled(_)));
+        if asks { Transport::Path } else { Transport::Whitted }
+    }
+
     /// Does something to every light.
     pub fn change_lights(&mut self, change: impl FnMut(&mut Light)) {
         self.entities.query_mut::<&mut Light>().into_iter().for_each(change);

@@ -17,6 +17,13 @@ pub struct Content {
     pub hash: u128,
 }
 
+impl Content {
+    /// What there is.
+    pub fn of(bytes: &[u8]) -> Content {
+        Content { length: bytes.len() as u64, hash: xxh3_128(bytes) }
+    }
+}
+
 /// Files that were read, by their paths. Copies are one and the same list: several threads read.
 #[derive(Clone, Debug, Default)]
 pub struct SourceFiles {
@@ -38,8 +45,7 @@ impl SourceFiles {
         let bytes = std::fs::read(path).inspect_err(|_| {
             lock(&self.missing).insert(path.to_owned());
         })?;
-        let content = Content { length: bytes.len() as u64, hash: xxh3_128(&bytes) };
-        lock(&self.read).insert(path.to_owned(), content);
+        lock(&self.read).insert(path.to_owned(), Content::of(&bytes));
         Ok(bytes)
     }
 

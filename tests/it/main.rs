@@ -2,10 +2,12 @@
 
 mod agreement;
 mod aov;
+mod browser;
 mod cli;
 mod compare;
 mod corpus;
 mod films;
+mod findings;
 mod gltf;
 mod images;
 mod lamps;
@@ -21,3 +23,4 @@ mod studies;
 mod support;
 mod tidy;
 mod trace;
+mod view;

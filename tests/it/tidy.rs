@@ -10,7 +10,7 @@ use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
 /// listed in [`SAME_LEVEL`].
-const LAYERS: [&[&str]; 10] = [
+const LAYERS: [&[&str]; 11] = [
     &["math", "simd"],
     &["world"],
     &["sampling", "film"],
@@ -19,7 +19,8 @@ const LAYERS: [&[&str]; 10] = [
     &["compile", "shading", "formats"],
     &["integrator"],
     &["render"],
-    &["study"],
+    &["study", "check"],
+    &["view"],
     &["cli"],
 ];
 const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
@@ -27,10 +28,10 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 28] = [
-    ("hecs", &["world", "formats", "compile"]),
+const CRATES: [(&str, &[&str]); 32] = [
+    ("hecs", &["world", "formats", "compile", "check", "view"]),
     ("ron", &["formats"]),
-    ("serde", &["math", "world", "film", "formats"]),
+    ("serde", &["math", "world", "film", "formats", "view"]),
     ("basisu", &["formats"]),
     ("bevy_mikktspace", &["formats"]),
     ("draco_core", &["formats"]),
@@ -40,8 +41,8 @@ const CRATES: [(&str, &[&str]); 28] = [
     ("png", &["formats"]),
     ("exr", &["formats"]),
     ("tempfile", &["formats"]),
-    ("serde_json", &["cli", "formats"]),
-    ("rayon", &["compile", "denoise", "bvh", "formats", "render", "cli"]),
+    ("serde_json", &["cli", "formats", "study", "view"]),
+    ("rayon", &["compile", "denoise", "bvh", "formats", "render", "view", "cli"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
@@ -54,8 +55,12 @@ const CRATES: [(&str, &[&str]); 28] = [
     ("xxhash_rust", &["world", "film", "scene", "denoise", "formats", "study"]),
     ("bytemuck", &["world"]),
     ("strsim", &["error"]),
-    ("thiserror", &["error", "formats", "query"]),
-    ("libm", &["math", "sampling", "film", "compile", "formats", "study", "cli"]),
+    ("thiserror", &["error", "formats", "query", "view"]),
+    ("libm", &["math", "world", "sampling", "film", "compile", "formats", "study", "check", "view", "cli"]),
+    ("axum", &["view"]),
+    ("tokio", &["view"]),
+    ("tokio_stream", &["view"]),
+    ("getrandom", &["view"]),
 ];
 
 /// Words that end the program, and why these few may.

@@ -14,7 +14,7 @@ use super::job_args::{OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::film::Region;
 use crate::simd::Level;
-use crate::world::Settings;
+use crate::world::World;
 pub use names::{CoherenceName, QualityName, ScheduleName};
 pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
 pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_size};
@@ -59,6 +59,8 @@ pub enum Command {
     Reproduce(super::reproduce::Reproduce),
     /// Show a scene on a page as it renders: look around, ask, change its files
     View(super::view::View),
+    /// Say what of a scene is probably not as it was meant, and what mends it
+    Check(super::check::Check),
     /// Do the experiments of a file and report on them
     Study(super::study::Study),
 }
@@ -154,6 +156,9 @@ pub struct Render {
     /// Which moments.
     #[command(flatten)]
     pub frames: FrameOptions,
+    /// Whether to go on.
+    #[command(flatten)]
+    pub watch: WatchOptions,
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,
@@ -162,12 +167,23 @@ pub struct Render {
     pub work: WorkOptions,
 }
 
+/// Whether a scene is rendered while it is written.
+#[derive(Args, Debug)]
+pub struct WatchOptions {
+    /// Render again whenever the scene or a file that it names changes, until Ctrl-C
+    #[arg(long, conflicts_with_all = ["frames", "shard", "samples", "pilot"])]
+    pub watch: bool,
+    /// Prove after each change that what was not made again is what it would have been
+    #[arg(long, requires = "watch")]
+    pub paranoid: bool,
+}
+
 impl Render {
     /// The scene's settings with what was said here instead.
-    pub fn apply(&self, settings: &mut Settings) {
-        self.picture.apply(settings);
+    pub fn apply(&self, world: &mut World) {
+        self.picture.apply(world);
         if !self.aov.is_empty() {
-            settings.aov = super::aov::list(&self.aov);
+            world.settings.aov = super::aov::list(&self.aov);
         }
     }
 }

@@ -13,13 +13,17 @@ pub enum TransportName {
     Whitted,
     /// Light that is scattered any number of times
     Path,
+    /// The one that renders all of the scene
+    Auto,
 }
 
-impl From<TransportName> for Transport {
-    fn from(name: TransportName) -> Self {
-        match name {
+impl TransportName {
+    /// The one that is meant, where `fitting` is the one that renders all of a scene.
+    pub fn among(self, fitting: Transport) -> Transport {
+        match self {
             TransportName::Whitted => Transport::Whitted,
             TransportName::Path => Transport::Path,
+            TransportName::Auto => fitting,
         }
     }
 }

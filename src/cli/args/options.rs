@@ -8,7 +8,7 @@ use super::parse::{
 };
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{LightUnits, LoadOptions};
-use crate::world::{Adaptive, DepthLimits, Settings, Sharing};
+use crate::world::{Adaptive, DepthLimits, Sharing, World};
 
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
@@ -44,9 +44,10 @@ pub struct PictureOptions {
 
 impl PictureOptions {
     /// The scene's settings with what was said here instead.
-    pub fn apply(&self, settings: &mut Settings) {
+    pub fn apply(&self, world: &mut World) {
+        self.light.apply(world);
+        let settings = &mut world.settings;
         settings.samples = self.spp.unwrap_or(settings.samples);
-        self.light.apply(settings);
         settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(exposure) = self.exposure {
@@ -93,13 +94,15 @@ pub struct LightOptions {
 
 impl LightOptions {
     /// The scene's settings with what was said here instead.
-    pub fn apply(&self, settings: &mut Settings) {
+    pub fn apply(&self, world: &mut World) {
+        let fitting = world.fitting_transport();
+        let settings = &mut world.settings;
         settings.max_depth = self.depth.unwrap_or(settings.max_depth);
         let limits = &mut settings.depth_limits;
         limits.diffuse = self.diffuse_depth.or(limits.diffuse);
         limits.glossy = self.glossy_depth.or(limits.glossy);
         limits.transmission = self.transmission_depth.or(limits.transmission);
-        settings.transport = self.transport.map_or(settings.transport, Into::into);
+        settings.transport = self.transport.map_or(settings.transport, |name| name.among(fitting));
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);

@@ -127,7 +127,7 @@ impl<'a> Jobs<'a> {
             return Err(Failure("where things go is said with --output and --folder, before --".into()));
         }
         let mut world = crate::formats::load_with(&scene, &(&arguments.render.model).into())?;
-        arguments.render.apply(&mut world.settings);
+        arguments.render.apply(&mut world);
         let samples = world.settings.samples;
         let tasks = match (plan.shards, arguments.render.frames.frames) {
             (Some(shards), None) => Tasks::Shards(shards),

@@ -6,8 +6,9 @@ use serde::de::Deserialize;
 
 use super::keys::Keyed;
 use super::locate;
-use super::source::{Raw, Source};
+use super::source::{Raw, Source, Variant};
 use crate::error::LoadError;
+use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
 
 /// A finite number of the type that it is stored as: parsed once, rounded once.
@@ -151,21 +152,53 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// `(r, g, b)` or a grey, none below zero; `what` is its name in messages.
+    /// `(r, g, b)` or a grey, none below zero, or as screens have it, `Srgb(r, g, b)` or `"#rrggbb"`; `what` is its
+    /// name in messages.
     pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
         self.keyed(raw, |raw| self.single_color(raw, what))
     }
 
     fn single_color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
+        if raw.0.starts_with('"') {
+            return self.hexadecimal(raw);
+        }
+        if let Some(Variant { name: "Srgb", body: Some(body) }) = self.variant(raw) {
+            let encoded: [Raw; 3] = self.tuple(Raw(body), "Srgb(r, g, b), each from 0 to 1")?;
+            let mut linear = [0.0; 3];
+            for (linear, raw) in linear.iter_mut().zip(encoded) {
+                let encoded: f32 = self.number(raw)?;
+                if !(0.0..=1.0).contains(&encoded) {
+                    let reason = "a part of Srgb is from 0 to 1: with parts from 0 to 255 write \"#rrggbb\"";
+                    return Err(self.error(raw.0, reason));
+                }
+                *linear = srgb_decode(encoded);
+            }
+            return Ok(linear.into());
+        }
         if !raw.0.starts_with('(') {
             if self.try_read::<f64>(raw).is_none() {
-                return Err(self.expected(raw, &format!("{what}, as (r, g, b) or one number")));
+                let forms = "as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\"";
+                return Err(self.expected(raw, &format!("{what}, {forms}")));
             }
             return Ok(Rgb::splat(self.at_least_zero(raw, what)?));
         }
         let [r, g, b] = self.tuple(raw, "(r, g, b)")?;
         let component = |raw| self.at_least_zero(raw, what);
         Ok(Rgb::new(component(r)?, component(g)?, component(b)?))
+    }
+
+    /// Two digits for each of red, green and blue, or one.
+    fn hexadecimal(&self, raw: Raw<'a>) -> Result<Rgb, LoadError> {
+        let text = self.string(raw, "a colour")?;
+        let digits: Option<Vec<u32>> = text
+            .strip_prefix('#')
+            .and_then(|digits| digits.chars().map(|digit| digit.to_digit(16)).collect());
+        let bytes = match digits.as_deref() {
+            Some(&[r, g, b]) => [r * 17, g * 17, b * 17],
+            Some(&[r, s, g, h, b, c]) => [16 * r + s, 16 * g + h, 16 * b + c],
+            _ => return Err(self.error(raw.0, "a colour in a string is \"#rrggbb\", such as \"#ff8000\"")),
+        };
+        Ok(bytes.map(|byte| srgb_decode(byte as f32 / 255.0)).into())
     }
 
     /// What `Some(…)` holds, or the value itself; none for `None`.

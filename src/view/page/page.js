@@ -13,10 +13,10 @@ let state = null;
 /** How the image is shown. That is the page's own affair and needs no new render. */
 const view = { layer: "light", exposure: 0, isAuto: false, tonemap: "Clamp" };
 
-// ---------------------------------------------------------------------------------------------
-// Small helpers
+// ---- Small helpers ----
 
 const byId = (id) => document.getElementById(id);
+const on = (id, event, action) => byId(id).addEventListener(event, action);
 
 /** An HTML element with children; strings among them become text. */
 function element(tag, className = "", ...children) {
@@ -31,13 +31,6 @@ function shape(tag, className, attributes = {}) {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
   made.setAttribute("class", className);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
-}
-
-function button(label, action) {
-  const made = element("button", "", label);
-  made.type = "button";
-  made.addEventListener("click", action);
   return made;
 }
 
@@ -85,8 +78,7 @@ async function copy(text, what) {
   }
 }
 
-// ---------------------------------------------------------------------------------------------
-// Talking to the server
+// ---- Talking to the server ----
 
 /** Nothing answers. The box about the connection says so already. */
 class Unreachable extends Error {}
@@ -99,17 +91,9 @@ async function request(path, parameters, options) {
   const response = await fetch(address(path, parameters), options).catch(() => {
     throw new Unreachable();
   });
-  if (!response.ok) throw new Error(sentenceOf(await response.text(), response.status));
-  return response;
-}
-
-/** What an answer that is not 200 says. */
-function sentenceOf(body, status) {
-  try {
-    return JSON.parse(body).error ?? body;
-  } catch {
-    return body || `rayfront answers with status ${status}.`;
-  }
+  if (response.ok) return response;
+  const { error } = await response.json().catch(() => ({}));
+  throw new Error(error ?? `rayfront answers with status ${response.status}.`);
 }
 
 function fail(error) {
@@ -200,15 +184,14 @@ function takeState(next) {
   showFindings(previous);
   showControls();
   showQueues();
-  noticeNewPicture(previous);
+  noticeNewPicture();
   if (state.serial !== previous?.serial) {
     askForImage();
     refreshReadout();
   }
 }
 
-// ---------------------------------------------------------------------------------------------
-// The image
+// ---- The image ----
 
 /** Which image the canvas holds. */
 const shown = { serial: -1, look: "" };
@@ -284,18 +267,16 @@ function setLayer(layer) {
 }
 
 function connectLook() {
-  byId("layer").addEventListener("change", (event) => setLayer(event.target.value));
-  byId("tonemap").addEventListener("change", (event) => {
+  on("layer", "change", (event) => setLayer(event.target.value));
+  on("tonemap", "change", (event) => {
     view.tonemap = event.target.value;
     askForImage();
   });
-  byId("exposure").addEventListener("input", (event) => setExposure(event.target.valueAsNumber));
-  byId("exposure-number").addEventListener("input", (event) => setExposure(event.target.valueAsNumber));
-  byId("auto-exposure").addEventListener("change", (event) => setAutoExposure(event.target.checked));
+  for (const id of ["exposure", "exposure-number"]) on(id, "input", (event) => setExposure(event.target.valueAsNumber));
+  on("auto-exposure", "change", (event) => setAutoExposure(event.target.checked));
 }
 
-// ---------------------------------------------------------------------------------------------
-// What the server tells: name, status, error, findings
+// ---- What the server tells: name, status, error, findings ----
 
 function showName() {
   byId("name").textContent = byId("name").title = state.name;
@@ -333,7 +314,7 @@ function announce(previous) {
 }
 
 function showError() {
-  byId("error").hidden = state.error === null;
+  byId("error").hidden = !state.error;
   byId("error-text").textContent = state.error ?? "";
 }
 
@@ -353,11 +334,12 @@ function finding({ what, remedy }) {
 }
 
 function copyable(text, what) {
-  return element("div", "copyable", element("code", "", text), button("Copy", () => copy(text, what)));
+  const button = element("button", "", "Copy");
+  button.addEventListener("click", () => copy(text, what));
+  return element("div", "copyable", element("code", "", text), button);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Controls that show what the server has
+// ---- Controls that show what the server has ----
 
 /** Controls that are being used, and the timers that end that. */
 const held = new Map();
@@ -393,10 +375,11 @@ function showCamera() {
   showCameraNames(cameras, camera.name);
   for (const id of ["fov", "fov-number"]) {
     byId(id).disabled = camera.fov_deg === null; // such as of a parallel projection
-    show(id, rounded(camera.fov_deg ?? ""));
+    show(id, camera.fov_deg === null ? "" : rounded(camera.fov_deg));
   }
   const lens = camera.lens_radius_m ?? 0; // a pinhole has none, but may get one
-  byId("lens").max = lensRange(lens, camera.focus_m);
+  // Scenes are of all sizes: the slider ends where it suits how far away things are.
+  byId("lens").max = Math.max(lens, rounded((camera.focus_m ?? 1) / 20, 1));
   for (const id of ["lens", "lens-number"]) show(id, rounded(lens));
   byId("focus-distance").textContent = camera.focus_m === null ? "all distances" : `${digits(camera.focus_m)} m`;
   byId("camera-origin").textContent = triple(camera.origin);
@@ -406,7 +389,7 @@ function showCamera() {
 }
 
 /** The server's numbers have 32 bits: 0.1 is none of them. */
-const rounded = (value) => (value === "" ? "" : Number(value.toPrecision(6)));
+const rounded = (value, to = 6) => Number(value.toPrecision(to));
 
 function showCameraNames(names, chosen) {
   const select = byId("camera");
@@ -416,40 +399,36 @@ function showCameraNames(names, chosen) {
   if (chosen !== undefined) show("camera", chosen);
 }
 
-/** Scenes are of all sizes: a slider's end that suits how far away things are. */
-function lensRange(lens, focus) {
-  const suits = 10 ** Math.ceil(Math.log10((focus ?? 1) / 20));
-  return Math.max(suits, lens);
-}
-
 function connectControls() {
   document.addEventListener("input", (event) => hold(event.target));
   document.addEventListener("change", (event) => letGo(event.target));
   document.addEventListener("focusout", (event) => letGo(event.target));
   connectPair("fov", "fov-number", "fov_deg");
   connectPair("lens", "lens-number", "lens_radius_m");
-  byId("camera").addEventListener("change", (event) => send({ camera: event.target.value }));
   for (const name of ["schedule", "transport", "sampler"]) {
-    byId(name).addEventListener("change", (event) => send({ settings: { [name]: event.target.value } }));
+    on(name, "change", (event) => send({ settings: { [name]: event.target.value } }));
   }
   for (const name of ["wave", "depth", "spp"]) {
-    byId(name).addEventListener("change", (event) => sendNumber(event.target, (value) => ({ settings: { [name]: value } })));
+    on(name, "change", (event) => sendNumber(event.target, (value) => ({ settings: { [name]: value } })));
   }
-  byId("reset").addEventListener("click", () => send({ reset: true }));
-  byId("save-camera").addEventListener("click", () => send({ save_camera: true }));
-  byId("copy-line").addEventListener("click", copyLine);
-  byId("focus").addEventListener("click", () => setFocusing(!isFocusing));
-  byId("pause").addEventListener("click", togglePause);
-  byId("restart").addEventListener("click", () => send({ restart: true }));
+  on("camera", "change", (event) => send({ camera: event.target.value }));
+  on("reset", "click", () => send({ reset: true }));
+  on("save-camera", "click", () => send({ save_camera: true }));
+  on("copy-line", "click", copyLine);
+  on("focus", "click", () => setFocusing(!isFocusing));
+  on("pause", "click", togglePause);
+  on("restart", "click", () => send({ restart: true }));
 }
 
 /** A slider acts while it is dragged, the number beside it when it is complete. */
 function connectPair(sliderId, numberId, command) {
   const [slider, number] = [byId(sliderId), byId(numberId)];
   slider.addEventListener("input", () => {
-    number.value = slider.value;
-    send({ [command]: slider.valueAsNumber });
+    hold(number);
+    number.value = rounded(slider.valueAsNumber, 4);
+    send({ [command]: number.valueAsNumber });
   });
+  slider.addEventListener("change", () => letGo(number));
   number.addEventListener("change", () => sendNumber(number, (value) => ({ [command]: value })));
 }
 
@@ -466,8 +445,7 @@ function copyLine() {
   if (state) copy(state.camera.line, "the camera's line");
 }
 
-// ---------------------------------------------------------------------------------------------
-// The pointer
+// ---- The pointer ----
 
 let drag = null; // {kind, button, start, last, hasMoved} while a button is down
 let pointed = null; // the pixel under the pointer
@@ -483,14 +461,13 @@ function pixelAt(event) {
 }
 
 function connectPointer() {
-  const canvas = byId("image");
-  canvas.addEventListener("pointerdown", beginDrag);
-  canvas.addEventListener("pointermove", movePointer);
-  canvas.addEventListener("pointerup", endDrag);
-  canvas.addEventListener("pointercancel", () => (drag = null));
-  canvas.addEventListener("pointerleave", () => point(null));
-  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("wheel", zoomByWheel, { passive: false });
+  on("image", "pointerdown", beginDrag);
+  on("image", "pointermove", movePointer);
+  on("image", "pointerup", endDrag);
+  on("image", "pointercancel", endDrag);
+  on("image", "pointerleave", () => point(null));
+  on("image", "contextmenu", (event) => event.preventDefault());
+  byId("image").addEventListener("wheel", zoomByWheel, { passive: false }); // it must not scroll the page
 }
 
 function beginDrag(event) {
@@ -513,8 +490,8 @@ function movePointer(event) {
 }
 
 function endDrag(event) {
-  if (!drag || event.button !== drag.button) return;
-  const isClick = !drag.hasMoved && drag.button === 0;
+  if (!drag) return;
+  const isClick = event.type === "pointerup" && !drag.hasMoved && drag.button === 0;
   drag = null;
   byId("image").classList.remove("is-dragged");
   const pixel = pixelAt(event);
@@ -578,8 +555,7 @@ function showReadout(known) {
   set("material", known?.material);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Queues: the picture of a wavefront
+// ---- Queues: the picture of a wavefront ----
 
 function showQueues() {
   const { queues } = state;
@@ -634,8 +610,7 @@ function showBounce(row, { bounce, rays, hits, shadow, blocked, ends }, most) {
   fillRow(row, `bounce ${bounce}`, shortCount(rays), title, shares);
 }
 
-// ---------------------------------------------------------------------------------------------
-// The explanation of a pixel
+// ---- The explanation of a pixel ----
 
 let wanted = null; // {pixel, sample}: what was asked for last; null: nothing is explained
 let told = null; // the EXPLANATION that is shown
@@ -673,8 +648,8 @@ const samplesToExplain = () => Math.max(told.samples, state.samples);
 
 function stepSample(by) {
   if (!told) return;
-  const sample = told.sample + by;
-  if (sample >= 0 && sample < samplesToExplain()) explain(told.pixel, sample);
+  const sample = wanted.sample + by; // more than one step while an answer is awaited
+  if (sample >= 0 && sample < samplesToExplain()) explain(wanted.pixel, sample);
 }
 
 function showExplanation(explanation) {
@@ -699,21 +674,23 @@ function showStepper() {
   byId("next-sample").disabled = told.sample + 1 >= samplesToExplain();
 }
 
+/** Nine digits tell any two numbers of 32 bits apart. */
+const exact = (values) => values.map((value) => rounded(value, 9)).join(", ");
+
 function showAgreement() {
   const { wavefront, recursive } = told.schedules;
   const agreement = byId("agreement");
   agreement.classList.toggle("is-bad", !told.agrees);
   agreement.textContent = told.agrees
     ? "Both schedules: the same bits."
-    : `THE SCHEDULES DIFFER. Wavefront: ${wavefront.join(", ")}; recursive: ${recursive.join(", ")}. That is an error in rayfront.`;
+    : `THE SCHEDULES DIFFER. That is an error in rayfront.\nwavefront: ${exact(wavefront)}\nrecursive: ${exact(recursive)}`;
 }
 
 /** A path that was followed through another picture must not be drawn over this one. */
-function noticeNewPicture(previous) {
+function noticeNewPicture() {
   if (!told) return;
   showStepper();
-  const isNew = state.camera.line !== previous.camera.line || state.samples < previous.samples;
-  if (isNew) setStale(true);
+  if (told.generation !== state.generation) setStale(true);
 }
 
 function setStale(isStale) {
@@ -722,43 +699,44 @@ function setStale(isStale) {
 }
 
 function pathItems(path, number, isAlone) {
-  const heading = number === 0 ? "Path 0, from the camera" : `Path ${number}, forked off path ${path.forked_off_path} at bounce ${path.forked_off_bounce}`;
+  const { forked_off_path, forked_off_bounce } = path;
+  const from = forked_off_path === null ? "from the camera" : `forked off path ${forked_off_path} at bounce ${forked_off_bounce}`;
   const list = element("ol", "", ...path.steps.map((step, index) => stepItem(step, number, `${number}-${index}`)));
-  const end = element("p", "end", `It ends: ${path.end}.`);
+  const end = element("p", "end", `It ends: ${path.end.replace(/\.$/, "")}.`);
   if (isAlone) return [list, end];
-  const brings = element("p", "end", `It brings `, element("span", "number", triple(path.radiance)));
-  return [element("h3", "", heading), list, end, brings];
+  const brings = element("p", "end", "It brings ", element("span", "number", triple(path.radiance)));
+  return [element("h3", "", `Path ${number}, ${from}`), list, end, brings];
 }
 
 /** A vertex in the list. Pointing at it marks it in the image. */
 function stepItem(step, pathNumber, key) {
   const badge = element("span", `badge branch-${pathNumber % BRANCHES}`, step.vertex ? String(step.bounce) : "–");
-  const item = element("li", "step", badge, step.vertex ? vertexFacts(step) : missFacts(step));
+  const item = element("li", "step", badge, stepFacts(step));
   item.tabIndex = 0;
   for (const event of ["mouseenter", "focus"]) item.addEventListener(event, () => mark(key));
   for (const event of ["mouseleave", "blur"]) item.addEventListener(event, () => mark(null));
   return item;
 }
 
-function vertexFacts(step) {
-  const { entity, material, t, gives_off, lobe, lights, position, normal } = step.vertex;
-  const what = element("span", "what", entity, element("span", "of", ` of ${material}`));
-  const facts = element("div", "facts", what);
-  fact(facts, "ray", `bounce ${step.bounce}, ${step.queue}, ${digits(t)} m`);
-  fact(facts, "throughput", triple(step.throughput), "number");
-  if (!isBlack(gives_off)) fact(facts, "gives off", triple(gives_off), "number");
-  for (const light of lights) lightFact(facts, light);
-  if (lobe !== null) fact(facts, "goes on by", lobe);
-  facts.title = `at ${triple(position)}\nnormal ${triple(normal)}`;
+function stepFacts({ bounce, queue, throughput, to, vertex }) {
+  const met = vertex ? [vertex.entity, element("span", "of", ` of ${vertex.material}`)] : ["meets nothing"];
+  const facts = element("div", "facts", element("span", "what", ...met));
+  const length = vertex ? `, ${digits(vertex.t)} m` : "";
+  fact(facts, "ray", `bounce ${bounce}, ${queue}${length}`);
+  fact(facts, "throughput", triple(throughput), "number");
+  if (vertex) vertexFacts(facts, vertex, to);
   return facts;
 }
 
-function missFacts(step) {
-  const facts = element("div", "facts", element("span", "what", "meets nothing"));
-  fact(facts, "ray", `bounce ${step.bounce}, ${step.queue}`);
-  fact(facts, "throughput", triple(step.throughput), "number");
-  return facts;
+function vertexFacts(facts, { gives_off, lobe, lights, position, normal }, to) {
+  if (!isBlack(gives_off)) fact(facts, "gives off", triple(gives_off), "number");
+  for (const light of lights) lightFact(facts, light);
+  if (lobe !== null) fact(facts, "goes on by", lobe);
+  if (!isInImage(to)) fact(facts, "lies", to === null ? "behind the camera" : "outside the image");
+  facts.title = `at ${triple(position)}\nnormal ${triple(normal)}`;
 }
+
+const isInImage = (place) => place !== null && place.every((value, axis) => value >= 0 && value < state.size[axis]);
 
 function fact(facts, term, value, className = "") {
   facts.append(element("span", "term", term), element("span", className, value));
@@ -777,10 +755,10 @@ function lightFact(facts, { light, distance, contribution, arrived, weight, bloc
 }
 
 function connectExplanation() {
-  byId("close-explanation").addEventListener("click", closeExplanation);
-  byId("previous-sample").addEventListener("click", () => stepSample(-1));
-  byId("next-sample").addEventListener("click", () => stepSample(1));
-  byId("copy-command").addEventListener("click", () => told && copy(told.command, "the command"));
+  on("close-explanation", "click", closeExplanation);
+  on("previous-sample", "click", () => stepSample(-1));
+  on("next-sample", "click", () => stepSample(1));
+  on("copy-command", "click", () => told && copy(told.command, "the command"));
 }
 
 // Its path over the image.
@@ -809,9 +787,7 @@ function stepLines(step, pathNumber, key, place) {
     if (step.to && light.to) group.append(line(`light-ray${light.blocked ? " is-blocked" : ""}`, place(step.to), place(light.to)));
   }
   if (step.from && step.to) {
-    const [from, to] = [place(step.from), place(step.to)];
-    if (step.vertex) group.append(line("seam", from, to), line("ray", from, to));
-    else group.append(line("ray escaped", from, to));
+    group.append(line(step.vertex ? "ray" : "ray escaped", place(step.from), place(step.to)));
   }
   return group;
 }
@@ -837,11 +813,13 @@ function pixelFrame(place) {
 function mark(key) {
   const overlay = byId("overlay");
   overlay.classList.toggle("has-marked", key !== null);
-  for (const part of overlay.querySelectorAll("[data-key]")) part.classList.toggle("is-marked", part.dataset.key === key);
+  for (const part of overlay.querySelectorAll("[data-key]")) {
+    const isMarked = part.classList.toggle("is-marked", part.dataset.key === key);
+    if (isMarked && part.matches(".dot")) overlay.append(part); // above its neighbours
+  }
 }
 
-// ---------------------------------------------------------------------------------------------
-// The keyboard
+// ---- The keyboard ----
 
 const STEP = 0.05; // of the image's height, by an arrow key
 
@@ -866,7 +844,7 @@ const KEYS = {
 };
 
 function escape() {
-  if (byId("help").matches(":popover-open")) return; // the browser closes it
+  if (byId("help").matches(":popover-open")) return; // it is what closes
   if (isFocusing) setFocusing(false);
   else closeExplanation();
 }
@@ -878,7 +856,7 @@ function pressKey(event) {
   if (isField && key !== "Escape") return;
   const action = KEYS[key.length === 1 ? key.toLowerCase() : key] ?? keyInImage(event);
   if (!action) return;
-  event.preventDefault();
+  if (key !== "Escape") event.preventDefault(); // by Escape the browser closes the help
   action();
 }
 
@@ -893,7 +871,7 @@ function keyInImage({ target, key, shiftKey }) {
   return null;
 }
 
-// ---------------------------------------------------------------------------------------------
+// ---- Beginning ----
 
 connectLook();
 connectControls();

@@ -22,7 +22,7 @@ use super::schema;
 use super::source::Source;
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
-use crate::world::{MaterialId, World};
+use crate::world::{MaterialId, Transport, World};
 
 /// What lowering carries along.
 struct Lowering<'s, 'a> {
@@ -43,9 +43,10 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
         assets: AssetCache::new(source.path(), files),
         materials: HashMap::new(),
     };
+    let mut transport = None;
     if let Some(settings) = scene.settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
-        lowering.world.settings = settings::settings(source, settings)?;
+        (lowering.world.settings, transport) = settings::settings(source, settings)?;
         source.clock().refused.set(None);
     }
     if let Some(materials) = scene.materials {
@@ -55,5 +56,17 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
     world.moves |= source.clock().asked.get();
+    if transport.is_none() {
+        choose_transport(&mut world);
+    }
     Ok(world)
+}
+
+/// Has a scene that says nothing of it rendered by the transport that takes all of it at its word.
+fn choose_transport(world: &mut World) {
+    world.settings.transport = world.fitting_transport();
+    if world.settings.transport == Transport::Path {
+        let what = "the path transport was chosen, which glTF files, principled materials and surroundings are made for";
+        world.warnings.push(format!("{what} (settings: (transport: Path) says so, too)"));
+    }
 }

@@ -21,7 +21,8 @@ pub(super) const PATTERNS: &[(&str, Pattern)] = &[
     ("Center", Pattern::Center),
 ];
 
-const TRANSPORTS: &[(&str, Transport)] = &[("Whitted", Transport::Whitted), ("Path", Transport::Path)];
+const TRANSPORTS: &[(&str, Option<Transport>)] =
+    &[("Whitted", Some(Transport::Whitted)), ("Path", Some(Transport::Path)), ("Auto", None)];
 
 const ADAPTIVE: &[(&str, Adaptive)] =
     &[("On", Adaptive::On), ("Off", Adaptive::Off), ("Unbiased", Adaptive::Unbiased)];
@@ -55,7 +56,11 @@ const AOVS: &[(&str, Aov)] = &[
     ("Variance", Aov::Variance),
 ];
 
-pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings, LoadError> {
+/// Returns the transport, too: none if it is to be chosen when the rest is known.
+pub(super) fn settings<'a>(
+    source: &Source<'a>,
+    raw: Raw<'a>,
+) -> Result<(Settings, Option<Transport>), LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
     let mut settings = Settings::default();
     if let Some(raw) = read.size {
@@ -91,9 +96,9 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.clamp {
         settings.clamp = Some(source.positive(raw, "clamp")?);
     }
-    if let Some(raw) = read.transport {
-        settings.transport = source.choice(raw, "transport", TRANSPORTS)?;
-    }
+    let transport = read.transport.map(|raw| source.choice(raw, "transport", TRANSPORTS));
+    let transport = transport.transpose()?.flatten();
+    settings.transport = transport.unwrap_or_default();
     if let Some(raw) = read.sampler {
         settings.sampler = source.choice(raw, "sampler", SAMPLERS)?;
     }
@@ -137,7 +142,7 @@ pub(super) fn settings<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Settings
     if let Some(raw) = read.aov {
         settings.aov = aovs(source, raw)?;
     }
-    Ok(settings)
+    Ok((settings, transport))
 }
 
 /// `All`, or a list.

@@ -29,7 +29,8 @@ struct Read<'a> {
 impl<'a> Lowering<'_, 'a> {
     /// What names a texture, where a constant may stand as well: keys of an animation are one.
     fn picture(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
-        self.source.variant(raw).filter(|_| !self.source.has_keys(raw))
+        let variant = self.source.variant(raw).filter(|variant| variant.name != "Srgb");
+        variant.filter(|_| !self.source.has_keys(raw))
     }
 
     /// A colour or a texture.

@@ -251,3 +251,21 @@ fn many_entities_take_no_time() {
     // Ten times what it takes, for slow and busy machines.
     assert!(took < Duration::from_secs(1), "{took:?}");
 }
+
+#[test]
+fn colours_may_be_those_of_a_screen() {
+    let color = |text: &str| {
+        let keys = format!("(entities: [(light: Environment(radiance: {text}))])");
+        read(&keys).map(|world| match only::<Light>(&world) {
+            Light::Environment { radiance, .. } => radiance.to_array(),
+            _ => panic!("an environment"),
+        })
+    };
+    assert_eq!(color("\"#fff\"").unwrap(), [1.0; 3]);
+    assert_eq!(color("\"#ff8000\"").unwrap(), color("Srgb(1, 0.5019608, 0)").unwrap());
+    let [half, ..] = color("Srgb(0.5, 0, 0)").unwrap();
+    assert!((half - 0.21404114).abs() < 1e-6, "{half}");
+    for wrong in ["\"ff8000\"", "\"#ff80\"", "\"#gg0000\"", "Srgb(255, 0, 0)", "Srgb(1, 0)", "\"red\""] {
+        assert!(color(wrong).is_err(), "{wrong}");
+    }
+}

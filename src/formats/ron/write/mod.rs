@@ -69,7 +69,7 @@ fn text(world: &World, scene_path: &Path) -> Written {
     let paths = AssetPaths::new(&world.assets, scene_path);
     let materials = material_names(world, &order);
     let mut text = String::from("(\n");
-    let settings = settings::settings(&world.settings)?;
+    let settings = settings::settings(&world.settings, world.fitting_transport())?;
     if settings != "()" {
         text.push_str(&format!("    settings: {settings},\n"));
     }

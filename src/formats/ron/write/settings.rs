@@ -2,9 +2,10 @@
 
 use super::Written;
 use super::number::{Keys, color, number, same};
-use crate::world::{Aov, Background, PixelFilter, Settings, Sharing};
+use crate::world::{Aov, Background, PixelFilter, Settings, Sharing, Transport};
 
-pub(super) fn settings(settings: &Settings) -> Written {
+/// `fitting` is the transport that a file which says nothing of it gets.
+pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
     let Settings {
         size: [width, height],
         samples,
@@ -43,7 +44,7 @@ pub(super) fn settings(settings: &Settings) -> Written {
     if let Some(clamp) = clamp {
         keys.push("clamp", number(*clamp)?);
     }
-    keys.push_unless(*transport == default.transport, "transport", || Ok(format!("{transport:?}")))?;
+    keys.push_unless(*transport == fitting, "transport", || Ok(format!("{transport:?}")))?;
     keys.push_unless(*sampler == default.sampler, "sampler", || Ok(format!("{sampler:?}")))?;
     keys.push_unless(*sharing == default.sharing, "sharing", || {
         Ok(match sharing {

@@ -1,0 +1,76 @@
+//! Whether the camera sees what there is.
+
+use super::probes::{Tracer, directions};
+use super::{Checked, Finding};
+use crate::math::Vec3;
+use crate::shading::camera::pixel_width;
+
+/// Rays about the camera.
+const ABOUT: u32 = 64;
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let Checked { scene, probes, .. } = checked;
+    if is_a_dot(checked) {
+        let size = scene.bounds.size().length();
+        findings.push(Finding::new(
+            None,
+            format!("everything is smaller than two pixels: the scene is {size:.1e} m across"),
+            format!("move the camera nearer to {}", text(scene.bounds.center())),
+        ));
+        return;
+    }
+    if probes.coverage() == 0.0 {
+        findings.push(sees_nothing(checked));
+        return;
+    }
+    // Whatever is all around and near is a body that the camera is in, unless it is what is meant to be seen: a
+    // room has more than one thing in it, or lets light in.
+    let eye = scene.camera.origin;
+    let mut tracer = Tracer::new(scene);
+    let met: Vec<_> = directions(ABOUT).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
+    let Some(Some(first)) = met.first() else { return };
+    let all_one = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));
+    let others = scene.geometry.parts.entity.iter().chain(&scene.geometry.instance_entities);
+    let is_alone = others.copied().all(|entity| entity == first.entity);
+    let material = &scene.materials[first.material as usize];
+    if all_one && !is_alone && probes.dark() > 0.5 && !material.emits() {
+        let (name, far) = (checked.name(first.entity), farthest(&met));
+        findings.push(Finding::new(
+            None,
+            format!("the camera is inside \"{}\" and sees nothing else", super::printable(&name)),
+            format!("move it by more than {far:.3} m, or take the body away"),
+        ));
+    }
+}
+
+fn farthest(met: &[Option<super::probes::Met>]) -> f32 {
+    met.iter().flatten().map(|met| met.distance).fold(0.0, f32::max)
+}
+
+/// Whether the whole scene takes up two pixels or less of an image that it lies in.
+fn is_a_dot(checked: &Checked) -> bool {
+    let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
+    let depth = (bounds.center() - camera.origin).dot(camera.forward);
+    let (wide, wider) = pixel_width(camera, checked.world.settings.size[1] as f32);
+    depth > 0.0 && bounds.size().length() < 2.0 * (wide + wider * depth)
+}
+
+/// A place, as a scene file has it.
+fn text(v: Vec3) -> String {
+    format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z)
+}
+
+/// Where there is something, and what looks there.
+fn sees_nothing(checked: &Checked) -> Finding {
+    let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
+    let center = bounds.center();
+    let to = center - camera.origin;
+    let ahead = to.dot(camera.forward);
+    let inside = (camera.origin.clamp(bounds.min, bounds.max) - camera.origin).length() == 0.0;
+    let where_to = if ahead < 0.0 && !inside { "behind it" } else { "beside what it sees" };
+    Finding::new(
+        None,
+        format!("the camera sees nothing: everything is {where_to}, about {}", text(center)),
+        format!("transform: LookAt(from: {}, to: {})", text(camera.origin), text(center)),
+    )
+}

@@ -1,0 +1,82 @@
+//! Whether an image shows anything.
+
+use std::sync::Arc;
+
+use super::Finding;
+use crate::film::exposure::automatic_ev;
+use crate::film::tonemap::DisplayTransform;
+use crate::film::{Film, Region};
+use crate::integrator::Frame;
+use crate::math::Rgb;
+use crate::render::{Options, Session};
+use crate::world::{Adaptive, Tonemap};
+
+/// The part of what is seen that is white or black before anybody asks why.
+const TOO_MUCH: f64 = 0.5;
+/// What has a base colour below this is meant to be dark.
+const DARKEST: f32 = 0.02;
+/// Stops by which another exposure has to differ to be worth a word.
+const WORTH: f32 = 1.0;
+
+/// Pixels along the longer side of the image that are asked whether anything is there.
+const LOOKED_AT: u32 = 128;
+
+/// What is to be said of a finished image; `exposure_ev` are the stops that it is exposed by.
+pub fn of_image(frame: &Frame, tonemap: Tonemap, exposure_ev: f32, film: &Film) -> Option<Finding> {
+    let radiance = film.radiance();
+    let seen = seen(frame, film, &radiance);
+    if seen.is_empty() {
+        return None;
+    }
+    let curve = DisplayTransform::new(tonemap, exposure_ev, &radiance);
+    let shown: Vec<[u8; 3]> = seen.iter().map(|light| curve.apply_8_bit(*light)).collect();
+    let part = |is: fn(&u8) -> bool| {
+        shown.iter().filter(|pixel| pixel.iter().all(is)).count() as f64 / shown.len() as f64
+    };
+    let (white, black) = (part(|byte| *byte >= 254), part(|byte| *byte <= 1));
+    let better = automatic_ev(&radiance);
+    let stops = better - exposure_ev;
+    if white > TOO_MUCH && stops < -WORTH {
+        let white = 100.0 * white;
+        let what = format!(
+            "{white:.0} % of what is seen is white: there is more light than exposure {exposure_ev:+.2} can show"
+        );
+        return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
+    }
+    if black > TOO_MUCH {
+        let unlit = seen.iter().filter(|light| light.is_black()).count() as f64 / seen.len() as f64;
+        let black = 100.0 * black;
+        if unlit > TOO_MUCH {
+            let what = format!("{black:.0} % of what is seen is black: no light gets there");
+            return Some(Finding::new(None, what, "rayfront check says why"));
+        }
+        if stops > WORTH {
+            let what = format!(
+                "{black:.0} % of what is seen is black: there is too little light for exposure {exposure_ev:+.2}"
+            );
+            return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
+        }
+    }
+    None
+}
+
+/// The light of some pixels in which there is something.
+fn seen(frame: &Frame, film: &Film, radiance: &[Rgb]) -> Vec<Rgb> {
+    let [width, height] = frame.size;
+    let by = width.max(height).div_ceil(LOOKED_AT).max(1);
+    let size = [width.div_ceil(by), height.div_ceil(by)];
+    let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..frame.clone() };
+    let options = Options { region: Some(Region::whole(size)), ..Options::default() };
+    let features = Session::of(Arc::new(small), 1, options).features();
+    let region = film.region();
+    let mut seen = Vec::new();
+    for (at, features) in features.iter().enumerate() {
+        let [x, y] = [at as u32 % size[0], at as u32 / size[0]].map(|place| place * by + by / 2);
+        let is_inside = (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y);
+        // What is black by itself is black whatever falls on it.
+        if is_inside && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
+            seen.extend(radiance.get(region.index(x, y)));
+        }
+    }
+    seen
+}

@@ -1,0 +1,184 @@
+//! Whether light reaches what is seen, and if not, why.
+
+use super::probes::{Met, Tracer, directions};
+use super::{Checked, Finding, printable};
+use crate::compile::transforms;
+use crate::math::{DAffine3, Rgb, Vec3};
+use crate::scene::material::Coverage;
+use crate::world::{Light, Transport};
+
+/// Rays from each lamp.
+const RAYS: u32 = 64;
+/// Lamps that are looked at.
+const MOST: usize = 32;
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let Checked { world, scene, probes } = checked;
+    let settings = &world.settings;
+    let nothing_shines = scene.lights.is_empty()
+        && scene.emitters.is_empty()
+        && scene.ambient.is_black()
+        && !scene.materials.iter().any(|material| material.emits() || material.unlit);
+    let seen = probes.seen().next().is_some();
+    let is_dark = seen && probes.dark() > 0.9;
+    let around = !scene.environment.is_black();
+    if nothing_shines && (settings.transport == Transport::Whitted || !around) {
+        if is_dark && around {
+            findings.push(Finding::new(
+                None,
+                "what is around the scene lights no surface under Whitted's transport, and there is no other light",
+                "--transport path",
+            ));
+        } else if is_dark || !seen {
+            let remedy = "add an entity with light: Point(power_w: 100), or --env studio";
+            findings.push(Finding::new(None, "there is no light", remedy));
+        }
+        return;
+    }
+    let Ok(placed) = transforms::compile(world, &world.in_order()) else { return };
+    let mut tracer = Tracer::new(scene);
+    let mut query = world.entities.query::<(hecs::Entity, &Light)>();
+    let mut lamps: Vec<_> = query.iter().collect();
+    lamps.sort_by_key(|(entity, _)| entity.id());
+    for (entity, light) in lamps.into_iter().take(MOST) {
+        let Some(matrix) = placed.get(&entity) else { continue };
+        let name = world.name_of(entity);
+        if power(light).is_black() {
+            let what = format!("it shines with {}", nothing_of(light));
+            findings.push(Finding::new(Some(&name), what, "give it more than 0, or leave it out"));
+            continue;
+        }
+        let Some(lamp) = Lamp::new(light, matrix) else { continue };
+        findings.extend(
+            lamp.fault(checked, &mut tracer, is_dark)
+                .map(|(what, remedy)| Finding::new(Some(&name), what, remedy)),
+        );
+    }
+}
+
+/// What a light gives, in whatever unit.
+fn power(light: &Light) -> Rgb {
+    match light {
+        Light::Point { power_w, .. }
+        | Light::Spot { power_w, .. }
+        | Light::Photometric { power_w, .. }
+        | Light::Area { power_w, .. } => *power_w,
+        Light::Directional { irradiance, .. } => *irradiance,
+        Light::Environment { radiance, .. } | Light::Sky { radiance, .. } => *radiance,
+    }
+}
+
+fn nothing_of(light: &Light) -> &'static str {
+    match light {
+        Light::Directional { .. } => "an irradiance of 0",
+        Light::Environment { .. } | Light::Sky { .. } => "a radiance of 0",
+        _ => "a power of 0 W",
+    }
+}
+
+/// A lamp that stands somewhere.
+struct Lamp {
+    place: Vec3,
+    /// Where −Z is.
+    axis: Vec3,
+    /// Cosine of the angle to the axis beyond which it does not shine.
+    cos_limit: f32,
+}
+
+impl Lamp {
+    fn new(light: &Light, matrix: &DAffine3) -> Option<Lamp> {
+        let cos_limit = match light {
+            Light::Point { .. } | Light::Photometric { .. } => -1.0,
+            Light::Spot { outer_angle, .. } => libm::cos(f64::from(*outer_angle)) as f32,
+            Light::Area { .. } => 0.0,
+            Light::Directional { .. } | Light::Environment { .. } | Light::Sky { .. } => return None,
+        };
+        let axis = matrix.transform_vector3(-glam::DVec3::Z).normalize().as_vec3();
+        Some(Lamp { place: matrix.translation.as_vec3(), axis, cos_limit })
+    }
+
+    /// Whether it shines into a direction.
+    fn shines(&self, direction: Vec3) -> bool {
+        direction.dot(self.axis) > self.cos_limit
+    }
+
+    /// Why it is of no use, and what to do.
+    fn fault(&self, checked: &Checked, tracer: &mut Tracer, is_dark: bool) -> Option<(String, String)> {
+        if self.reaches_anything(checked, tracer) {
+            return None;
+        }
+        let ways: Vec<Vec3> = directions(4 * RAYS).filter(|way| self.shines(*way)).collect();
+        let step = (ways.len() / RAYS as usize).max(1);
+        let met: Vec<Option<Met>> =
+            ways.iter().step_by(step).map(|way| tracer.first(self.place, *way, f32::INFINITY)).collect();
+        // A narrow cone has a direction all the same.
+        let met = if met.is_empty() { vec![tracer.first(self.place, self.axis, f32::INFINITY)] } else { met };
+        if met.iter().all(Option::is_none) {
+            let to = checked.scene.bounds.center() - self.place;
+            let what = "it shines past everything";
+            let (x, y, z) = (to + self.place).into();
+            // What shines into all directions shines at something, if from afar.
+            let aims = self.cos_limit > -1.0;
+            return (aims && (to.dot(self.axis) <= 0.0 || is_dark)).then(|| {
+                (
+                    format!("{what}: lamps shine along -Z"),
+                    format!("turn it: LookAt(…, to: ({x:.3}, {y:.3}, {z:.3}))"),
+                )
+            });
+        }
+        let first = (*met.first()?)?;
+        let enclosed = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));
+        let lets_out = |met: &Option<Met>| {
+            met.is_some_and(|met| {
+                let material = &checked.scene.materials[met.material as usize];
+                material.coverage != Coverage::Whole
+                    || !material.transmission.is_zero()
+                    || !material.diffuse_transmission.is_zero()
+            })
+        };
+        let name = printable(&checked.name(first.entity));
+        if enclosed
+            && !met.iter().any(lets_out)
+            && (is_dark || !is_around_the_camera(checked, tracer, first.entity))
+        {
+            let what = format!("it is inside \"{name}\", which lets no light out");
+            return Some((what, "move it out, or make that body shine itself: emission".into()));
+        }
+        let seen: Vec<Vec3> = checked.probes.seen().map(|(_, place)| place).collect();
+        let behind = !seen.is_empty()
+            && seen.iter().all(|place| !self.shines((*place - self.place).normalize_or_zero()));
+        if is_dark && behind {
+            let at = seen[seen.len() / 2];
+            let what = "it faces away from everything that is seen: lamps shine along -Z";
+            return Some((
+                what.into(),
+                format!("turn it: LookAt(…, to: ({:.3}, {:.3}, {:.3}))", at.x, at.y, at.z),
+            ));
+        }
+        is_dark.then(|| {
+            let what = format!("nothing that is seen is lit by it: \"{name}\" stands between");
+            (what, "move it, or what hides it".into())
+        })
+    }
+
+    /// Whether a ray from it gets to the side that is seen of some place.
+    fn reaches_anything(&self, checked: &Checked, tracer: &mut Tracer) -> bool {
+        checked.probes.seen().any(|(features, place)| {
+            let to = place - self.place;
+            let (distance, direction) = (to.length(), to.normalize_or_zero());
+            let is_before = Vec3::from_array(features.normal).dot(direction) < 0.0;
+            is_before
+                && self.shines(direction)
+                && tracer
+                    .first(self.place, direction, distance)
+                    .is_none_or(|met| met.distance >= 0.98 * distance)
+        })
+    }
+}
+
+/// Whether an entity is all that the camera sees about it.
+fn is_around_the_camera(checked: &Checked, tracer: &mut Tracer, entity: u32) -> bool {
+    let eye = checked.scene.camera.origin;
+    let met: Vec<_> = directions(16).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
+    met.iter().filter(|met| met.is_some_and(|met| met.entity == entity)).count() >= 8
+}

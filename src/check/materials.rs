@@ -1,0 +1,95 @@
+//! Whether materials say what their authors mean.
+
+use super::{Checked, Finding};
+use crate::math::Rgb;
+use crate::world::assets::{ColorSpace, NamedMaterial, Texels};
+use crate::world::{AlphaMode, ColorInput, Material, Principled, TextureId, World};
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let world = checked.world;
+    for (number, named) in world.assets.materials.iter().enumerate().skip(1) {
+        let name = named.name.clone().unwrap_or_else(|| format!("material {number}"));
+        let mut find = |what: String, remedy: String| findings.push(Finding::new(Some(&name), what, remedy));
+        if let Some((key, color)) = too_bright(named) {
+            let most = color.max_component();
+            let srgb = if most > 1.5 && most <= 255.0 { ": colours go from 0 to 1" } else { "" };
+            find(
+                format!("its {key} is {most}: surfaces cannot send back more light than they get{srgb}"),
+                if most > 1.5 {
+                    "divide it by 255, or write Srgb(…)".into()
+                } else {
+                    "use at most 1".into()
+                },
+            );
+        }
+        let Material::Principled(material) = &named.material else { continue };
+        if is_gone(material) {
+            find(
+                "nothing of it is there: its alpha is 0 everywhere".into(),
+                "alpha: 1, or alpha_mode: Opaque".into(),
+            );
+        }
+        color_spaces(world, material, &mut find);
+    }
+}
+
+/// A colour of light that is sent back and is more than all.
+fn too_bright(named: &NamedMaterial) -> Option<(&'static str, Rgb)> {
+    let colors = match &named.material {
+        Material::BlinnPhong(m) => vec![("diffuse", m.diffuse), ("kr", m.kr)],
+        Material::Principled(m) => vec![("base_color", m.base_color)],
+    };
+    colors.into_iter().find_map(|(key, color)| match color {
+        ColorInput::Constant(color) if color.max_component() > 1.0 => Some((key, color)),
+        _ => None,
+    })
+}
+
+fn is_gone(material: &Principled) -> bool {
+    let alpha = &material.alpha;
+    match material.alpha_mode {
+        AlphaMode::Opaque => false,
+        AlphaMode::Blend => alpha.factor <= 0.0,
+        AlphaMode::Mask { cutoff } => {
+            alpha.factor < cutoff && alpha.texture.is_none() || alpha.factor <= 0.0 && cutoff > 0.0
+        }
+    }
+}
+
+/// Pictures of colours that are read as they are stored, and the reverse.
+fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(String, String)) {
+    let is = |id: TextureId, space: ColorSpace| {
+        let texture = &world.assets.textures[id.0 as usize];
+        let bytes = matches!(world.assets.images[texture.image.0 as usize].texels, Texels::Rgba8(_));
+        bytes && texture.color_space == space
+    };
+    let colors = [
+        ("base_color", material.base_color),
+        ("emission", material.emission),
+        ("specular_color", material.specular_color),
+        ("sheen_color", material.sheen_color),
+    ];
+    for (key, color) in colors {
+        if let ColorInput::Texture(id) = color
+            && is(id, ColorSpace::Linear)
+        {
+            find(
+                format!("the picture of its {key} is read as numbers, not as colours: it looks pale"),
+                "leave color_space out, or color_space: Srgb".into(),
+            );
+        }
+    }
+    let scalars = [
+        ("roughness", material.roughness.texture.map(|(id, _)| id)),
+        ("metallic", material.metallic.texture.map(|(id, _)| id)),
+        ("normal", material.normal.map(|map| map.texture)),
+    ];
+    for (key, id) in scalars {
+        if id.is_some_and(|id| is(id, ColorSpace::Srgb)) {
+            find(
+                format!("the picture of its {key} is read as colours, not as numbers"),
+                "color_space: Linear".into(),
+            );
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Why an image is not what was meant: rules over the world as it was written, and over what a few hundred rays see.
+//!
+//! A rule says nothing rather than something doubtful: what it tells stands beside pictures that are as their authors
+//! want them. So most ask first whether something is wrong with what is seen, and then who is to blame.
+
+mod camera;
+mod exposure;
+mod lamps;
+mod materials;
+mod probes;
+mod sides;
+mod sizes;
+
+use std::sync::Arc;
+
+use crate::integrator::Frame;
+use crate::scene::CompiledScene;
+use crate::world::World;
+pub use exposure::of_image;
+use probes::Probes;
+
+/// Something that is probably not as it was meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// The entity or material that it is about, if it is about one.
+    pub about: Option<String>,
+    /// What is wrong, and why.
+    pub what: String,
+    /// The option or the line that mends it.
+    pub remedy: Option<String>,
+}
+
+impl Finding {
+    fn new(about: Option<&str>, what: impl Into<String>, remedy: impl Into<String>) -> Finding {
+        Finding { about: about.map(str::to_owned), what: what.into(), remedy: Some(remedy.into()) }
+    }
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        if let Some(about) = &self.about {
+            write!(f, "{}: ", printable(about))?;
+        }
+        f.write_str(&self.what)?;
+        self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
+    }
+}
+
+/// A name from a file, at most as long as a line.
+fn printable(name: &str) -> String {
+    name.chars().take(64).flat_map(char::escape_debug).collect()
+}
+
+/// What all rules look at.
+struct Checked<'a> {
+    world: &'a World,
+    scene: &'a CompiledScene,
+    probes: Probes,
+}
+
+/// What a world and its scene are probably not meant to be. Takes some milliseconds; all rules, those too that need a
+/// tree of their own, take longer.
+pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
+    let scene: &Arc<CompiledScene> = &frame.scene;
+    if scene.bvh.root.is_none() {
+        // The scene's own warning says so.
+        return Vec::new();
+    }
+    let checked = Checked { world, scene, probes: Probes::new(frame) };
+    let mut findings = Vec::new();
+    camera::check(&checked, &mut findings);
+    lamps::check(&checked, &mut findings);
+    materials::check(&checked, &mut findings);
+    sizes::check(&checked, &mut findings);
+    // Where nothing is seen, this may be why.
+    if all || checked.probes.coverage() < 0.02 {
+        sides::check(&checked, &mut findings);
+    }
+    findings
+}
+
+impl Checked<'_> {
+    /// The name of an entity by its number.
+    fn name(&self, number: u32) -> String {
+        let mut entities = self.world.entities.iter();
+        let found = entities.find(|entity| entity.entity().id() == number);
+        found.map_or_else(|| format!("entity {number}"), |found| self.world.name_of(found.entity()))
+    }
+}

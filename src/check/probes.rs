@@ -1,0 +1,150 @@
+//! What a few hundred rays find out about a scene.
+
+use std::sync::Arc;
+
+use crate::bvh::{self, Asker, Stack};
+use crate::film::{Features, Film, Region};
+use crate::integrator::Frame;
+use crate::math::{Hit, NONE, Ray, Vec3, Vector};
+use crate::render::{Options, Session};
+use crate::scene::CompiledScene;
+use crate::simd::Level;
+use crate::world::Adaptive;
+
+/// Pixels of the longer side of the small image that is looked at.
+const LONGER_SIDE: u32 = 24;
+/// Samples of each of its pixels.
+const SAMPLES: u32 = 4;
+
+/// A small image, and what its pixels show.
+pub struct Probes {
+    /// What is seen first, pixel by pixel.
+    pub features: Vec<Features>,
+    /// The light.
+    pub film: Film,
+}
+
+impl Probes {
+    /// As the frame's camera sees it.
+    pub fn new(frame: &Frame) -> Probes {
+        let [width, height] = frame.size;
+        let by = width.max(height).div_ceil(LONGER_SIDE).max(1);
+        let size = [width.div_ceil(by), height.div_ceil(by)];
+        let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..frame.clone() };
+        let options = Options { region: Some(Region::whole(size)), ..Options::default() };
+        let mut session = Session::of(Arc::new(small), SAMPLES, options);
+        session.advance(SAMPLES);
+        let features = session.features();
+        Probes { features, film: session.film().clone() }
+    }
+
+    /// Places that are seen.
+    pub fn seen(&self) -> impl Iterator<Item = (&Features, Vec3)> {
+        let seen = self.features.iter().filter(|features| features.coverage > 0.5);
+        seen.map(|features| (features, Vec3::from_array(features.position)))
+    }
+
+    /// The part of the image in which there is anything.
+    pub fn coverage(&self) -> f32 {
+        let all: f32 = self.features.iter().map(|features| features.coverage).sum();
+        all / self.features.len().max(1) as f32
+    }
+
+    /// Of the places that are seen the part from which hardly any light comes, beside the brightest.
+    pub fn dark(&self) -> f32 {
+        let light = self.film.radiance();
+        let most = light.iter().map(|pixel| pixel.luminance()).fold(0.0, f32::max);
+        // At edges there is the background, too.
+        let pairs = self.features.iter().zip(&light).filter(|(features, _)| features.coverage == 1.0);
+        let (mut dark, mut all) = (0.0, 0.0f32);
+        for (_, light) in pairs {
+            all += 1.0;
+            dark += f32::from(light.luminance() <= 1e-4 * most);
+        }
+        dark / all.max(1.0)
+    }
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy)]
+pub struct Met {
+    /// The number of its entity.
+    pub entity: u32,
+    /// Its material.
+    pub material: u32,
+    /// How far away it is.
+    pub distance: f32,
+    /// Whether a triangle's back was met.
+    pub back: bool,
+}
+
+/// Rays through a scene, one by one.
+pub struct Tracer<'a> {
+    scene: &'a CompiledScene,
+    stack: Stack,
+    level: Level,
+}
+
+impl<'a> Tracer<'a> {
+    pub fn new(scene: &'a CompiledScene) -> Self {
+        Self { scene, stack: Stack::new(&scene.bvh), level: Level::detect() }
+    }
+
+    /// The first thing on the way, within a distance.
+    pub fn first(&mut self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Met> {
+        let scene = self.scene;
+        let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
+        let t_min = 1e-5 * scene.bounds.size().length();
+        let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
+        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::CREDULOUS, &mut self.stack);
+        (!hit.is_miss()).then(|| Met {
+            entity: scene.geometry.entity_of(hit.primitive, hit.instance),
+            material: scene.geometry.material_of(hit.primitive, hit.instance),
+            distance: hit.t,
+            back: self.is_back(&hit, direction),
+        })
+    }
+
+    fn is_back(&self, hit: &Hit, direction: Vec3) -> bool {
+        let geometry = &self.scene.geometry;
+        if hit.primitive & bvh::SPHERE != 0 {
+            return false;
+        }
+        let corner = |vertex: u32| Vec3::from_array(geometry.positions[vertex as usize]);
+        let [a, b, c] = geometry.triangles[hit.primitive as usize].map(corner);
+        let normal = (b - a).cross(c - a);
+        let part = geometry.part_of(hit.primitive) as usize;
+        let sign = geometry.parts.sign[part];
+        let normal = match geometry.instances.get(hit.instance as usize) {
+            Some(rows) if hit.instance != NONE => {
+                // Normals go by the inverse's columns.
+                let column = |i: usize| Vec3::new(rows[12 + i], rows[16 + i], rows[20 + i]);
+                Vec3::new(column(0).dot(normal), column(1).dot(normal), column(2).dot(normal))
+            }
+            _ => normal,
+        };
+        normal.dot(direction) * sign > 0.0
+    }
+}
+
+/// Directions that are spread over the sphere (a spiral by the golden angle).
+pub fn directions(count: u32) -> impl Iterator<Item = Vec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |i| {
+        let y = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+        let (radius, angle) = ((1.0 - y * y).max(0.0).sqrt(), golden * f64::from(i));
+        Vec3::new((libm::cos(angle) * radius) as f32, y as f32, (libm::sin(angle) * radius) as f32)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_go_everywhere_alike() {
+        let mean = directions(64).sum::<Vec3>() / 64.0;
+        assert!(mean.length() < 0.02, "{mean}");
+        assert!(directions(64).all(|direction| (direction.length() - 1.0).abs() < 1e-5));
+    }
+}

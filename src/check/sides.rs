@@ -1,0 +1,58 @@
+//! Surfaces that are there from their front alone, and seen from behind.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::probes::Tracer;
+use super::{Checked, Finding};
+use crate::bvh::Presence;
+use crate::math::Vec3;
+use crate::scene::CompiledScene;
+use crate::shading::camera;
+
+/// Rays along the longer side of the image.
+const LONGER_SIDE: u32 = 48;
+/// The part of the image in which a surface has to be missed.
+const WORTH: f32 = 0.05;
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let scene = checked.scene;
+    if !scene.materials.iter().any(|material| material.hides_back) {
+        return;
+    }
+    let everywhere = with_all_sides(scene);
+    let [mut seen, mut whole] = [Tracer::new(scene), Tracer::new(&everywhere)];
+    // By entity: rays that would meet its back first, and rays that meet its front.
+    let mut counts: BTreeMap<u32, [u32; 2]> = BTreeMap::new();
+    let [width, height] = checked.world.settings.size.map(|side| side as f32);
+    let step = width.max(height) / LONGER_SIDE as f32;
+    let (columns, rows) = ((width / step).ceil() as u32, (height / step).ceil() as u32);
+    for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
+        let [x, y] = [(column as f32 + 0.5) * step, (row as f32 + 0.5) * step];
+        let ray =
+            camera::ray(&scene.camera, (2.0 * x - width) / height, 1.0 - 2.0 * y / height, (0.0f32, 0.0f32));
+        let vector = |v: crate::math::Vector<f32>| Vec3::new(v.x, v.y, v.z);
+        let (origin, way) = (vector(ray.origin), vector(ray.direction));
+        let Some(first) = whole.first(origin, way, f32::INFINITY) else { continue };
+        let passes = seen.first(origin, way, f32::INFINITY).is_none_or(|met| met.distance > first.distance);
+        counts.entry(first.entity).or_default()[usize::from(!(first.back && passes))] += 1;
+    }
+    let worth = WORTH * (columns * rows) as f32;
+    for (entity, [missed, met]) in counts {
+        if missed as f32 > worth && missed > 10 * met {
+            findings.push(Finding::new(
+                Some(&checked.name(entity)),
+                "it is seen from behind, and its surfaces are there from their front alone",
+                "double_sided: true in its material, --double-sided for models, or turn it",
+            ));
+        }
+    }
+}
+
+/// The scene as if all surfaces were there from both sides.
+fn with_all_sides(scene: &CompiledScene) -> CompiledScene {
+    let mut scene = scene.clone();
+    let placed = vec![None; scene.bvh.instances.len()];
+    Arc::make_mut(&mut scene.bvh).set_presence(|_| Presence::Always, &placed);
+    scene
+}

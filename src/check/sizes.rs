@@ -1,0 +1,39 @@
+//! Whether things are of sizes that go together.
+
+use super::{Checked, Finding};
+use crate::world::Light;
+
+/// Larger than this in metres a scene is probably written in another unit, if lamps light it.
+const HUGE_M: f32 = 1000.0;
+/// Smaller than this it is.
+const TINY_M: f32 = 1e-3;
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let Checked { world, scene, probes } = checked;
+    let size = scene.bounds.size().length();
+    let lamps = world.entities.query::<&Light>().iter().filter(|light| has_power(light)).count();
+    // Of what shines with watts little is left a kilometre away.
+    if lamps > 0 && probes.dark() < 1.0 {
+        let light = probes.film.radiance();
+        let most = light.iter().map(|pixel| pixel.max_component()).fold(0.0, f32::max);
+        if size > HUGE_M && most > 0.0 && most < 1e-3 {
+            findings.push(Finding::new(
+                None,
+                format!("the scene is {size:.0} m across, and its lamps, which shine with watts, are lost in it"),
+                "is it in millimetres? put all of it under an entity with transform: (scale: 0.001), or --exposure auto",
+            ));
+        }
+        if size < TINY_M && most > 1e3 {
+            findings.push(Finding::new(
+                None,
+                format!("the scene is {size:.1e} m across, so near to its lamps that everything is white"),
+                "is it in metres? put all of it under an entity with transform: (scale: 1000), or --exposure auto",
+            ));
+        }
+    }
+}
+
+/// Whether a light is one that the distance weakens.
+fn has_power(light: &Light) -> bool {
+    matches!(light, Light::Point { .. } | Light::Spot { .. } | Light::Photometric { .. } | Light::Area { .. })
+}

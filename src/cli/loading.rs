@@ -1,0 +1,112 @@
+//! A scene's files, read and compiled: for the first time, or after another state of theirs.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::Failure;
+use super::report::Phases;
+use crate::check::{self, Finding};
+use crate::compile;
+use crate::formats::film_file::{Source, View};
+use crate::integrator::Frame;
+use crate::world::{Aov, Kept, Settings, SourceFiles, World};
+
+/// What moments of a scene have in common, and need not read and build again.
+#[derive(Clone, Default)]
+pub struct Reuse {
+    /// What its files were decoded to.
+    pub kept: Kept,
+    /// There is more than one moment.
+    pub several: bool,
+    /// Whether what is shared is compared with what would be made without.
+    pub paranoid: bool,
+    /// The moment before.
+    pub before: Option<Arc<compile::Compiled>>,
+    /// The files that were read last.
+    pub sources: SourceFiles,
+    /// Warnings that have been told: once is enough.
+    pub told: BTreeSet<String>,
+}
+
+impl Reuse {
+    /// For a scene of which there is more than one moment, if so.
+    pub fn new(several: bool) -> Reuse {
+        let kept = if several { Kept::keeping() } else { Kept::default() };
+        Reuse { kept, several, ..Reuse::default() }
+    }
+
+    /// For a scene that is written while it is rendered.
+    pub fn watching(paranoid: bool) -> Reuse {
+        Reuse { paranoid, ..Reuse::new(true) }
+    }
+}
+
+/// A scene's file at one moment, compiled.
+pub struct Compiled {
+    /// The scene, and what it was made of.
+    pub compiled: Arc<compile::Compiled>,
+    /// As it is rendered.
+    pub frame: Frame,
+    /// What is probably not as it was meant.
+    pub findings: Vec<Finding>,
+    /// How to render.
+    pub settings: Settings,
+    /// What was read.
+    pub source: Source,
+    /// Entities' names, where they are wanted.
+    pub names: HashMap<u32, String>,
+    /// How long it took.
+    pub phases: Phases,
+}
+
+/// Reads and compiles. `change` is what is said elsewhere about the scene; `asks`: what is probably not as
+/// it was meant is told.
+pub fn compiled(
+    path: &Path,
+    view: &View,
+    reuse: &Reuse,
+    sources: &SourceFiles,
+    asks: bool,
+    change: impl FnOnce(&mut World),
+) -> Result<Compiled, Failure> {
+    let mut phases = Phases::default();
+    let start = Instant::now();
+    let mut world = crate::formats::load_again(path, &view.load_options(), sources)?;
+    change(&mut world);
+    phases.load = start.elapsed();
+    let start = Instant::now();
+    let scene = compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+    phases.compile = start.elapsed();
+    let World { settings, assets, .. } = &world;
+    let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
+    let source = Source::new(path, &assets.files);
+    // The world ends here: large meshes need not stay twice.
+    let compiled = Arc::new(scene);
+    let frame = Frame::new(compiled.scene.clone(), settings);
+    let findings = if asks { check::check(&world, &frame, false) } else { Vec::new() };
+    let settings = settings.clone();
+    Ok(Compiled { compiled, frame, findings, settings, source, names, phases })
+}
+
+/// Compares a scene that shares something with one before it with what its files say without that.
+pub fn prove(
+    path: &Path,
+    view: &View,
+    compiled: &compile::Compiled,
+    change: impl FnOnce(&mut World),
+) -> Result<(), Failure> {
+    let mut world = crate::formats::load_with(path, &view.load_options())?;
+    change(&mut world);
+    let alone = compile::compile(&world, view.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+    match compiled.scene.difference(&alone) {
+        Some(part) => Err(Failure(format!(
+            "{}: compiled after an edit it is another scene than by itself: {part} differs: this is a bug of rayfront",
+            path.display()
+        ))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,232 @@
+//! The page of `rayfront view` in a real browser: Chromium without a window, told what to do by its driver. Only where
+//! `RAYFRONT_BROWSER` is set, which `.ci/run` does; then both must be there.
+
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::view::Shown;
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A browser with one window (W3C WebDriver).
+struct Browser {
+    driver: Child,
+    agent: ureq::Agent,
+    session: String,
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // It takes its browser along.
+        let _ = self.agent.delete(&self.session).call();
+        let _ = self.driver.kill();
+        let _ = self.driver.wait();
+    }
+}
+
+impl Browser {
+    fn new(width: u32, height: u32) -> Browser {
+        let mut driver = Command::new("chromedriver")
+            .arg("--port=0")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("chromedriver: install chromium-driver");
+        let lines = BufReader::new(driver.stdout.take().expect("its output")).lines();
+        let port = lines.map_while(Result::ok).find_map(|line| {
+            let (_, port) = line.split_once("started successfully on port ")?;
+            port.trim_end_matches('.').parse::<u16>().ok()
+        });
+        let base = format!("http://127.0.0.1:{}/session", port.expect("its port"));
+        let agent: ureq::Agent = ureq::Agent::config_builder().timeout_global(Some(PATIENCE)).build().into();
+        let options = json!({"args": [
+            "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+            format!("--window-size={width},{height}"),
+        ]});
+        let logs = json!({"browser": "ALL"});
+        let wanted = json!({"goog:chromeOptions": options, "goog:loggingPrefs": logs});
+        let wanted = json!({"capabilities": {"alwaysMatch": wanted}});
+        let mut browser = Browser { driver, agent, session: base };
+        let session = browser.post("", wanted);
+        let id = session["sessionId"].as_str().expect("a session").to_owned();
+        browser.session = format!("{}/{id}", browser.session);
+        browser
+    }
+
+    fn post(&self, path: &str, body: Value) -> Value {
+        let address = format!("{}{path}", self.session);
+        let mut response = self.agent.post(&address).send(body.to_string()).expect("the driver");
+        let text = response.body_mut().read_to_string().expect("text");
+        let answer: Value = serde_json::from_str(&text).expect("JSON");
+        answer["value"].clone()
+    }
+
+    fn open(&self, address: &str) {
+        self.post("/url", json!({"url": address}));
+    }
+
+    /// What a script returns.
+    fn run(&self, script: &str) -> Value {
+        self.post("/execute/sync", json!({"script": script, "args": []}))
+    }
+
+    /// What a script returns, as soon as that is true of it.
+    fn when(&self, what: &str, script: &str) -> Value {
+        let start = Instant::now();
+        loop {
+            let value = self.run(script);
+            if value != Value::Null && value != json!(false) && value != json!("") {
+                return value;
+            }
+            assert!(start.elapsed() < PATIENCE, "{what} has not come");
+            std::thread::sleep(Duration::from_millis(30));
+        }
+    }
+
+    /// The pointer goes down at a place of the image (in its width and height), perhaps along a way, and up.
+    fn drag(&self, from: [f64; 2], way: [i32; 2]) {
+        let place = self.run("const r = document.getElementById('image').getBoundingClientRect(); return [r.x, r.y, r.width, r.height];");
+        let number = |i: usize| place[i].as_f64().expect("a place");
+        let [x, y] = [number(0) + from[0] * number(2), number(1) + from[1] * number(3)].map(|at| at as i32);
+        let moved = |x: i32, y: i32| json!({"type": "pointerMove", "duration": 50, "x": x, "y": y});
+        let steps = [
+            moved(x, y),
+            json!({"type": "pointerDown", "button": 0}),
+            moved(x + way[0] / 2, y + way[1] / 2),
+            moved(x + way[0], y + way[1]),
+            json!({"type": "pointerUp", "button": 0}),
+        ];
+        let steps = if way == [0, 0] { json!([steps[0], steps[1], steps[4]]) } else { json!(steps) };
+        let pointer = json!({"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps});
+        self.post("/actions", json!({"actions": [pointer]}));
+    }
+
+    /// Saves what is seen, for people to look at.
+    fn photograph(&self, name: &str) {
+        let mut response =
+            self.agent.get(format!("{}/screenshot", self.session)).call().expect("a screenshot");
+        let text = response.body_mut().with_config().limit(64 << 20).read_to_string().expect("text");
+        let answer: Value = serde_json::from_str(&text).expect("JSON");
+        let bytes = decoded(answer["value"].as_str().unwrap_or_default());
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("view");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join(name), bytes).expect("a picture");
+    }
+
+    /// What went wrong on the page.
+    fn complaints(&self) -> Vec<String> {
+        let log = self.post("/se/log", json!({"type": "browser"}));
+        let lines = log.as_array().cloned().unwrap_or_default();
+        let severe = lines.iter().filter(|line| line["level"] == "SEVERE");
+        severe.map(|line| line["message"].as_str().unwrap_or_default().to_owned()).collect()
+    }
+}
+
+/// Of base 64.
+fn decoded(text: &str) -> Vec<u8> {
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut bytes = Vec::new();
+    let (mut bits, mut count) = (0u32, 0);
+    for digit in text.bytes().filter_map(|byte| DIGITS.iter().position(|digit| *digit == byte)) {
+        (bits, count) = (bits << 6 | digit as u32, count + 6);
+        if count >= 8 {
+            count -= 8;
+            bytes.push((bits >> count) as u8);
+        }
+    }
+    bytes
+}
+
+/// A sum over the pixels that the page shows, and how many they are.
+const PIXELS: &str = "const c = document.getElementById('image'); if (!c.width || c.width < 96) return null; \
+    const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let s = 0; \
+    for (let i = 0; i < d.length; i++) s = (s * 31 + d[i]) % 1000000007; return [s, c.width, c.height];";
+const DONE: &str = "return document.getElementById('status').textContent.includes('done');";
+
+#[test]
+fn the_page_shows_explains_and_obeys_in_a_real_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let shown = Shown::new();
+    let browser = Browser::new(1400, 900);
+    browser.open(&shown.address());
+    browser.when("the image", PIXELS);
+    browser.when("the last sample", DONE);
+    std::thread::sleep(Duration::from_millis(300));
+    let first = browser.run(PIXELS);
+    assert_eq!((&first[1], &first[2]), (&json!(96), &json!(54)));
+    browser.photograph("image.png");
+
+    // A click explains.
+    browser.drag([0.5, 0.55], [0, 0]);
+    let text = "return document.getElementById('explanation').textContent;";
+    browser.when(
+        "the explanation",
+        &format!(
+            "{} && document.getElementById('explanation').textContent.includes('ball');",
+            text.trim_end_matches(';')
+        ),
+    );
+    let explained = browser.run(text);
+    let explained = explained.as_str().unwrap_or_default();
+    assert!(
+        explained.contains("ball") && explained.contains("paint") && explained.contains("lamp"),
+        "{explained}"
+    );
+    assert!(explained.contains("the same bits"), "{explained}");
+    let drawn = browser.run("return document.querySelectorAll('#overlay polyline, #overlay line, #overlay path, #overlay circle').length;");
+    assert!(drawn.as_u64() >= Some(2), "the path is drawn over the image: {drawn}");
+    browser.photograph("explanation.png");
+
+    // A layer and an exposure without another render.
+    let serial = shown.when("a status", |_| true)["serial"].clone();
+    browser.run("const l = document.getElementById('layer'); l.value = 'normal'; l.dispatchEvent(new Event('change', {bubbles: true}));");
+    browser.when("normals", &changed(&first));
+    browser.photograph("normals.png");
+    browser.run("const l = document.getElementById('layer'); l.value = 'light'; l.dispatchEvent(new Event('change', {bubbles: true}));");
+    browser.when("the image again", &same(&first));
+    assert_eq!(shown.when("a status", |_| true)["serial"], serial, "nothing was rendered for it");
+
+    // A hand turns the camera.
+    browser.drag([0.5, 0.5], [120, 40]);
+    shown.when("a moved camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
+    browser.when("another image", &changed(&first));
+    browser.photograph("moved.png");
+
+    // A broken edit is told, and the image stays.
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    std::fs::write(shown.scene(), text.replace("radius_m", "radus")).expect("an edit");
+    let error = browser.when(
+        "the mistake",
+        "const e = document.getElementById('error'); return e.checkVisibility() && e.textContent;",
+    );
+    assert!(
+        error.as_str().is_some_and(|error| error.contains("scene.ron:8:") && error.contains("radius_m")),
+        "{error}"
+    );
+    browser.photograph("error.png");
+    std::fs::write(shown.scene(), text).expect("an edit");
+    browser.when("its mending", "return !document.getElementById('error').checkVisibility();");
+    assert_eq!(browser.complaints(), [""; 0]);
+
+    // Who does not know the token sees nothing.
+    browser.open(&shown.address().replace("token=", "token=0"));
+    let refused = browser.run("return document.body.textContent;");
+    assert!(refused.as_str().is_some_and(|text| text.contains("token")), "{refused}");
+}
+
+/// Whether the page shows other pixels than these.
+fn changed(pixels: &Value) -> String {
+    format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] !== {};", pixels[0])
+}
+
+/// Whether it shows these.
+fn same(pixels: &Value) -> String {
+    format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] === {};", pixels[0])
+}

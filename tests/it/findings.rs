@@ -1,0 +1,299 @@
+//! What broken scenes are told, and that good ones are told nothing.
+
+use std::path::Path;
+
+use rayfront::check::{Finding, check, of_image};
+use rayfront::compile::compile;
+use rayfront::film::exposure::automatic_ev;
+use rayfront::integrator::Frame;
+use rayfront::render::{Options, Session};
+use rayfront::world::World;
+
+use super::support::world;
+
+/// What is told of a scene: by its compilation, by the rules, and of its image.
+fn told(world: &World) -> Vec<String> {
+    let mut settings = world.settings.clone();
+    (settings.size, settings.samples) = ([96, 54], 2);
+    let mut told = world.warnings.clone();
+    let scene = match compile(world, None) {
+        Ok(scene) => scene,
+        Err(error) => return vec![error.to_string()],
+    };
+    told.extend(scene.warnings.iter().cloned());
+    let frame = Frame::new(scene, &settings);
+    told.extend(check(world, &frame, true).iter().map(Finding::to_string));
+    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    session.advance(settings.samples);
+    let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
+    let exposure_ev = own_ev + settings.exposure_ev;
+    let image = of_image(session.frame(), settings.tonemap, exposure_ev, session.film());
+    told.extend(image.iter().map(Finding::to_string));
+    told
+}
+
+const EYE: &str = r#"(name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0)))"#;
+const FLOOR: &str =
+    r#"(name: "floor", shape: Plane(corners: ((-4, -1, -4), (-4, -1, 4), (4, -1, 4), (4, -1, -4))))"#;
+const BALL: &str = r#"(name: "ball", shape: Sphere(radius_m: 1))"#;
+const LAMP: &str = r#"(name: "lamp", light: Point(power_w: 600), transform: (translate: (2, 4, 3)))"#;
+
+/// A scene of some entities under the path transport.
+fn scene(entities: &[&str]) -> String {
+    format!("(settings: (transport: Path), entities: [{}])", entities.join(", "))
+}
+
+/// A name, the scene, and parts of the sentence that it gets.
+fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
+    let lamp = |text: &str| format!("(name: \"lamp\", {text})");
+    let ball_of =
+        |material: &str| format!("(name: \"ball\", shape: Sphere(radius_m: 1), material: {material})");
+    let settings = |settings: &str, entities: &[&str]| {
+        format!("(settings: ({settings}), entities: [{}])", entities.join(", "))
+    };
+    let eye = |from: &str, to: &str| {
+        format!("(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: {from}, to: {to}))")
+    };
+    vec![
+        ("no shape", scene(&[EYE, LAMP]), vec!["no shape"]),
+        ("no camera", scene(&[BALL, LAMP]), vec!["no camera", "camera: Pinhole"]),
+        ("no light", scene(&[EYE, BALL, FLOOR]), vec!["there is no light", "--env studio"]),
+        (
+            "an environment under Whitted's transport",
+            settings("transport: Whitted", &[EYE, BALL, "(light: Environment(radiance: 1))"]),
+            vec!["lights no surface under Whitted's transport", "--transport path"],
+        ),
+        (
+            "a camera that looks away",
+            scene(&[&eye("(0, 1, 6)", "(0, 1, 12)"), BALL, LAMP]),
+            vec!["the camera sees nothing", "behind it", "LookAt"],
+        ),
+        (
+            "a camera that looks past everything",
+            scene(&[&eye("(0, 1, 6)", "(9, 1, 3)"), BALL, LAMP]),
+            vec!["the camera sees nothing", "beside what it sees"],
+        ),
+        (
+            "a camera in a ball",
+            scene(&[&eye("(0, 0, 0.5)", "(0, 0, 0)"), BALL, FLOOR, LAMP]),
+            vec!["the camera is inside \"ball\""],
+        ),
+        (
+            "a lamp in a ball",
+            scene(&[EYE, BALL, FLOOR, &lamp("light: Point(power_w: 600)")]),
+            vec!["lamp", "it is inside \"ball\"", "emission"],
+        ),
+        (
+            "a lamp in a ball beside one that shines",
+            scene(&[EYE, BALL, FLOOR, LAMP, "(name: \"core\", light: Point(power_w: 600))"]),
+            vec!["core", "it is inside \"ball\""],
+        ),
+        (
+            "a spot that shines past everything",
+            scene(&[
+                EYE,
+                BALL,
+                FLOOR,
+                &lamp(
+                    "light: Spot(power_w: 600, inner_degrees: 10, outer_degrees: 20), transform: LookAt(from: (0, 4, 0), to: (0, 9, 0.1))",
+                ),
+            ]),
+            vec!["lamp", "it shines past everything", "-Z", "LookAt"],
+        ),
+        (
+            "a panel that shines at the ceiling, where there is none",
+            scene(&[
+                EYE,
+                BALL,
+                FLOOR,
+                &lamp(
+                    "light: Area(power_w: 600, size_m: 1), transform: (translate: (0, 4, 0), rotate_degrees: (90, 0, 0))",
+                ),
+            ]),
+            vec!["lamp", "it shines past everything"],
+        ),
+        (
+            "a panel that faces away from what is seen",
+            scene(&[
+                EYE,
+                BALL,
+                "(name: \"wall\", shape: Sphere(radius_m: 15), material: (diffuse: 0), transform: (translate: (0, 0, 40)))",
+                &lamp(
+                    "light: Area(power_w: 600, size_m: 1), transform: LookAt(from: (0, 0, 20), to: (0, 0, 40))",
+                ),
+            ]),
+            vec!["lamp", "it faces away from everything that is seen"],
+        ),
+        (
+            "a lamp behind a wall",
+            scene(&[
+                EYE,
+                "(name: \"wall\", shape: Plane(corners: ((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0))))",
+                &lamp(
+                    "light: Spot(power_w: 600, inner_degrees: 20, outer_degrees: 30), transform: LookAt(from: (0, 0, -3), to: (0, 0, 0))",
+                ),
+            ]),
+            vec!["lamp", "nothing that is seen is lit by it", "\"wall\" stands between"],
+        ),
+        (
+            "a lamp without power",
+            scene(&[EYE, BALL, FLOOR, &lamp("light: Point(power_w: 0), transform: (translate: (2, 4, 3))")]),
+            vec!["lamp", "a power of 0 W"],
+        ),
+        (
+            "a sun without irradiance",
+            scene(&[EYE, BALL, FLOOR, &lamp("light: Directional(irradiance: 0)")]),
+            vec!["lamp", "an irradiance of 0"],
+        ),
+        (
+            "a sheet seen from behind",
+            scene(&[
+                EYE,
+                LAMP,
+                "(name: \"fan\", shape: Triangle(vertices: ((-3, -2, 0), (0, 3, 0), (3, -2, 0))), material: Principled(double_sided: false))",
+            ]),
+            vec!["fan", "it is seen from behind", "double_sided: true"],
+        ),
+        (
+            "alpha zero everywhere",
+            scene(&[EYE, FLOOR, LAMP, &ball_of("Principled(alpha: 0, alpha_mode: Blend)")]),
+            vec!["its alpha is 0 everywhere", "alpha_mode: Opaque"],
+        ),
+        (
+            "emission of zero as the only light",
+            scene(&[EYE, FLOOR, &ball_of("Principled(emission: 0)")]),
+            vec!["there is no light"],
+        ),
+        (
+            "colours up to 255",
+            scene(&[EYE, FLOOR, LAMP, &ball_of("(diffuse: (255, 128, 0))")]),
+            vec!["its diffuse is 255", "divide it by 255", "Srgb"],
+        ),
+        (
+            "a picture of colours that is read as numbers",
+            scene(&[
+                EYE,
+                FLOOR,
+                LAMP,
+                &ball_of("Principled(base_color: Texture(image: \"quarters.png\", color_space: Linear))"),
+            ]),
+            vec!["base_color is read as numbers", "color_space: Srgb"],
+        ),
+        (
+            "a picture of roughness that is read as colours",
+            scene(&[
+                EYE,
+                FLOOR,
+                LAMP,
+                &ball_of("Principled(roughness: Texture(image: \"quarters.png\", color_space: Srgb))"),
+            ]),
+            vec!["roughness is read as colours", "color_space: Linear"],
+        ),
+        (
+            "a scene in millimetres",
+            scene(&[
+                &eye("(0, 1000, 6000)", "(0, 0, 0)"),
+                "(name: \"ball\", shape: Sphere(radius_m: 1000))",
+                &lamp("light: Point(power_w: 60), transform: (translate: (2000, 4000, 3000))"),
+            ]),
+            vec!["its lamps, which shine with watts, are lost in it", "scale: 0.001"],
+        ),
+        (
+            "everything in a dot",
+            scene(&[
+                &eye("(0, 1000, 6000)", "(0, 0, 0)"),
+                BALL,
+                "(light: Directional(irradiance: 3), transform: LookAt(from: (0, 5, 5), to: (0, 0, 0)))",
+            ]),
+            vec!["smaller than two pixels"],
+        ),
+        (
+            "far too much light",
+            scene(&[
+                EYE,
+                BALL,
+                FLOOR,
+                &lamp("light: Point(power_w: 100000), transform: (translate: (2, 4, 3))"),
+            ]),
+            vec!["of what is seen is white", "--exposure auto"],
+        ),
+        (
+            "far too little",
+            scene(&[
+                EYE,
+                BALL,
+                FLOOR,
+                &lamp("light: Point(power_w: 0.05), transform: (translate: (2, 4, 3))"),
+            ]),
+            vec!["of what is seen is black", "--exposure auto"],
+        ),
+        (
+            "settings that the transport makes no use of",
+            settings("transport: Whitted, clamp: 3, sharing: 16", &[EYE, BALL, LAMP]),
+            vec!["makes no use of clamp, sharing", "transport: Path does"],
+        ),
+        (
+            "glass of metal",
+            scene(&[EYE, FLOOR, LAMP, &ball_of("Principled(transmission: 1, metallic: 1)")]),
+            vec!["metals let no light through", "metallic: 0"],
+        ),
+        (
+            "a transport that nobody named",
+            format!("(entities: [{EYE}, {LAMP}, {}])", ball_of("Principled(metallic: 0)")),
+            vec!["the path transport was chosen"],
+        ),
+    ]
+}
+
+#[test]
+fn broken_scenes_are_told_why() {
+    let mut table = String::new();
+    let mut wrong = Vec::new();
+    for (name, text, parts) in broken() {
+        let told = told(&world(&text));
+        let found = told.iter().find(|sentence| parts.iter().all(|part| sentence.contains(part)));
+        table += &format!("| {name} | {} |\n", found.unwrap_or(&"nothing of the kind".to_owned()));
+        if found.is_none() {
+            wrong.push(format!("{name}: wanted {parts:?}, told {told:?}"));
+        }
+    }
+    println!("{table}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The scene that all of these were made of.
+#[test]
+fn a_good_scene_is_told_nothing() {
+    assert_eq!(told(&world(&scene(&[EYE, BALL, FLOOR, LAMP]))), [""; 0]);
+}
+
+/// A scene's findings, without its loader's and compilation's notes.
+fn findings(path: &Path) -> Vec<String> {
+    let world = rayfront::formats::load(path).expect("a scene");
+    let mut settings = world.settings.clone();
+    let by = settings.size[0].max(settings.size[1]).div_ceil(96).max(1);
+    settings.size = settings.size.map(|side| side.div_ceil(by));
+    settings.samples = 2;
+    let frame = Frame::new(compile(&world, None).expect("a scene"), &settings);
+    let mut told: Vec<_> = check(&world, &frame, true).iter().map(Finding::to_string).collect();
+    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    session.advance(settings.samples);
+    let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
+    let image = of_image(session.frame(), settings.tonemap, own_ev + settings.exposure_ev, session.film());
+    told.extend(image.iter().map(Finding::to_string));
+    told
+}
+
+#[test]
+fn our_own_scenes_are_told_nothing() {
+    let mut told = Vec::new();
+    for entry in std::fs::read_dir("scenes").expect("scenes") {
+        let path = entry.expect("a file").path();
+        // What it shows is silhouettes.
+        let is_dark = path.ends_with("figure_01_pinhole.ron");
+        if path.extension().is_some_and(|extension| extension == "ron") && !is_dark {
+            told.extend(findings(&path).iter().map(|finding| format!("{}: {finding}", path.display())));
+        }
+    }
+    assert!(told.is_empty(), "{}", told.join("\n"));
+}

@@ -1,0 +1,252 @@
+//! `rayfront view` from outside: what it serves, to whom, and what comes of wishes and of edits.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A scene in a folder of its own.
+const SCENE: &str = r#"(
+    settings: (size: (96, 54), samples: 4, transport: Path),
+    materials: { "paint": (diffuse: (0.8, 0.2, 0.1)) },
+    entities: [
+        // Where we stand.
+        (name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0))),
+        (name: "floor", shape: Plane(corners: ((-4, -1, -4), (-4, -1, 4), (4, -1, 4), (4, -1, -4)))),
+        (name: "ball", shape: Sphere(radius_m: 1), material: "paint"),
+        (name: "lamp", light: Area(power_w: 300, size_m: 2), transform: LookAt(from: (1, 4, 2), to: (0, 0, 0))),
+    ],
+)"#;
+
+/// The program, showing a scene.
+pub struct Shown {
+    program: Child,
+    folder: tempfile::TempDir,
+    /// `http://127.0.0.1:PORT`.
+    base: String,
+    token: String,
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Shown {
+    pub fn new() -> Shown {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rayfront"))
+            .args(["view", "scene.ron", "--no-open", "--threads", "2"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("rayfront");
+        let mut line = String::new();
+        BufReader::new(program.stdout.take().expect("its output")).read_line(&mut line).expect("an address");
+        let (base, token) = line.trim().split_once("/?token=").expect("an address with a token");
+        Shown { base: base.into(), token: token.into(), program, folder }
+    }
+
+    pub fn address(&self) -> String {
+        format!("{}/?token={}", self.base, self.token)
+    }
+
+    pub fn scene(&self) -> PathBuf {
+        self.folder.path().join("scene.ron")
+    }
+
+    fn get(&self, path: &str) -> (u16, Vec<u8>) {
+        let joint = if path.contains('?') { '&' } else { '?' };
+        get(&format!("{}{path}{joint}token={}", self.base, self.token), None)
+    }
+
+    fn json(&self, path: &str) -> Value {
+        let (code, body) = self.get(path);
+        assert_eq!(code, 200, "{path}: {}", String::from_utf8_lossy(&body));
+        serde_json::from_slice(&body).expect("JSON")
+    }
+
+    /// What a wish comes to.
+    pub fn wish(&self, wish: Value) -> (u16, Value) {
+        let address = format!("{}/do?token={}", self.base, self.token);
+        let mut response = agent().post(&address).send(wish.to_string()).expect("an answer");
+        let text = response.body_mut().read_to_string().expect("text");
+        (response.status().as_u16(), serde_json::from_str(&text).expect("JSON"))
+    }
+
+    /// The state, as soon as it is as it should be.
+    pub fn when(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let start = Instant::now();
+        loop {
+            let status = self.json("/status");
+            if is_so(&status) {
+                return status;
+            }
+            assert!(start.elapsed() < PATIENCE, "{what} has not come: {status}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// The finished image as the page gets it, without the fourth byte.
+    fn image(&self) -> Vec<u8> {
+        self.when("the image", |status| status["is_done"] == true);
+        let (code, pixels) = self.get("/image?layer=light&exposure=0&tonemap=Clamp");
+        assert_eq!((code, pixels.len()), (200, 96 * 54 * 4));
+        pixels.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
+    }
+}
+
+fn agent() -> ureq::Agent {
+    ureq::Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build().into()
+}
+
+/// What comes back, perhaps under another host's name.
+fn get(address: &str, host: Option<&str>) -> (u16, Vec<u8>) {
+    let request = agent().get(address);
+    let request = if let Some(host) = host { request.header("Host", host) } else { request };
+    let mut response = request.call().expect("an answer");
+    (response.status().as_u16(), response.body_mut().read_to_vec().expect("a body"))
+}
+
+/// The pixels of what rendering a scene by itself gives.
+fn rendered(scene: &Path) -> Vec<u8> {
+    let image = scene.with_extension("png");
+    let status = Command::new(env!("CARGO_BIN_EXE_rayfront"))
+        .args([scene, Path::new("--quiet"), Path::new("-o"), &image])
+        .status()
+        .expect("rayfront");
+    assert!(status.success());
+    image::open(image).expect("a picture").into_rgb8().into_raw()
+}
+
+#[test]
+fn it_serves_the_image_that_rendering_gives_and_only_to_those_who_may_see_it() {
+    let shown = Shown::new();
+    assert!(shown.image() == rendered(&shown.scene()), "what is shown is what is rendered");
+    let (code, page) = get(&shown.address(), None);
+    let page = String::from_utf8_lossy(&page);
+    assert!(code == 200 && page.contains(&shown.token) && !page.contains("{token}"));
+    for name in ["page.js", "page.css"] {
+        assert_eq!(shown.get(&format!("/{name}")).0, 200);
+    }
+    // Nobody else, and nothing else.
+    assert_eq!(get(&format!("{}/", shown.base), None).0, 403);
+    assert_eq!(get(&format!("{}/image?token=0123", shown.base), None).0, 403);
+    assert_eq!(get(&shown.address(), Some("rebound.example:8421")).0, 403);
+    assert_eq!(get(&shown.address(), Some("localhost:9000")).0, 200, "as through ssh -L");
+    assert_eq!(shown.get("/scene.ron").0, 404);
+    assert_eq!(shown.get("/../scene.ron").0, 404);
+    for wrong in ["/image?layer=secrets", "/image?exposure=bright", "/image?tonemap=Film"] {
+        assert_eq!(shown.get(wrong).0, 400, "{wrong}");
+    }
+    assert_eq!(shown.get("/pixel?x=96&y=0").0, 404);
+    assert_eq!(shown.wish(json!({"read": "/etc/passwd"})).0, 400);
+}
+
+#[test]
+fn every_layer_is_there_and_pixels_are_explained() {
+    let shown = Shown::new();
+    shown.image();
+    for layer in ["light", "denoised", "depth", "normal", "albedo", "entity", "material", "noise", "samples"]
+    {
+        let (code, pixels) = shown.get(&format!("/image?layer={layer}&exposure=auto"));
+        assert_eq!((code, pixels.len()), (200, 96 * 54 * 4), "{layer}");
+        let differs = layer == "samples" || pixels.chunks(4).any(|pixel| pixel != &pixels[..4]);
+        assert!(differs, "{layer} is the same everywhere");
+    }
+    let pixel = shown.json("/pixel?x=48&y=30");
+    assert_eq!((&pixel["entity"], &pixel["material"]), (&json!("ball"), &json!("paint")));
+    let explained = shown.json("/explain?x=48&y=30&sample=1");
+    assert_eq!((&explained["agrees"], &explained["sample"]), (&json!(true), &json!(1)));
+    let first = &explained["paths"][0]["steps"][0];
+    assert_eq!(first["vertex"]["entity"], "ball");
+    let [x, y] = [0, 1].map(|axis| first["to"][axis].as_f64().expect("a place in the image"));
+    assert!((x - 48.5).abs() <= 1.0 && (y - 30.5).abs() <= 1.0, "the vertex lies in its pixel: {x}, {y}");
+    assert_eq!(first["vertex"]["lights"][0]["light"], "lamp");
+}
+
+#[test]
+fn a_camera_is_moved_and_saved_and_what_is_saved_is_what_was_seen() {
+    let shown = Shown::new();
+    let before = shown.image();
+    let (code, _) = shown.wish(json!({"orbit": [0.1, 0.05]}));
+    assert_eq!(code, 200);
+    assert_eq!(shown.wish(json!({"zoom": 1.2})).0, 200);
+    let status = shown.when("a moved camera", |status| status["camera"]["is_moved"] == true);
+    assert_eq!(status["can_save"], true);
+    let moved = shown.image();
+    assert!(moved != before);
+    assert_eq!(shown.wish(json!({"save_camera": true})).0, 200);
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    assert!(text.contains("// Where we stand.") && text.contains("\"paint\": (diffuse: (0.8, 0.2, 0.1))"));
+    assert!(rendered(&shown.scene()) == moved, "the file says what was seen");
+    // And back.
+    assert_eq!(shown.wish(json!({"orbit": [0.3, 0.0]})).0, 200);
+    assert_eq!(shown.wish(json!({"reset": true})).0, 200);
+    assert!(shown.image() == moved);
+    let (code, refused) = shown.wish(json!({"camera": "ear"}));
+    assert!(code == 400 && refused["error"].as_str().is_some_and(|error| error.contains("eye")), "{refused}");
+}
+
+#[test]
+fn edits_show_and_broken_ones_are_told_while_the_image_stays() {
+    let shown = Shown::new();
+    shown.image();
+    assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);
+    let moved = shown.image();
+    let edit = |from: &str, to: &str| {
+        let serial = shown.json("/status")["serial"].as_u64();
+        std::fs::write(shown.scene(), SCENE.replace(from, to)).expect("an edit");
+        serial
+    };
+    let serial = edit("(0.8, 0.2, 0.1)", "(0.1, 0.2, 0.8)");
+    shown.when("the edit", |status| status["serial"].as_u64() > serial && status["is_done"] == true);
+    let blue = shown.image();
+    assert!(blue != moved);
+    assert_eq!(shown.json("/status")["camera"]["is_moved"], true, "a hand's camera stays");
+    edit("diffuse", "diffues");
+    let status = shown.when("the mistake", |status| !status["error"].is_null());
+    let error = status["error"].as_str().unwrap_or_default();
+    assert!(error.contains("scene.ron:3:") && error.contains("did you mean \"diffuse\""), "{error}");
+    assert!(shown.image() == blue, "the last good image stays");
+    edit("(0.8, 0.2, 0.1)", "(0.1, 0.2, 0.8)");
+    shown.when("its mending", |status| status["error"].is_null());
+    assert!(shown.image() == blue);
+    // As editors do it: another file takes its place. Its camera is another one, so that is taken.
+    let serial = shown.json("/status")["serial"].as_u64();
+    let other = shown.scene().with_extension("new");
+    std::fs::write(&other, SCENE.replace("(0, 1, 6)", "(0, 1, 5)")).expect("another file");
+    std::fs::rename(&other, shown.scene()).expect("a rename");
+    shown.when("the other file", |status| {
+        status["serial"].as_u64() > serial
+            && status["camera"]["is_moved"] == false
+            && status["is_done"] == true
+    });
+    assert!(shown.image() == rendered(&shown.scene()));
+}
+
+#[test]
+fn settings_are_changed_and_no_schedule_changes_the_image() {
+    let shown = Shown::new();
+    let wavefront = shown.image();
+    assert_eq!(shown.wish(json!({"settings": {"schedule": "recursive"}})).0, 200);
+    let status = shown.when("the other schedule", |status| status["settings"]["schedule"] == "recursive");
+    assert!(status["queues"].is_null(), "it has no queues");
+    assert!(shown.image() == wavefront);
+    assert_eq!(shown.wish(json!({"settings": {"schedule": "wavefront", "depth": 0, "spp": 2}})).0, 200);
+    shown.when("two samples", |status| status["wanted"] == 2);
+    assert!(shown.image() != wavefront);
+    let status = shown.when("queues", |status| !status["queues"].is_null());
+    assert_eq!(status["queues"]["stages"].as_array().map(Vec::len), Some(8));
+    for wrong in [json!({"settings": {"depth": 100_000}}), json!({"settings": {"schedule": "fast"}})] {
+        assert_eq!(shown.wish(wrong).0, 400);
+    }
+}
