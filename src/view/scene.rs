@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::rig::{Pose, Rig};
 use super::watched::Watched;
@@ -47,7 +47,7 @@ pub struct LiveScene {
     options: LoadOptions,
     change: ChangeWorld,
     kept: Kept,
-    files: Watched,
+    files: Arc<Mutex<Watched>>,
     world: World,
     compiled: Compiled,
     /// What is probably not as it was meant.
@@ -92,7 +92,7 @@ impl LiveScene {
             options,
             change,
             kept,
-            files: Watched::new(&sources),
+            files: Arc::new(Mutex::new(Watched::new(&sources))),
             names: Arc::new(GivenNames::new(&world)),
             entities: Arc::new(world.names()),
             world,
@@ -104,9 +104,9 @@ impl LiveScene {
         Ok(live)
     }
 
-    /// Whether any of its files has changed.
-    pub fn has_changed(&mut self) -> bool {
-        self.files.have_changed()
+    /// Its files, to be looked at by another thread.
+    pub fn files(&self) -> Arc<Mutex<Watched>> {
+        self.files.clone()
     }
 
     /// Reads it again: what its files said before stays where they make no sense. The camera stays where a hand
@@ -122,12 +122,13 @@ impl LiveScene {
             Ok(read) => read,
             Err(error) => {
                 // Whatever mends it: what was read before, or what has not been found now.
-                let before = std::mem::replace(&mut self.files, watched);
-                self.files.extend(before);
+                let mut files = self.lock_files();
+                let before = std::mem::replace(&mut *files, watched);
+                files.extend(before);
                 return Err(error);
             }
         };
-        self.files = watched;
+        *self.lock_files() = watched;
         (self.world, self.compiled) = (world, compiled);
         self.names = Arc::new(GivenNames::new(&self.world));
         self.entities = Arc::new(self.world.names());
@@ -169,6 +170,11 @@ impl LiveScene {
     pub fn findings(&self) -> Vec<Finding> {
         let note = |what: &String| Finding { about: None, what: what.clone(), remedy: None };
         self.compiled.scene.warnings.iter().map(note).chain(self.findings.iter().cloned()).collect()
+    }
+
+    /// Nothing panics while it holds the lock.
+    fn lock_files(&self) -> MutexGuard<'_, Watched> {
+        self.files.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     fn look_for_faults(&mut self) {

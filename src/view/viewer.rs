@@ -11,7 +11,7 @@ use tokio::sync::watch;
 use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Status, queues};
-use super::watched::LOOK;
+use super::watched::{LOOK, Watched};
 use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::GivenNames;
@@ -168,7 +168,29 @@ impl Viewer {
     }
 
     /// Renders until somebody ends it.
-    pub fn run(&self, mut scene: LiveScene, work: Work) {
+    pub fn run(&self, scene: LiveScene, work: Work) {
+        let (files, changed) = (scene.files(), AtomicBool::new(false));
+        std::thread::scope(|scope| {
+            scope.spawn(|| self.watch(&files, &changed));
+            self.render(scene, work, &changed);
+        });
+    }
+
+    /// Looks at files until it ends.
+    fn watch(&self, files: &Mutex<Watched>, changed: &AtomicBool) {
+        while !self.lock().ends {
+            let mut files = files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            if files.have_changed() {
+                changed.store(true, Ordering::Release);
+                self.stop.store(true, Ordering::Release);
+                self.wake.notify_all();
+            }
+            drop(files);
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn render(&self, mut scene: LiveScene, work: Work, changed: &AtomicBool) {
         let mut rendering = Rendering {
             work,
             session: None,
@@ -178,7 +200,7 @@ impl Viewer {
             looked: None,
         };
         loop {
-            let commands = self.wait(&rendering);
+            let commands = self.wait(&rendering, changed);
             let Some(commands) = commands else { return };
             self.stop.store(false, Ordering::Release);
             for command in commands {
@@ -190,7 +212,7 @@ impl Viewer {
                 }
                 self.tell(command.number, &scene, &rendering, answer.map(|done| done.said));
             }
-            if scene.has_changed() {
+            if changed.swap(false, Ordering::AcqRel) {
                 let outcome = scene.reload();
                 let mut state = self.lock();
                 state.status.error = outcome.as_ref().err().map(SceneError::to_string);
@@ -208,10 +230,10 @@ impl Viewer {
     }
 
     /// Waits for something to do; none: it ends.
-    fn wait(&self, rendering: &Rendering) -> Option<Vec<Command>> {
+    fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<Command>> {
         let mut state = self.lock();
         let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
-        if is_idle && state.commands.is_empty() && !state.ends {
+        if is_idle && state.commands.is_empty() && !state.ends && !changed.load(Ordering::Acquire) {
             let waited = self.wake.wait_timeout(state, LOOK);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 use crate::world::{Content, SourceFiles};
 
 /// How often files are looked at.
-pub const LOOK: Duration = Duration::from_millis(60);
+pub const LOOK: Duration = Duration::from_millis(40);
 
 /// Files that something was made of. They are looked at again and again: what a system tells of changes differs from
 /// system to system, is silent on network drives, and is not told of files that are not there yet. Looking at a

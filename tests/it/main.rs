@@ -6,6 +6,7 @@ mod browser;
 mod cli;
 mod compare;
 mod corpus;
+mod edits;
 mod films;
 mod findings;
 mod gltf;
