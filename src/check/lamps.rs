@@ -126,8 +126,11 @@ impl Lamp {
                 )
             });
         }
-        let first = (*met.first()?)?;
-        let enclosed = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));
+        let first = *met.iter().flatten().next()?;
+        // On all sides, wherever it shines to.
+        let enclosed = directions(RAYS).all(|way| {
+            tracer.first(self.place, way, f32::INFINITY).is_some_and(|met| met.entity == first.entity)
+        });
         let lets_out = |met: &Option<Met>| {
             met.is_some_and(|met| {
                 let material = &checked.scene.materials[met.material as usize];

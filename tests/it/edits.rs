@@ -20,7 +20,7 @@ const CHOICES: [(&str, &[&str]); 14] = [
         &[
             "base_color: (0.8, 0.2, 0.1)",
             "base_color: Image(\"a.png\")",
-            "base_color: (0.8, 0.2, 0.1), alpha: Image(\"a.png\", Alpha), alpha_mode: Mask(0.5)",
+            "base_color: (0.8, 0.2, 0.1), alpha: Image(\"a.png\", Alpha), alpha_mode: Mask(cutoff: 0.5)",
             "double_sided: false",
         ],
     ),
@@ -115,7 +115,7 @@ fn edits_in_any_order_come_to_what_the_files_say() {
     let file = |name: &str| folder.path().join(name);
     let write = |name: &str, text: &str| std::fs::write(file(name), text).expect("a file");
     (write("a.ply", &ply(0.0)), write("b.ply", &ply(0.5)), write("model.gltf", &model(0.2)));
-    ["a.png", "b.png"].map(|name| png(&file(name), 100));
+    (png(&file("a.png"), 100), png(&file("b.png"), 100));
     let mut chosen = [0; CHOICES.len()];
     let mut random = ChaCha8Rng::seed_from_u64(18);
     let kept = Kept::keeping();
