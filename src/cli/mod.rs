@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 a file or scene is at fault (one line on stderr), 2 the command
 //! line is, 129, 130 or 143 interrupted (what there was has been saved).
 
+mod ab;
 mod aov;
 mod args;
 mod audit;
@@ -10,6 +11,7 @@ mod check;
 mod checkpoint;
 mod command_line;
 mod compare;
+mod diff;
 mod explain;
 mod films;
 mod frames;
@@ -18,6 +20,7 @@ mod interrupt;
 mod job;
 mod job_args;
 mod loading;
+mod ls;
 mod merge;
 mod output;
 mod pilot;
@@ -59,6 +62,9 @@ pub fn main() -> ExitCode {
         Some(args::Command::Study(file)) => study::run(&file),
         Some(args::Command::View(scene)) => view::run(scene),
         Some(args::Command::Check(scene)) => check::run(&scene),
+        Some(args::Command::Ls(query)) => ls::run(&query),
+        Some(args::Command::Diff(scenes)) => diff::run(&scenes),
+        Some(args::Command::Ab(scene)) => ab::run(&scene),
         None => render::run(&arguments.render),
     };
     match outcome {

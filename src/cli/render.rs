@@ -132,6 +132,7 @@ fn render(
         solid_glass: arguments.model.solid_glass,
         double_sided: arguments.model.double_sided,
         surroundings: arguments.model.env.clone(),
+        edits: arguments.model.edits.edits(),
     };
     let quiet = arguments.work.quiet;
     let mut job = Job::load_frame(path, view, quiet, reuse, |world| arguments.apply(world))?;

@@ -1,6 +1,7 @@
 //! Files: what a person or another program wrote, read into a [`World`], and what we
 //! write ourselves. The only place that knows file formats.
 
+mod edits;
 pub mod film_file;
 mod framing;
 pub mod gltf;
@@ -26,6 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, SaveError, did_you_mean};
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
+pub use edits::Edits;
 use surroundings::Surroundings;
 
 /// What of a model is read.
@@ -45,6 +47,8 @@ pub struct LoadOptions {
     pub double_sided: bool,
     /// In place of its own environment.
     pub surroundings: Option<Surroundings>,
+    /// What is said of it beside its files.
+    pub edits: Edits,
 }
 
 /// What the numbers of a glTF file's lights count.
@@ -80,7 +84,11 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "gltf" | "glb" => None,
         "ron" if *options == common => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
-        _ if LoadOptions { surroundings: None, ..options.clone() } == LoadOptions::default() => None,
+        _ if LoadOptions { surroundings: None, edits: Edits::default(), ..options.clone() }
+            == LoadOptions::default() =>
+        {
+            None
+        }
         _ if options.light_units != LightUnits::Auto || options.solid_glass || options.double_sided => Some(
             "--light-units, --solid-glass and --double-sided are for .gltf and .glb files, and .ron files that name these",
         ),
@@ -106,6 +114,10 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     }?;
     if let Some(surroundings) = &options.surroundings {
         surroundings::surround(&mut world, surroundings)?;
+    }
+    if !options.edits.is_empty() {
+        let mut files = Files { sources: sources.clone(), ..Files::default() };
+        options.edits.apply(&mut world, &mut files)?;
     }
     if options.time_s.is_some() && !world.moves {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";

@@ -61,6 +61,12 @@ pub enum Command {
     View(super::view::View),
     /// Say what of a scene is probably not as it was meant, and what mends it
     Check(super::check::Check),
+    /// List what of a scene is meant by a query
+    Ls(super::ls::Ls),
+    /// Say in which components two scenes differ
+    Diff(super::diff::Diff),
+    /// Render a scene as it is and with changes, and say what they come to
+    Ab(super::ab::Ab),
     /// Do the experiments of a file and report on them
     Study(super::study::Study),
 }

@@ -7,7 +7,7 @@ use super::parse::{
     parse_adaptive, parse_exposure_or_auto, parse_light_units, parse_sharing, parse_size, parse_time,
 };
 use crate::formats::surroundings::Surroundings;
-use crate::formats::{LightUnits, LoadOptions};
+use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Adaptive, DepthLimits, Sharing, World};
 
 /// Columns and rows. A name, or clap would take the array for several values.
@@ -134,13 +134,49 @@ pub struct ModelOptions {
     /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
     pub env: Option<Surroundings>,
+    /// What is changed of it.
+    #[command(flatten)]
+    pub edits: EditOptions,
+}
+
+/// Changes to a scene beside its files.
+#[derive(Args, Clone, Debug)]
+pub struct EditOptions {
+    /// Change a value, such as 'Light[name~"lamp*"].power_w *= 2' or 'Material["glass"].ior = 1.6'; may be given
+    /// several times
+    #[arg(long, value_name = "STATEMENT")]
+    pub set: Vec<String>,
+    /// Of all shapes leave only these, such as '"ball" | Plane', and what hangs on them
+    #[arg(long, value_name = "QUERY")]
+    pub only: Vec<String>,
+    /// Take shapes and lights away, such as 'Mesh & !Material', and what hangs on them
+    #[arg(long, value_name = "QUERY")]
+    pub hide: Vec<String>,
+}
+
+impl EditOptions {
+    /// As loaders take them.
+    pub fn edits(&self) -> Edits {
+        let EditOptions { set, only, hide } = self.clone();
+        Edits { set, only, hide }
+    }
 }
 
 impl From<&ModelOptions> for LoadOptions {
     fn from(options: &ModelOptions) -> Self {
-        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env } =
+        let edits = options.edits.edits();
+        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env, .. } =
             options.clone();
-        Self { time_s: time, variant, scene, light_units, solid_glass, double_sided, surroundings: env }
+        Self {
+            time_s: time,
+            variant,
+            scene,
+            light_units,
+            solid_glass,
+            double_sided,
+            surroundings: env,
+            edits,
+        }
     }
 }
 

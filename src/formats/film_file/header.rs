@@ -10,7 +10,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 use crate::formats::surroundings::Surroundings;
-use crate::formats::{LightUnits, LoadOptions};
+use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Settings, SourceFiles};
 
 /// This program and its version. Another version's samples may be other ones.
@@ -125,6 +125,9 @@ pub struct View {
     /// In place of the scene's own environment.
     #[serde(default)]
     pub surroundings: Option<Surroundings>,
+    /// What is said of it beside its files.
+    #[serde(default, skip_serializing_if = "Edits::is_empty")]
+    pub edits: Edits,
 }
 
 impl View {
@@ -154,9 +157,10 @@ impl View {
 
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
-        let View { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, .. } =
-            self.clone();
-        LoadOptions { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings }
+        let View {
+            time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, edits, ..
+        } = self.clone();
+        LoadOptions { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, edits }
     }
 }
 

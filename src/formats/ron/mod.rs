@@ -11,6 +11,7 @@ mod fields;
 mod keys;
 mod locate;
 mod lower;
+pub mod query;
 mod schema;
 mod source;
 #[cfg(test)]
@@ -22,7 +23,7 @@ use std::path::Path;
 
 pub use self::edit::with_keys;
 use self::source::Source;
-pub use self::write::{camera, look_at, save, write};
+pub use self::write::{Portrait, camera, look_at, portrait, save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
 use crate::world::World;

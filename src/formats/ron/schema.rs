@@ -22,6 +22,7 @@ pub(super) struct Scene<'a> {
     pub settings: Option<Raw<'a>>,
     pub materials: Option<Raw<'a>>,
     pub entities: Raw<'a>,
+    pub edits: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

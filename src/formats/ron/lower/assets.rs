@@ -25,6 +25,8 @@ pub(super) struct AssetCache<'s, 'a> {
     wanted: Vec<ImageId>,
     paths: Vec<PathBuf>,
     textures: HashMap<TextureKey, TextureId>,
+    /// Whether `"#3"` is what the world has already.
+    numbered: bool,
 }
 
 /// A [`Texture`] by its bits.
@@ -43,7 +45,13 @@ impl<'s, 'a> AssetCache<'s, 'a> {
             wanted: Vec::new(),
             paths: Vec::new(),
             textures: HashMap::new(),
+            numbered: false,
         }
+    }
+
+    /// What the world has already is known by its numbers.
+    pub(super) fn with_numbers(self) -> Self {
+        Self { numbered: true, ..self }
     }
 
     /// The mesh of the file that `raw` names.
@@ -54,6 +62,9 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         world: &mut World,
     ) -> Result<MeshId, LoadError> {
         let written = path_of(source, raw, "the path of a mesh")?;
+        if let Some(number) = self.number(&written, world.assets.meshes.len()) {
+            return Ok(MeshId(number));
+        }
         if let Some(id) = self.meshes.get(&written) {
             return Ok(*id);
         }
@@ -70,6 +81,12 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         self.meshes.insert(file, id);
         self.meshes.insert(written, id);
         Ok(id)
+    }
+
+    /// The number of something that is there.
+    fn number(&self, written: &Path, count: usize) -> Option<u32> {
+        let number = written.to_str()?.strip_prefix('#').filter(|_| self.numbered)?;
+        number.parse().ok().filter(|number| (*number as usize) < count)
     }
 
     /// The model of the glTF file that `raw` names, and the file.
@@ -98,6 +115,9 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         world: &mut World,
     ) -> Result<ImageId, LoadError> {
         let written = path_of(source, raw, "the path of an image")?;
+        if let Some(number) = self.number(&written, world.assets.images.len()) {
+            return Ok(ImageId(number));
+        }
         if let Some(id) = self.images.get(&written) {
             return Ok(*id);
         }

@@ -17,6 +17,8 @@ struct Family<'a> {
     names: HashMap<String, (Raw<'a>, usize)>,
     /// Which entity asks for a parent, and where.
     parents: Vec<(usize, Raw<'a>)>,
+    /// The same for a node of a glTF file: where, and the names of the entity that places it and of the node.
+    nodes: Vec<(usize, Raw<'a>, String, String)>,
     /// Which entity places a glTF file, and with which materials.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
@@ -28,7 +30,7 @@ impl<'a> Lowering<'_, 'a> {
             let entity: schema::Entity = self.source.fields(raw, "an entity")?;
             self.entity(raw, entity, &mut family)?;
         }
-        let parents = self.parents(&family)?;
+        let parents = self.parents(&mut family)?;
         self.refuse_cycles(&family, &parents)?;
         for (child, _) in &family.parents {
             let Some(parent) = parents[*child] else { continue };
@@ -48,7 +50,29 @@ impl<'a> Lowering<'_, 'a> {
                 self.apply(first, overrides)?;
             }
         }
+        for (child, raw, model, node) in &family.nodes {
+            let (_, model) = family.names[model];
+            let parent = self.node(*raw, family.entities[model], node)?;
+            let _ = self.world.entities.insert_one(family.entities[*child], Parent(parent));
+        }
         Ok(())
+    }
+
+    /// The node of a name below an entity that places a glTF file.
+    fn node(&self, raw: Raw<'a>, model: hecs::Entity, name: &str) -> Result<hecs::Entity, LoadError> {
+        let world = &self.world;
+        let parent = |entity: hecs::Entity| world.entities.get::<&Parent>(entity).ok().map(|it| it.0);
+        let is_below = |entity: hecs::Entity| {
+            // glTF nodes form no circles.
+            std::iter::successors(parent(entity), |entity| parent(*entity)).any(|above| above == model)
+        };
+        let below: Vec<_> = world.in_order().into_iter().filter(|entity| is_below(*entity)).collect();
+        let found = below.iter().find(|entity| world.name_of(**entity) == name);
+        found.copied().ok_or_else(|| {
+            let names: Vec<String> = below.iter().map(|entity| world.name_of(*entity)).collect();
+            let suggestion = suggest(name, names.iter().map(String::as_str));
+            self.source.error(raw.0, format!("the model has no node \"{}\"{suggestion}", shorten(name)))
+        })
     }
 
     fn entity(
@@ -105,11 +129,16 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     /// Every entity's parent, by their places in the file.
-    fn parents(&self, family: &Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
+    fn parents(&self, family: &mut Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
         let mut parents = vec![None; family.entities.len()];
         for (child, raw) in &family.parents {
             let name = self.source.string(*raw, "the parent's name")?;
             let Some((_, parent)) = family.names.get(&name) else {
+                let inside = name.split_once('/').filter(|(model, _)| family.names.contains_key(*model));
+                if let Some((model, node)) = inside {
+                    family.nodes.push((*child, *raw, model.to_owned(), node.to_owned()));
+                    continue;
+                }
                 let suggestion = suggest(&name, family.names.keys().map(String::as_str));
                 let reason = format!("unknown parent \"{}\"{suggestion}", shorten(&name));
                 return Err(self.source.error(raw.0, reason));

@@ -45,7 +45,7 @@ impl<'a> Lowering<'_, 'a> {
         })
     }
 
-    fn material(&mut self, raw: Raw<'a>) -> Result<Material, LoadError> {
+    pub(super) fn material(&mut self, raw: Raw<'a>) -> Result<Material, LoadError> {
         let read: schema::BlinnPhong = match self.source.variant(raw) {
             Some(variant) if variant.name == "BlinnPhong" => self.source.variant_fields(variant)?,
             Some(variant) if variant.name == "Principled" => {

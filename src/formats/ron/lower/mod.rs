@@ -7,6 +7,7 @@ mod geometry;
 mod material;
 mod overrides;
 mod principled;
+pub(super) mod reread;
 mod settings;
 mod texture;
 mod transform;
@@ -18,6 +19,7 @@ pub(super) use self::principled::usual_channel;
 use std::collections::HashMap;
 
 use self::assets::AssetCache;
+use super::query;
 use super::schema;
 use super::source::Source;
 use crate::error::LoadError;
@@ -40,7 +42,7 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     let mut lowering = Lowering {
         source,
         world: World::default(),
-        assets: AssetCache::new(source.path(), files),
+        assets: AssetCache::new(source.path(), &mut *files),
         materials: HashMap::new(),
     };
     let mut transport = None;
@@ -55,6 +57,10 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     lowering.entities(scene.entities)?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
+    for raw in scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))? {
+        let statement = source.string(raw, "a statement")?;
+        query::set(&mut world, &statement, files).map_err(|error| source.error(raw.0, error.to_string()))?;
+    }
     world.moves |= source.clock().asked.get();
     if transport.is_none() {
         choose_transport(&mut world);

@@ -18,7 +18,7 @@ use crate::world::{Assets, Image, Mesh, Texels, World};
 
 /// Files that need no disk: all exist but those whose name says otherwise.
 #[derive(Default)]
-struct Fake {
+pub(in crate::formats::ron) struct Fake {
     loaded: Vec<PathBuf>,
 }
 
@@ -73,7 +73,7 @@ const MODEL: &str = r#"{
     "buffers": [{"byteLength": 9, "uri": "data:;base64,AAAAAQAAAAEA"}]
 }"#;
 
-fn read(text: &str) -> Result<World, LoadError> {
+pub(in crate::formats::ron) fn read(text: &str) -> Result<World, LoadError> {
     super::parse(text, Path::new("scenes/test.ron"), &mut Fake::default())
 }
 

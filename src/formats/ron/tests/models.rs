@@ -186,3 +186,26 @@ fn what_has_been_changed_in_it_cannot_be_saved() {
     let error = write(&world, Path::new("scenes/test.ron")).unwrap_err().to_string();
     assert!(error.contains("it came with a glTF file and has been changed"), "{error}");
 }
+
+#[test]
+fn nodes_of_models_are_parents_and_are_edited() {
+    let text = r#"(
+        entities: [
+            (name: "car", gltf: "car.glb", transform: (translate: (0, 0, 7))),
+            (name: "hood", parent: "car/lamp", shape: Sphere(radius_m: 1)),
+        ],
+        edits: ["Point[name=\"lamp\"].power_w = 3", "Transform[\"lamp\"].translate = (1, 2, 3)"],
+    )"#;
+    let world = read(text).unwrap();
+    let find = |name: &str| world.in_order().into_iter().find(|e| world.name_of(*e) == name).unwrap();
+    assert_eq!(world.entities.get::<&Parent>(find("hood")).unwrap().0, find("lamp"));
+    let lamp = world.entities.get::<&Light>(find("lamp")).unwrap();
+    assert!(matches!(&*lamp, Light::Point { power_w, .. } if power_w.to_array() == [3.0; 3]), "{lamp:?}");
+    let places = crate::compile::transforms::compile(&world, &world.in_order()).unwrap();
+    assert_eq!(places[&find("hood")].translation.to_array(), [1.0, 2.0, 10.0]);
+    let error = |text: &str| read(text).err().map(|error| error.to_string()).unwrap_or_default();
+    let wrong = error(&text.replace("car/lamp", "car/lmap"));
+    assert!(wrong.contains("no node \"lmap\"") && wrong.contains("did you mean \"lamp\""), "{wrong}");
+    let wrong = error(&text.replace(".power_w = 3", ".powr_w = 3"));
+    assert!(wrong.contains(":6:") && wrong.contains("did you mean \"power_w\""), "{wrong}");
+}

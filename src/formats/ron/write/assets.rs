@@ -12,6 +12,8 @@ pub(super) struct AssetPaths<'a> {
     folder: PathBuf,
     /// How many meshes came from one file.
     meshes_of: HashMap<&'a Path, usize>,
+    /// Whether files are left out, and what the world has is known by its numbers, as `"#3"`.
+    numbered: bool,
 }
 
 impl<'a> AssetPaths<'a> {
@@ -20,12 +22,20 @@ impl<'a> AssetPaths<'a> {
         for source in assets.meshes.iter().filter_map(|mesh| mesh.source.as_deref()) {
             *meshes_of.entry(source).or_default() += 1;
         }
-        Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of }
+        Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of, numbered: false }
+    }
+
+    /// What the world has is known by its numbers.
+    pub(super) fn numbers(assets: &'a Assets) -> Self {
+        Self { assets, folder: PathBuf::new(), meshes_of: HashMap::new(), numbered: true }
     }
 
     /// The mesh's file in quotes.
     pub(super) fn mesh(&self, id: MeshId) -> Written {
         let number = id.0;
+        if self.numbered {
+            return quote(&format!("#{number}"));
+        }
         let mesh = self.assets.meshes.get(number as usize);
         let mesh = mesh.ok_or_else(|| format!("there is no mesh of number {number}"))?;
         let name =
@@ -53,6 +63,9 @@ impl<'a> AssetPaths<'a> {
     /// The image's file in quotes.
     pub(super) fn image(&self, id: ImageId) -> Written {
         let number = id.0;
+        if self.numbered {
+            return quote(&format!("#{number}"));
+        }
         let image = self.assets.images.get(number as usize);
         let image = image.ok_or_else(|| format!("there is no image of number {number}"))?;
         let source = image.source.as_deref();

@@ -18,6 +18,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use self::assets::AssetPaths;
+use super::lower::reread::Component;
 use crate::error::SaveError;
 use crate::math::Vec3;
 use crate::world::assets::NamedMaterial;
@@ -37,6 +38,97 @@ pub fn save(world: &World, path: &Path) -> Result<(), SaveError> {
 /// The text of the scene file that [`save`] would write to `scene_path`.
 pub fn write(world: &World, scene_path: &Path) -> Result<String, SaveError> {
     text(world, scene_path).map_err(|reason| SaveError::new(scene_path, reason))
+}
+
+/// A component of an entity, or a material, as a scene file would have it, with `"#3"` for meshes and images; none
+/// that is not there.
+pub(super) fn component_text(
+    world: &World,
+    component: Component,
+    entity: Option<hecs::Entity>,
+    material: Option<MaterialId>,
+) -> Result<Option<String>, String> {
+    let paths = AssetPaths::numbers(&world.assets);
+    let of = |id: MaterialId| material::material(&lookup(world, id)?.material, &world.assets, &paths);
+    if let Some(id) = material {
+        return of(id).map(Some);
+    }
+    let Some(entity) = entity else { return Ok(None) };
+    let entities = &world.entities;
+    Ok(match component {
+        Component::Transform => {
+            let transform = entities.get::<&Transform>(entity).map(|it| *it).unwrap_or_default();
+            Some(components::transform(&transform)?.unwrap_or_else(|| "()".to_owned()))
+        }
+        Component::Shape => {
+            entities.get::<&Shape>(entity).ok().map(|it| components::shape(&it, &paths)).transpose()?
+        }
+        Component::Light => {
+            entities.get::<&Light>(entity).ok().map(|it| components::light(&it, &paths)).transpose()?
+        }
+        Component::Camera => {
+            entities.get::<&Camera>(entity).ok().map(|it| components::camera(&it, &paths)).transpose()?
+        }
+        Component::Material => {
+            let id = entities.get::<&MaterialId>(entity).map_or(MaterialId::DEFAULT, |it| *it);
+            Some(of(id)?)
+        }
+    })
+}
+
+/// What a scene file would say, part by part, for people to read and compare.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Portrait {
+    /// `settings`.
+    pub settings: String,
+    /// Materials by their names, or numbers.
+    pub materials: Vec<(String, String)>,
+    /// Entities by their names: keys and values.
+    pub entities: Vec<(String, Vec<(&'static str, String)>)>,
+}
+
+/// All that a world is, as the scene file at `scene_path` would have it; what has no file of its own is known by its
+/// number.
+pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
+    let files = AssetPaths::new(&world.assets, scene_path);
+    let numbers = AssetPaths::numbers(&world.assets);
+    // What cannot be written at all is shown as it is not.
+    let best = |text: &dyn Fn(&AssetPaths) -> Written| {
+        text(&files).or_else(|_| text(&numbers)).unwrap_or_else(|reason| format!("({reason})"))
+    };
+    let materials = world.assets.materials.iter().enumerate().skip(1);
+    let materials = materials.map(|(number, named)| {
+        let name = named.name.clone().unwrap_or_else(|| format!("material {number}"));
+        (name, best(&|paths| material::material(&named.material, &world.assets, paths)))
+    });
+    let name_of = |id: MaterialId| {
+        let name = world.assets.materials.get(id.0 as usize).and_then(|named| named.name.clone());
+        name.map_or_else(|| format!("material {}", id.0), |name| format!("{name:?}"))
+    };
+    let entities = world.in_order().into_iter().map(|entity| {
+        let get = &world.entities;
+        let mut keys = Vec::new();
+        keys.extend(
+            get.get::<&Parent>(entity).ok().map(|it| ("parent", format!("{:?}", world.name_of(it.0)))),
+        );
+        let transform = get.get::<&Transform>(entity).ok();
+        let transform = transform.and_then(|it| components::transform(&it).ok().flatten());
+        keys.extend(transform.map(|text| ("transform", text)));
+        keys.extend(get.get::<&Shape>(entity).ok().map(|it| ("shape", best(&|p| components::shape(&it, p)))));
+        keys.extend(get.get::<&Model>(entity).ok().map(|it| ("gltf", best(&|p| p.model(&it.0)))));
+        keys.extend(get.get::<&MaterialId>(entity).ok().map(|it| ("material", name_of(*it))));
+        keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::light(&it, p)))));
+        keys.extend(
+            get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::camera(&it, p)))),
+        );
+        (world.name_of(entity), keys)
+    });
+    let settings = settings::settings(&world.settings, world.fitting_transport());
+    Portrait {
+        settings: settings.unwrap_or_default(),
+        materials: materials.collect(),
+        entities: entities.collect(),
+    }
 }
 
 /// A camera as the scene file at `scene_path` would have it.

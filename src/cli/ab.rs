@@ -1,0 +1,205 @@
+//! `rayfront ab SCENE --set …`: a scene as it is and with changes, by the same random numbers.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+
+use super::args::{ModelOptions, PictureOptions};
+use super::output::default_image;
+use super::{Failure, output};
+use crate::film::Film;
+use crate::film::exposure::automatic_ev;
+use crate::film::metrics::colormap;
+use crate::film::tonemap::DisplayTransform;
+use crate::formats::LoadOptions;
+use crate::formats::picture::{Output, PngBits, save};
+use crate::integrator::Frame;
+use crate::math::Rgb;
+use crate::render::{Options, Session, on_threads};
+use crate::world::{Settings, Tonemap};
+
+/// `rayfront ab`.
+#[derive(Args, Debug)]
+pub struct Ab {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// What of a model is shown; --set, --only and --hide are what B has and A has not.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// What both images look like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    /// The images: NAME.a.png, NAME.b.png, and their difference NAME.diff.png [default: the scene's name, here]
+    #[arg(short, long, value_name = "NAME")]
+    pub output: Option<PathBuf>,
+    /// Threads; 0 means one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A rendering and what it was of.
+struct Side {
+    film: Film,
+    settings: Settings,
+}
+
+pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
+    let options: LoadOptions = (&arguments.model).into();
+    if options.edits.is_empty() {
+        return Err(Failure(
+            "there is nothing to compare: say what B has, with --set, --only or --hide".into(),
+        ));
+    }
+    let plain = LoadOptions { edits: Default::default(), ..options.clone() };
+    let [a, b] =
+        on_threads(arguments.threads, || [&plain, &options].map(|options| render(arguments, options)))?;
+    let (a, b) = (a?, b?);
+    if a.settings.size != b.settings.size {
+        return Err(Failure("A and B have other sizes: give both one, with --size".into()));
+    }
+    let difference = Difference::new(&a.film, &b.film)
+        .ok_or_else(|| Failure("a difference needs two samples of each pixel: --spp 2 or more".into()))?;
+    let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
+    let path = |end: &str| base.with_extension(format!("{end}.png"));
+    let radiances = [&a, &b].map(|side| side.film.radiance());
+    // Both by A's exposure, so that what differs in them is what differs.
+    let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };
+    for (end, radiance) in ["a", "b"].iter().zip(&radiances) {
+        let display = DisplayTransform::new(a.settings.tonemap, own_ev + a.settings.exposure_ev, radiance);
+        write(&path(end), a.settings.size, radiance, display)?;
+    }
+    let shown = difference.picture();
+    write(&path("diff"), a.settings.size, &shown, DisplayTransform::new(Tonemap::Clamp, 0.0, &shown))?;
+    let Difference { mean, error, significant, .. } = difference;
+    if arguments.json {
+        let files = ["a", "b", "diff"].map(path);
+        let facts =
+            json!({"images": files, "mean": mean, "standard_error": error, "significant": significant});
+        output::say(&format!("{facts}\n"), false);
+    } else {
+        let before = radiances[0].iter().map(|light| f64::from(light.luminance())).sum::<f64>();
+        let part = 100.0 * mean / (before / radiances[0].len().max(1) as f64).max(1e-30);
+        output::say(
+            &format!(
+                "images      {}, {}, {}\nB - A       {mean:+.6} in the mean, {part:+.2} % of A, standard error {error:.6}\n\
+                 significant {:.1} % of the image differ by more than three standard errors\n",
+                path("a").display(),
+                path("b").display(),
+                path("diff").display(),
+                100.0 * significant
+            ),
+            false,
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
+    let mut world = crate::formats::load_with(&arguments.scene, options)?;
+    arguments.picture.apply(&mut world);
+    let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
+        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let settings = world.settings.clone();
+    let frame = Frame::new(scene, &settings);
+    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    while !session.is_done() {
+        session.advance(16);
+    }
+    Ok(Side { film: session.film().clone(), settings })
+}
+
+fn write(
+    path: &std::path::Path,
+    [width, height]: [u32; 2],
+    radiance: &[Rgb],
+    display: DisplayTransform,
+) -> Result<(), Failure> {
+    let output =
+        Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[], channels: &[] };
+    save(path, &output)?;
+    Ok(())
+}
+
+/// What B has more than A. Both have the same random numbers, so that most of their noise is the same, too: what is
+/// left of it is told by the difference of even and odd samples.
+struct Difference {
+    /// Luminance, pixel by pixel, in standard errors of it; neighbours are counted together.
+    scores: Vec<f64>,
+    /// In the mean.
+    mean: f64,
+    /// Of the mean.
+    error: f64,
+    /// The part of the image whose score is beyond three.
+    significant: f64,
+}
+
+/// Pixels to either side that are counted together: single ones know their own noise badly.
+const BESIDE: usize = 2;
+
+impl Difference {
+    /// None before every pixel has some even and some odd samples.
+    fn new(a: &Film, b: &Film) -> Option<Difference> {
+        let ([a_even, a_odd], [b_even, b_odd]) = a.halves().zip(b.halves())?;
+        let more = |b: &[Rgb], a: &[Rgb]| -> Vec<f64> {
+            b.iter().zip(a).map(|(b, a)| f64::from(b.luminance()) - f64::from(a.luminance())).collect()
+        };
+        let pairs = more(&b_even, &a_even).into_iter().zip(more(&b_odd, &a_odd));
+        // The mean of two halves has a quarter of the variance of their difference.
+        let pixels: Vec<(f64, f64)> =
+            pairs.map(|(even, odd)| (0.5 * (even + odd), 0.25 * (even - odd) * (even - odd))).collect();
+        Some(Self::of(&pixels, a.region().width() as usize))
+    }
+
+    /// Of differences with their variances, row by row.
+    fn of(pixels: &[(f64, f64)], width: usize) -> Difference {
+        let count = pixels.len().max(1) as f64;
+        let mean = pixels.iter().map(|(difference, _)| difference).sum::<f64>() / count;
+        let error = pixels.iter().map(|(_, variance)| variance).sum::<f64>().sqrt() / count;
+        let rows: Vec<&[(f64, f64)]> = pixels.chunks(width.max(1)).collect();
+        let mut scores = Vec::with_capacity(pixels.len());
+        for y in 0..rows.len() {
+            for x in 0..rows[y].len() {
+                let near = rows[y.saturating_sub(BESIDE)..(y + BESIDE + 1).min(rows.len())].iter();
+                let near =
+                    near.flat_map(|row| &row[x.saturating_sub(BESIDE)..(x + BESIDE + 1).min(row.len())]);
+                let (sum, variance) = near.fold((0.0, 0.0), |(sum, all), (difference, variance)| {
+                    (sum + difference, all + variance)
+                });
+                // What has no noise at all differs or does not.
+                let score = if sum == 0.0 { 0.0 } else { sum / variance.sqrt().max(1e-12 * sum.abs()) };
+                scores.push(score);
+            }
+        }
+        let significant = scores.iter().filter(|score| score.abs() > 3.0).count() as f64 / count;
+        Difference { scores, mean, error, significant }
+    }
+
+    /// Scores as colours: black for nothing, brighter up to ten standard errors.
+    fn picture(&self) -> Vec<Rgb> {
+        self.scores.iter().map(|score| colormap::color(score.abs() / 10.0)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_beyond_the_noise_is_significant() {
+        // Noise of variance 1 on the left, a difference of 3 with the same noise on the right.
+        let noise = |i: usize| [1.0, -1.0, 0.5, -0.5][i % 4];
+        let pixel = |i: usize| (noise(i) + if i % 20 >= 10 { 3.0 } else { 0.0 }, 1.0);
+        let pixels: Vec<_> = (0..400).map(pixel).collect();
+        let Difference { scores, mean, significant, error, .. } = Difference::of(&pixels, 20);
+        assert!((mean - 1.5).abs() < 1e-9 && (error - 0.05).abs() < 1e-9);
+        assert!((0.4..0.65).contains(&significant), "{significant}");
+        assert!(scores[0].abs() < 3.0 && scores[19] > 3.0);
+        let same = Difference::of(&[(0.0, 0.0); 9], 3);
+        assert_eq!((same.significant, same.mean), (0.0, 0.0));
+    }
+}

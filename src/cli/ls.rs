@@ -1,0 +1,63 @@
+//! `rayfront ls SCENE QUERY`: what of a scene is meant.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::args::ModelOptions;
+use super::{Failure, output};
+use crate::formats::ron::query::{Query, Selected, select};
+use crate::formats::ron::{Portrait, portrait};
+
+/// `rayfront ls`.
+#[derive(Args, Debug)]
+pub struct Ls {
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    pub scene: PathBuf,
+    /// What is meant, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities]
+    pub query: Option<String>,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
+    let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
+    let query = Query::parse(arguments.query.as_deref().unwrap_or("Entity"))
+        .map_err(|error| Failure(error.to_string()))?;
+    let Portrait { materials, entities, .. } = portrait(&world, &arguments.scene);
+    let found: Vec<(String, Vec<(&str, String)>)> = match select(&world, &query) {
+        Selected::Materials(ids) => {
+            let of = |id: crate::world::MaterialId| {
+                let (name, text) = materials.get((id.0 as usize).checked_sub(1)?)?.clone();
+                Some((name, vec![("material", text)]))
+            };
+            ids.into_iter().filter_map(of).collect()
+        }
+        Selected::Entities(meant) => {
+            let order = world.in_order().into_iter().zip(entities);
+            order.filter(|(entity, _)| meant.contains(entity)).map(|(_, portrait)| portrait).collect()
+        }
+    };
+    if arguments.json {
+        let one = |(name, keys): &(String, Vec<(&str, String)>)| {
+            let keys: serde_json::Map<String, Value> =
+                keys.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect();
+            json!({"name": name, "keys": keys})
+        };
+        let all: Vec<Value> = found.iter().map(one).collect();
+        output::say(&format!("{}\n", json!({"scene": arguments.scene, "found": all})), false);
+    } else {
+        let line = |(name, keys): &(String, Vec<(&str, String)>)| {
+            let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key}: {value}")).collect();
+            format!("{name:?}  {}\n", keys.join(", "))
+        };
+        output::say(&found.iter().map(line).collect::<String>(), false);
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,79 @@
+//! What is said of a scene beside its files: values that are others, things that are left out.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::Files;
+use super::ron::query::{Query, QueryError, set};
+use crate::error::LoadError;
+use crate::world::{Light, Shape, World};
+
+/// Edits in the language of [`super::ron::query`], in the order in which they are carried out.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Edits {
+    /// Statements that change values.
+    pub set: Vec<String>,
+    /// Of what rays can hit, what alone is left.
+    pub only: Vec<String>,
+    /// What is taken away, light or shape.
+    pub hide: Vec<String>,
+}
+
+impl Edits {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        *self == Edits::default()
+    }
+
+    /// Carries them out. Errors: what is no query, or means nothing.
+    pub fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
+        let wrong =
+            |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
+        for statement in &self.set {
+            set(world, statement, files).map_err(|error| wrong("--set", error))?;
+        }
+        if !self.only.is_empty() {
+            let queries = self.queries(&self.only).map_err(|error| wrong("--only", error))?;
+            let kept = meant(world, &queries, "--only", &self.only)?;
+            for entity in world.in_order() {
+                if !kept.contains(&entity) {
+                    // Not all have one.
+                    let _ = world.entities.remove_one::<Shape>(entity);
+                }
+            }
+        }
+        if !self.hide.is_empty() {
+            let queries = self.queries(&self.hide).map_err(|error| wrong("--hide", error))?;
+            for entity in meant(world, &queries, "--hide", &self.hide)? {
+                let _ = world.entities.remove_one::<Shape>(entity);
+                let _ = world.entities.remove_one::<Light>(entity);
+            }
+        }
+        Ok(())
+    }
+
+    fn queries(&self, texts: &[String]) -> Result<Vec<Query>, QueryError> {
+        texts.iter().map(|text| Query::parse(text)).collect()
+    }
+}
+
+/// What any of some queries means, with what hangs on it.
+fn meant(
+    world: &World,
+    queries: &[Query],
+    option: &str,
+    texts: &[String],
+) -> Result<Vec<hecs::Entity>, LoadError> {
+    let order = world.in_order();
+    for (query, text) in queries.iter().zip(texts) {
+        if !order.iter().any(|entity| query.takes(world, *entity)) {
+            let reason = format!("nothing in the scene is {text}: see rayfront ls");
+            return Err(LoadError::invalid(Path::new(option), reason));
+        }
+    }
+    let is_meant =
+        |entity: &hecs::Entity| queries.iter().any(|query| query.takes_with_parents(world, *entity));
+    Ok(order.into_iter().filter(is_meant).collect())
+}

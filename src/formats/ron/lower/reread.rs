@@ -1,0 +1,118 @@
+//! One component read again, of a world that is there already.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use hecs::Entity;
+
+use super::{AssetCache, Lowering, transform};
+use crate::error::LoadError;
+use crate::formats::AssetFiles;
+use crate::formats::ron::query::Kind;
+use crate::formats::ron::source::{Raw, Source};
+use crate::world::{MaterialId, World};
+
+/// What an entity carries, as far as scene files say it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    Transform,
+    Shape,
+    Light,
+    Camera,
+    Material,
+}
+
+impl Component {
+    /// By the keys of scene files.
+    pub const ALL: [(&str, Component); 5] = [
+        ("transform", Component::Transform),
+        ("shape", Component::Shape),
+        ("light", Component::Light),
+        ("camera", Component::Camera),
+        ("material", Component::Material),
+    ];
+
+    /// The one that a kind means.
+    pub fn of(kind: Kind) -> Option<Component> {
+        match kind {
+            Kind::Transform => Some(Component::Transform),
+            Kind::Shape | Kind::Form("Sphere" | "Triangle" | "Plane" | "Mesh") => Some(Component::Shape),
+            Kind::Camera | Kind::Form("Pinhole" | "ThinLens" | "Orthographic") => Some(Component::Camera),
+            Kind::Material => Some(Component::Material),
+            Kind::Light | Kind::Form(_) => Some(Component::Light),
+            Kind::Entity | Kind::Model | Kind::Placed => None,
+        }
+    }
+
+    /// As scene files call it.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, component)| *component == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Reads a component from its text and gives it to an entity, or a material that is there another content. Images of
+/// the text that are numbers of the world's own (`"#3"`) are these.
+pub fn reread(
+    world: &mut World,
+    component: Component,
+    entity: Option<Entity>,
+    material: Option<MaterialId>,
+    text: &str,
+    files: &mut dyn AssetFiles,
+) -> Result<(), LoadError> {
+    let source = Source::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
+    let raw: Raw = source.root()?;
+    let named = world.assets.materials.iter().enumerate();
+    let materials: HashMap<String, MaterialId> =
+        named.filter_map(|(number, named)| Some((named.name.clone()?, MaterialId(number as u32)))).collect();
+    let assets = AssetCache::new(Path::new(""), files).with_numbers();
+    let mut lowering = Lowering { source: &source, world: std::mem::take(world), assets, materials };
+    let read = lowering.component(component, entity, material, raw);
+    let Lowering { world: mut changed, assets, .. } = lowering;
+    let images = assets.read_images(&source, &mut changed);
+    *world = changed;
+    read.and(images)
+}
+
+impl<'a> Lowering<'_, 'a> {
+    fn component(
+        &mut self,
+        component: Component,
+        entity: Option<Entity>,
+        material: Option<MaterialId>,
+        raw: Raw<'a>,
+    ) -> Result<(), LoadError> {
+        if let Some(id) = material {
+            let read = self.material(raw)?;
+            if let Some(named) = self.world.assets.materials.get_mut(id.0 as usize) {
+                named.material = read;
+            }
+            return Ok(());
+        }
+        let Some(entity) = entity else { return Ok(()) };
+        // The entity was selected: it is there.
+        let _ = match component {
+            Component::Transform => {
+                let read = transform::transform(self.source, raw)?;
+                self.world.entities.insert_one(entity, read)
+            }
+            Component::Shape => {
+                let read = self.shape(raw)?;
+                self.world.entities.insert_one(entity, read)
+            }
+            Component::Light => {
+                let read = self.light(raw)?;
+                self.world.entities.insert_one(entity, read)
+            }
+            Component::Camera => {
+                let read = self.camera(raw)?;
+                self.world.entities.insert_one(entity, read)
+            }
+            Component::Material => {
+                let read = self.material_of_entity(raw)?;
+                self.world.entities.insert_one(entity, read)
+            }
+        };
+        Ok(())
+    }
+}

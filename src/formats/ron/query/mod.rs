@@ -1,0 +1,302 @@
+//! One language for what is meant of a scene: `Light[name~"lamp*"]`, `Mesh & !Material`, `Material["glass"].ior = 1.6`.
+//!
+//! ```text
+//! statement  = query "." path operator value        operator: = *= /= += -=
+//! query      = all { "|" all }                      all = one { "&" one }
+//! one        = "!" one | "(" query ")" | atom       path: names with dots
+//! atom       = Kind [ "[" filters "]" ] | "\"name\""
+//! filters    = "\"name\"" | filter { "," filter }   filter = key ( "=" | "!=" | "~" ) "\"text\""
+//! ```
+//!
+//! Kinds are components and their forms, as scene files call them; keys are `name`, `parent` and `material`; `~` takes
+//! `*` for any text. What a value may be is for the reader of scene files to say, who reads the component again with it.
+
+mod select;
+mod set;
+#[cfg(test)]
+mod tests;
+
+use crate::error::did_you_mean;
+use crate::formats::ron::locate::{self, find_unclosed};
+
+pub use select::{Selected, select};
+pub use set::set;
+
+/// What of a query is wrong, with the place marked below it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}\n  {text}\n  {}{}", " ".repeat(*.column), "^".repeat((*.width).max(1)))]
+pub struct QueryError {
+    text: String,
+    column: usize,
+    width: usize,
+    reason: String,
+}
+
+impl QueryError {
+    /// `part` is the slice of `text` that is to blame.
+    fn new(text: &str, part: &str, reason: impl Into<String>) -> QueryError {
+        let offset = locate::offset_of(text, part).unwrap_or(text.len());
+        let column = text[..offset].chars().count();
+        let width = part.trim_end().chars().count();
+        // Lines below each other have no breaks within.
+        QueryError { text: text.replace(['\n', '\r', '\t'], " "), column, width, reason: reason.into() }
+    }
+}
+
+/// What an atom can be: an entity's component, or one form of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Every entity.
+    Entity,
+    /// What rays can hit.
+    Shape,
+    /// A light.
+    Light,
+    /// A camera.
+    Camera,
+    /// What has a material of its own; alone, a material itself.
+    Material,
+    /// A place.
+    Transform,
+    /// A glTF file.
+    Model,
+    /// What is read from one.
+    Placed,
+    /// A form of a shape, a light or a camera, by its name.
+    Form(&'static str),
+}
+
+/// All kinds by their names.
+const KINDS: [(&str, Kind); 22] = [
+    ("Entity", Kind::Entity),
+    ("Shape", Kind::Shape),
+    ("Light", Kind::Light),
+    ("Camera", Kind::Camera),
+    ("Material", Kind::Material),
+    ("Transform", Kind::Transform),
+    ("Model", Kind::Model),
+    ("Placed", Kind::Placed),
+    ("Sphere", Kind::Form("Sphere")),
+    ("Triangle", Kind::Form("Triangle")),
+    ("Plane", Kind::Form("Plane")),
+    ("Mesh", Kind::Form("Mesh")),
+    ("Point", Kind::Form("Point")),
+    ("Spot", Kind::Form("Spot")),
+    ("Area", Kind::Form("Area")),
+    ("Directional", Kind::Form("Directional")),
+    ("Environment", Kind::Form("Environment")),
+    ("Sky", Kind::Form("Sky")),
+    ("Photometric", Kind::Form("Photometric")),
+    ("Pinhole", Kind::Form("Pinhole")),
+    ("ThinLens", Kind::Form("ThinLens")),
+    ("Orthographic", Kind::Form("Orthographic")),
+];
+
+/// What filters compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Key {
+    Name,
+    Parent,
+    Material,
+}
+
+const KEYS: [(&str, Key); 3] = [("name", Key::Name), ("parent", Key::Parent), ("material", Key::Material)];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Comparison {
+    Equal,
+    Unequal,
+    Like,
+}
+
+/// What a name and the like have to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Filter {
+    key: Key,
+    comparison: Comparison,
+    text: String,
+}
+
+/// What is meant of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Query {
+    /// What is of a kind and passes all filters.
+    Atom(Kind, Vec<Filter>),
+    /// What is not.
+    Not(Box<Query>),
+    /// What is both.
+    And(Box<Query>, Box<Query>),
+    /// What is one of both.
+    Or(Box<Query>, Box<Query>),
+}
+
+impl Query {
+    /// Reads all of a text.
+    pub fn parse(text: &str) -> Result<Query, QueryError> {
+        let mut reader = Reader::new(text)?;
+        let query = reader.either()?;
+        match reader.rest.trim_start() {
+            "" => Ok(query),
+            rest => Err(reader.error(rest, "expected &, | or the end")),
+        }
+    }
+}
+
+/// Reads from the front of a text.
+struct Reader<'a> {
+    text: &'a str,
+    rest: &'a str,
+}
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a str) -> Result<Self, QueryError> {
+        if let Some(open) = find_unclosed(text) {
+            return Err(QueryError::new(text, &text[open.offset..], "this is never closed"));
+        }
+        Ok(Self { text, rest: text })
+    }
+
+    fn error(&self, part: &str, reason: impl Into<String>) -> QueryError {
+        QueryError::new(self.text, part, reason)
+    }
+
+    /// Whether the next word begins so; then it is taken.
+    fn takes(&mut self, word: &str) -> bool {
+        let rest = self.rest.trim_start();
+        let found = rest.strip_prefix(word);
+        self.rest = found.unwrap_or(rest);
+        found.is_some()
+    }
+
+    fn either(&mut self) -> Result<Query, QueryError> {
+        let mut query = self.both()?;
+        while self.takes("|") {
+            query = Query::Or(Box::new(query), Box::new(self.both()?));
+        }
+        Ok(query)
+    }
+
+    fn both(&mut self) -> Result<Query, QueryError> {
+        let mut query = self.one()?;
+        while self.takes("&") {
+            query = Query::And(Box::new(query), Box::new(self.one()?));
+        }
+        Ok(query)
+    }
+
+    fn one(&mut self) -> Result<Query, QueryError> {
+        // No recursion for a row of these: somebody may type a million.
+        let mut negated = false;
+        while self.takes("!") {
+            negated = !negated;
+        }
+        let query = if self.takes("(") {
+            if self.text.len() > LONGEST {
+                return Err(self.error(self.text, "this query is too long"));
+            }
+            let query = self.either()?;
+            if !self.takes(")") {
+                return Err(self.error(self.rest, "expected )"));
+            }
+            query
+        } else {
+            self.atom()?
+        };
+        Ok(if negated { Query::Not(Box::new(query)) } else { query })
+    }
+
+    fn atom(&mut self) -> Result<Query, QueryError> {
+        self.rest = self.rest.trim_start();
+        if self.rest.starts_with('"') {
+            let text = self.string()?;
+            return Ok(Query::Atom(Kind::Entity, vec![named(text)]));
+        }
+        let (name, rest) = locate::split_identifier(self.rest);
+        let Some((_, kind)) = KINDS.iter().find(|(known, _)| *known == name) else {
+            let known = KINDS.map(|(known, _)| known);
+            let (part, hint) = (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known));
+            let reason = format!("expected what is meant{hint}: {}", known.join(", "));
+            return Err(self.error(part, reason));
+        };
+        self.rest = rest;
+        let mut filters = Vec::new();
+        if self.takes("[") {
+            loop {
+                filters.push(self.filter()?);
+                if self.takes("]") {
+                    break;
+                }
+                if !self.takes(",") {
+                    return Err(self.error(self.rest, "expected , or ]"));
+                }
+            }
+        }
+        Ok(Query::Atom(*kind, filters))
+    }
+
+    fn filter(&mut self) -> Result<Filter, QueryError> {
+        self.rest = self.rest.trim_start();
+        if self.rest.starts_with('"') {
+            return self.string().map(named);
+        }
+        let (name, rest) = locate::split_identifier(self.rest);
+        let Some((_, key)) = KEYS.iter().find(|(known, _)| *known == name) else {
+            let known = KEYS.map(|(known, _)| known);
+            let part = if name.is_empty() { self.rest } else { name };
+            let hint = did_you_mean(name, known);
+            return Err(self.error(part, format!("expected \"a name\" or one of {}{hint}", known.join(", "))));
+        };
+        self.rest = rest;
+        let comparison = if self.takes("!=") {
+            Comparison::Unequal
+        } else if self.takes("=") {
+            Comparison::Equal
+        } else if self.takes("~") {
+            Comparison::Like
+        } else {
+            return Err(self.error(self.rest, "expected =, != or ~"));
+        };
+        let text = self.string()?;
+        Ok(Filter { key: *key, comparison, text })
+    }
+
+    /// Text in quotes, as scene files have it.
+    fn string(&mut self) -> Result<String, QueryError> {
+        self.rest = self.rest.trim_start();
+        let body = self.rest.strip_prefix('"');
+        let mut escaped = false;
+        let end = body.and_then(|body| {
+            body.find(|c: char| {
+                let ends = c == '"' && !escaped;
+                escaped = c == '\\' && !escaped;
+                ends
+            })
+        });
+        let Some(end) = end else { return Err(self.error(self.rest, "expected text in quotes")) };
+        let (quoted, rest) = self.rest.split_at(end + 2);
+        let text = ron::from_str(quoted).map_err(|error| self.error(quoted, error.code.to_string()))?;
+        self.rest = rest;
+        Ok(text)
+    }
+}
+
+/// Longer queries have no brackets, which are read by recursion.
+const LONGEST: usize = 4096;
+
+fn named(text: String) -> Filter {
+    let comparison = if text.contains('*') { Comparison::Like } else { Comparison::Equal };
+    Filter { key: Key::Name, comparison, text }
+}
+
+/// Whether a text is like a pattern in which `*` stands for any text.
+fn is_like(text: &str, pattern: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = text.strip_prefix(first) else { return false };
+    let Some(last) = parts.next_back() else { return rest.is_empty() };
+    for part in parts {
+        let Some(at) = rest.find(part) else { return false };
+        rest = &rest[at + part.len()..];
+    }
+    rest.ends_with(last)
+}

@@ -1,0 +1,138 @@
+//! What of a world is meant.
+
+use super::{Comparison, Filter, Key, Kind, Query, is_like};
+use crate::world::{Camera, Light, MaterialId, Model, Parent, Placed, Shape, Transform, World};
+
+/// What a query means.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Selected {
+    /// Entities, in their order.
+    Entities(Vec<hecs::Entity>),
+    /// Materials: the query is about these alone.
+    Materials(Vec<MaterialId>),
+}
+
+impl Selected {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Selected::Entities(entities) => entities.len(),
+            Selected::Materials(materials) => materials.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What a query means of a world.
+pub fn select(world: &World, query: &Query) -> Selected {
+    if let Query::Atom(Kind::Material, filters) = query
+        && !filters.is_empty()
+    {
+        let materials = world.assets.materials.iter().enumerate();
+        let is_meant = |name: &str| filters.iter().all(|filter| filter.takes(Some(name)));
+        let meant = materials.filter(|(_, named)| is_meant(named.name.as_deref().unwrap_or_default()));
+        return Selected::Materials(meant.map(|(number, _)| MaterialId(number as u32)).collect());
+    }
+    let order = world.in_order().into_iter();
+    Selected::Entities(order.filter(|entity| query.takes(world, *entity)).collect())
+}
+
+impl Query {
+    /// Whether an entity is meant.
+    pub fn takes(&self, world: &World, entity: hecs::Entity) -> bool {
+        match self {
+            Query::Atom(kind, filters) => {
+                kind.takes(world, entity)
+                    && filters.iter().all(|filter| filter.takes(filter.key.of(world, entity).as_deref()))
+            }
+            Query::Not(query) => !query.takes(world, entity),
+            Query::And(one, other) => one.takes(world, entity) && other.takes(world, entity),
+            Query::Or(one, other) => one.takes(world, entity) || other.takes(world, entity),
+        }
+    }
+
+    /// Whether an entity is meant, or what it hangs on.
+    pub fn takes_with_parents(&self, world: &World, entity: hecs::Entity) -> bool {
+        let mut at = Some(entity);
+        // A circle ends where there are no more entities.
+        for _ in 0..=world.entities.len() {
+            let Some(entity) = at else { return false };
+            if self.takes(world, entity) {
+                return true;
+            }
+            at = world.entities.get::<&Parent>(entity).ok().map(|parent| parent.0);
+        }
+        false
+    }
+}
+
+impl Kind {
+    fn takes(self, world: &World, entity: hecs::Entity) -> bool {
+        let has = |found: bool| found;
+        let entities = &world.entities;
+        match self {
+            Kind::Entity => true,
+            Kind::Shape => has(entities.get::<&Shape>(entity).is_ok()),
+            Kind::Light => has(entities.get::<&Light>(entity).is_ok()),
+            Kind::Camera => has(entities.get::<&Camera>(entity).is_ok()),
+            Kind::Material => has(entities.get::<&MaterialId>(entity).is_ok()),
+            Kind::Transform => has(entities.get::<&Transform>(entity).is_ok()),
+            Kind::Model => has(entities.get::<&Model>(entity).is_ok()),
+            Kind::Placed => has(entities.get::<&Placed>(entity).is_ok()),
+            Kind::Form(name) => forms(world, entity).contains(&Some(name)),
+        }
+    }
+}
+
+/// The forms of an entity's shape, light and camera.
+pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str>; 3] {
+    let shape = world.entities.get::<&Shape>(entity).ok().map(|shape| match &*shape {
+        Shape::Sphere { .. } => "Sphere",
+        Shape::Triangle { .. } => "Triangle",
+        Shape::Plane { .. } => "Plane",
+        Shape::Mesh(_) => "Mesh",
+    });
+    let light = world.entities.get::<&Light>(entity).ok().map(|light| match &*light {
+        Light::Point { .. } => "Point",
+        Light::Spot { .. } => "Spot",
+        Light::Photometric { .. } => "Photometric",
+        Light::Directional { .. } => "Directional",
+        Light::Environment { .. } => "Environment",
+        Light::Sky { .. } => "Sky",
+        Light::Area { .. } => "Area",
+    });
+    let camera = world.entities.get::<&Camera>(entity).ok().map(|camera| match &*camera {
+        Camera::Pinhole { .. } => "Pinhole",
+        Camera::ThinLens { .. } => "ThinLens",
+        Camera::Orthographic { .. } => "Orthographic",
+    });
+    [shape, light, camera]
+}
+
+impl Key {
+    /// What an entity has for it.
+    fn of(self, world: &World, entity: hecs::Entity) -> Option<String> {
+        match self {
+            Key::Name => Some(world.name_of(entity)),
+            Key::Parent => world.entities.get::<&Parent>(entity).ok().map(|parent| world.name_of(parent.0)),
+            Key::Material => {
+                let id = *world.entities.get::<&MaterialId>(entity).ok()?;
+                world.assets.materials.get(id.0 as usize)?.name.clone()
+            }
+        }
+    }
+}
+
+impl Filter {
+    fn takes(&self, found: Option<&str>) -> bool {
+        match self.comparison {
+            Comparison::Equal => found == Some(&self.text),
+            Comparison::Unequal => found != Some(&self.text),
+            Comparison::Like => found.is_some_and(|found| is_like(found, &self.text)),
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Values of components changed by what is typed: the component is written as a scene file has it, the value replaced,
+//! and the whole read again, so that every field can be set, by its own name, to whatever a file may say.
+
+use hecs::Entity;
+
+use super::{Query, QueryError, Reader, Selected, select};
+use crate::error::{LoadError, did_you_mean};
+use crate::formats::AssetFiles;
+use crate::formats::ron::locate;
+use crate::formats::ron::lower::reread::{Component, reread};
+use crate::formats::ron::write::component_text;
+use crate::world::{MaterialId, World};
+
+/// `=` and what changes a number by another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Operator {
+    Set,
+    Times,
+    Over,
+    Plus,
+    Minus,
+}
+
+/// Longest first, or `=` would be found in all.
+const OPERATORS: [(&str, Operator); 5] = [
+    ("*=", Operator::Times),
+    ("/=", Operator::Over),
+    ("+=", Operator::Plus),
+    ("-=", Operator::Minus),
+    ("=", Operator::Set),
+];
+
+/// What is changed of one thing.
+#[derive(Clone, Copy)]
+enum Target {
+    Entity(Entity, Component),
+    Material(MaterialId),
+}
+
+/// A statement taken apart.
+struct Statement<'a> {
+    text: &'a str,
+    /// Names from the component's field inwards.
+    path: Vec<&'a str>,
+    operator: Operator,
+    value: &'a str,
+}
+
+/// Carries out a statement; says how many things it changed, never none.
+pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
+    let mut reader = Reader::new(text)?;
+    let query = reader.either()?;
+    let mut statement = statement(text, reader)?;
+    let selected = select(world, &query);
+    if selected.is_empty() {
+        let end = text.len() - text.trim_start().len();
+        let query_text = &text[end..text.find('.').unwrap_or(text.len())];
+        return Err(QueryError::new(text, query_text, nothing_meant(world, &query)));
+    }
+    let targets: Vec<Target> = match selected {
+        Selected::Materials(materials) => materials.into_iter().map(Target::Material).collect(),
+        Selected::Entities(entities) => {
+            let component = statement.component(&query)?;
+            entities.into_iter().map(|entity| Target::Entity(entity, component)).collect()
+        }
+    };
+    for target in &targets {
+        statement.change(world, *target, files)?;
+    }
+    Ok(targets.len())
+}
+
+/// Why nothing is meant, and what there is.
+fn nothing_meant(world: &World, query: &Query) -> String {
+    let names: Vec<String> = match query {
+        Query::Atom(super::Kind::Material, _) => {
+            world.assets.materials.iter().filter_map(|named| named.name.clone()).collect()
+        }
+        _ => world.in_order().into_iter().map(|entity| world.name_of(entity)).collect(),
+    };
+    let wanted = match query {
+        Query::Atom(_, filters) => filters.first().map(|filter| filter.text.clone()).unwrap_or_default(),
+        _ => String::new(),
+    };
+    let hint = did_you_mean(&wanted, names.iter().map(String::as_str));
+    format!("nothing in the scene is that{hint}: see rayfront ls")
+}
+
+fn statement<'a>(text: &'a str, mut reader: Reader<'a>) -> Result<Statement<'a>, QueryError> {
+    let mut path = Vec::new();
+    while reader.takes(".") {
+        let (name, rest) = locate::split_identifier(reader.rest.trim_start());
+        if name.is_empty() {
+            return Err(reader.error(rest, "expected the name of a field"));
+        }
+        path.push(name);
+        reader.rest = rest;
+    }
+    if path.is_empty() {
+        return Err(reader.error(reader.rest, "expected a dot and the name of a field, such as .power_w"));
+    }
+    let operator = OPERATORS.iter().find(|(word, _)| reader.takes(word)).map(|(_, operator)| *operator);
+    let Some(operator) = operator else {
+        return Err(reader.error(reader.rest, "expected =, *=, /=, += or -="));
+    };
+    let value = reader.rest.trim();
+    if value.is_empty() {
+        return Err(reader.error(reader.rest, "expected a value"));
+    }
+    Ok(Statement { text, path, operator, value })
+}
+
+impl Statement<'_> {
+    fn error(&self, part: &str, reason: impl Into<String>) -> QueryError {
+        QueryError::new(self.text, part, reason)
+    }
+
+    /// Which component the path is in: the query's, or the one that it begins with.
+    fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
+        if let Query::Atom(kind, _) = query
+            && let Some(component) = Component::of(*kind)
+        {
+            return Ok(component);
+        }
+        let first = self.path.remove(0);
+        let known = Component::ALL.map(|(name, _)| name);
+        let found = Component::ALL.iter().find(|(name, _)| *name == first);
+        match found {
+            Some((_, component)) => Ok(*component),
+            None => {
+                let hint = did_you_mean(first, known);
+                Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
+            }
+        }
+    }
+
+    fn change(
+        &self,
+        world: &mut World,
+        target: Target,
+        files: &mut dyn AssetFiles,
+    ) -> Result<(), QueryError> {
+        let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
+        let (component, name) = match target {
+            Target::Entity(entity, component) => (component, world.name_of(entity)),
+            Target::Material(_) => (Component::Material, "the material".to_owned()),
+        };
+        let material = match target {
+            Target::Material(id) => Some(id),
+            Target::Entity(..) => None,
+        };
+        let entity = match target {
+            Target::Entity(entity, _) => Some(entity),
+            Target::Material(_) => None,
+        };
+        let old = component_text(world, component, entity, material).map_err(whole)?;
+        let Some(old) = old else {
+            return Err(whole(format!("{name} has no {}", component.name())));
+        };
+        let new = self.edited(&old)?;
+        reread(world, component, entity, material, &new, files).map_err(|error| self.explained(&error))
+    }
+
+    /// The component's text with another value.
+    fn edited(&self, old: &str) -> Result<String, QueryError> {
+        if self.path.is_empty() {
+            return Ok(self.value.to_owned());
+        }
+        let mut body = old;
+        for (depth, name) in self.path.iter().enumerate() {
+            let (_, rest) = locate::split_identifier(body);
+            let brackets = locate::skip_blank(rest);
+            let found = locate::items(brackets).into_iter().find_map(|item| {
+                locate::key_and_value(item).filter(|(key, _)| key == name).map(|(_, value)| value)
+            });
+            let is_last = depth + 1 == self.path.len();
+            match found {
+                Some(value) if is_last => {
+                    let start = locate::offset_of(old, value).unwrap_or(0);
+                    let value = value.trim_end();
+                    let new = self.combined(value)?;
+                    return Ok(format!("{}{new}{}", &old[..start], &old[start + value.len()..]));
+                }
+                Some(value) => body = value,
+                None if is_last && self.operator == Operator::Set => {
+                    // What is at its default is not written.
+                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
+                    let Some(at) = at else { return Ok(format!("{old}({name}: {})", self.value)) };
+                    return Ok(format!("{}{name}: {}, {}", &old[..=at], self.value, &old[at + 1..]));
+                }
+                None => {
+                    let keys: Vec<&str> = locate::items(brackets)
+                        .into_iter()
+                        .filter_map(|item| locate::key_and_value(item).map(|(key, _)| key))
+                        .collect();
+                    let hint = did_you_mean(name, keys.iter().copied());
+                    let reason =
+                        format!("nothing is said of \"{name}\" here{hint}: say what it shall be, with =");
+                    return Err(self.error(name, reason));
+                }
+            }
+        }
+        Ok(self.value.to_owned())
+    }
+
+    /// The new value: numbers and colours are changed part by part.
+    fn combined(&self, old: &str) -> Result<String, QueryError> {
+        if self.operator == Operator::Set {
+            return Ok(self.value.to_owned());
+        }
+        let numbers = |text: &str| -> Option<Vec<f64>> {
+            let items = if text.starts_with('(') { locate::items(text) } else { vec![text] };
+            items.into_iter().map(|item| item.trim().parse().ok()).collect()
+        };
+        let Some(old) = numbers(old) else {
+            return Err(self.error(self.value, "this changes numbers, and what is there is none: use ="));
+        };
+        let Some(by) = numbers(self.value).filter(|by| by.len() == 1 || by.len() == old.len()) else {
+            let reason =
+                format!("expected a number{}", if old.len() > 1 { ", or as many as there are" } else { "" });
+            return Err(self.error(self.value, reason));
+        };
+        let combine = |(old, by): (&f64, &f64)| match self.operator {
+            Operator::Times => old * by,
+            Operator::Over => old / by,
+            Operator::Plus => old + by,
+            Operator::Minus => old - by,
+            Operator::Set => *by,
+        };
+        let new: Vec<f64> = old.iter().zip(by.iter().cycle()).map(combine).collect();
+        if new.iter().any(|number| !number.is_finite()) {
+            return Err(self.error(self.value, "that leaves no number"));
+        }
+        // As precise as what files hold.
+        let texts: Vec<String> = new.iter().map(|number| format!("{}", *number as f32)).collect();
+        Ok(if texts.len() == 1 { texts[0].clone() } else { format!("({})", texts.join(", ")) })
+    }
+
+    /// What the reader of scene files says, at the place in the statement that it is about.
+    fn explained(&self, error: &LoadError) -> QueryError {
+        let (part, reason) = match error {
+            LoadError::At { reason, .. } if reason.contains("unknown field") => {
+                (*self.path.last().unwrap_or(&self.value), reason.clone())
+            }
+            LoadError::At { reason, .. } => (self.value, reason.clone()),
+            other => (self.value, other.to_string()),
+        };
+        self.error(part, reason)
+    }
+}

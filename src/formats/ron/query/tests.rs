@@ -1,0 +1,113 @@
+use super::*;
+use crate::formats::ron::tests::{Fake, read};
+use crate::world::{ColorInput, Light, Material, World};
+
+const SCENE: &str = r#"(
+    materials: { "glass": Principled(metallic: 0, transmission: 1, base_color: Image("a.png")), "paint": (diffuse: 0.5) },
+    entities: [
+        (name: "eye", camera: Pinhole(vertical_fov_degrees: 40)),
+        (name: "lamp 1", light: Point(power_w: (1, 2, 3))),
+        (name: "lamp 2", light: Spot(power_w: 10, inner_degrees: 5, outer_degrees: 9)),
+        (name: "ball", shape: Sphere(radius_m: 1), material: "glass"),
+        (name: "knot", shape: Mesh("a.ply"), parent: "ball"),
+    ],
+)"#;
+
+fn names(text: &str) -> Vec<String> {
+    let world = read(SCENE).unwrap();
+    match select(&world, &Query::parse(text).unwrap()) {
+        Selected::Entities(entities) => entities.into_iter().map(|entity| world.name_of(entity)).collect(),
+        Selected::Materials(materials) => {
+            let name = |id: &crate::world::MaterialId| world.assets.materials[id.0 as usize].name.clone();
+            materials.iter().filter_map(name).collect()
+        }
+    }
+}
+
+#[test]
+fn queries_mean_what_they_say() {
+    assert_eq!(names("Light"), ["lamp 1", "lamp 2"]);
+    assert_eq!(names("Mesh & !Material"), ["knot"]);
+    assert_eq!(names("Light[name~\"*2\"] | Camera"), ["eye", "lamp 2"]);
+    assert_eq!(names("!(Light | Shape)"), ["eye"]);
+    assert_eq!(names("\"ball\""), ["ball"]);
+    assert_eq!(names("Entity[parent=\"ball\"]"), ["knot"]);
+    assert_eq!(names("Shape[material=\"glass\"]"), ["ball"]);
+    assert_eq!(names("Material[\"gl*\"]"), ["glass"]);
+    assert_eq!(names("Spot"), ["lamp 2"]);
+    assert!(names("Sky").is_empty());
+}
+
+#[test]
+fn patterns_take_stars_for_any_text() {
+    for (text, pattern) in
+        [("lamp", "lamp"), ("lamp 12", "lamp*"), ("a.b.c", "*.b.*"), ("aa", "a*a"), ("x", "*")]
+    {
+        assert!(is_like(text, pattern), "{text} {pattern}");
+    }
+    for (text, pattern) in [("lamp", "lamps"), ("a", "a*a"), ("ab", "b*"), ("abc", "*b")] {
+        assert!(!is_like(text, pattern), "{text} {pattern}");
+    }
+}
+
+fn changed(text: &str) -> Result<World, QueryError> {
+    let mut world = read(SCENE).unwrap();
+    set(&mut world, text, &mut Fake::default()).map(|_| world)
+}
+
+fn powers(text: &str) -> Vec<[f32; 3]> {
+    let world = changed(text).unwrap();
+    let mut lights = Vec::new();
+    for entity in world.in_order() {
+        match world.entities.get::<&Light>(entity).as_deref() {
+            Ok(Light::Point { power_w, .. } | Light::Spot { power_w, .. }) => lights.push(power_w.to_array()),
+            _ => {}
+        }
+    }
+    lights
+}
+
+#[test]
+fn numbers_and_colours_are_set_and_changed() {
+    assert_eq!(powers("Light.power_w = 7"), [[7.0; 3]; 2]);
+    assert_eq!(powers("Light[name~\"lamp*\"].power_w *= 2"), [[2.0, 4.0, 6.0], [20.0; 3]]);
+    assert_eq!(powers("Point.power_w += (1, 0, -1)"), [[2.0, 2.0, 2.0], [10.0; 3]]);
+    assert_eq!(powers("\"lamp 2\".light.power_w /= 4"), [[1.0, 2.0, 3.0], [2.5; 3]]);
+    assert_eq!(powers("Spot.outer_degrees -= 1")[1], [10.0; 3]);
+}
+
+#[test]
+fn materials_keep_what_is_not_said_of_them() {
+    let of = |world: &World| match &world.assets.materials[1].material {
+        Material::Principled(material) => (**material).clone(),
+        Material::BlinnPhong(_) => panic!("glass"),
+    };
+    let before = of(&read(SCENE).unwrap());
+    let after = of(&changed("Material[\"glass\"].ior = 1.6").unwrap());
+    assert_eq!((after.ior, after.base_color), (1.6, before.base_color));
+    assert!(matches!(after.base_color, ColorInput::Texture(_)));
+    assert_eq!(
+        of(&changed("Material[\"glass\"].volume = (attenuation_color: (1, 0.5, 0.5))").unwrap()).ior,
+        before.ior
+    );
+}
+
+#[test]
+fn mistakes_are_marked() {
+    let error = |text: &str| changed(text).err().map(|error| error.to_string()).unwrap_or_default();
+    let marked = |text: &str, what: &str, mark: &str| {
+        let error = error(text);
+        let lines: Vec<&str> = error.lines().collect();
+        assert!(error.contains(what) && lines.len() == 3, "{text}: {error}");
+        let at = lines[2].find('^').expect("a caret");
+        let width = lines[2].len() - at;
+        assert_eq!(&lines[1][at..at + width], mark, "{error}");
+    };
+    marked("Ligth.power_w = 1", "did you mean \"Light\"", "Ligth");
+    marked("Light[nam=\"x\"].power_w = 1", "did you mean \"name\"", "nam");
+    marked("Light.powr_w *= 2", "did you mean \"power_w\"", "powr_w");
+    marked("Light.powr_w = 2", "did you mean \"power_w\"", "powr_w");
+    marked("Light.power_w = -2", "power", "-2");
+    marked("Light.power_w *= \"x\"", "expected a number", "\"x\"");
+    marked("Material[\"glas\"].ior = 2", "did you mean \"glass\"", "Material[\"glas\"]");
+}
