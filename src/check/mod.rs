@@ -8,6 +8,7 @@ mod exposure;
 mod lamps;
 mod materials;
 mod probes;
+mod samples;
 mod sides;
 mod sizes;
 
@@ -18,6 +19,7 @@ use crate::scene::CompiledScene;
 use crate::world::World;
 pub use exposure::of_image;
 use probes::Probes;
+pub use samples::{Outlier, outliers};
 
 /// Something that is probably not as it was meant.
 #[derive(Clone, Debug, PartialEq, Eq)]

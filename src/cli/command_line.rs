@@ -29,6 +29,32 @@ pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
     line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
 }
 
+/// What tells how a sample of a rendering came about.
+pub fn of_explain(header: &Header, [x, y]: [u32; 2], sample: u32) -> String {
+    let settings = &header.settings;
+    let [width, height] = settings.size;
+    let mut words = vec!["rayfront".to_owned(), "explain".to_owned()];
+    words.push(header.scene.path.to_string_lossy().into_owned());
+    words.push(format!("{x},{y}"));
+    let transport = format!("{:?}", settings.transport).to_lowercase();
+    let values = [
+        ("--sample", sample.to_string()),
+        ("--spp", settings.samples.to_string()),
+        ("--size", format!("{width}x{height}")),
+        ("--depth", settings.max_depth.to_string()),
+        ("--seed", settings.seed.to_string()),
+        ("--transport", transport),
+    ];
+    for (option, value) in values {
+        words.extend([option.to_owned(), value]);
+    }
+    if let Some(camera) = &header.view.camera {
+        words.extend(["--camera".to_owned(), camera.clone()]);
+    }
+    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
+    words.join(" ")
+}
+
 /// The same command for another part of the samples.
 fn line(header: &Header, part: &[&str], file: &str) -> String {
     let mut words = vec!["rayfront".to_owned()];

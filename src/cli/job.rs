@@ -16,7 +16,7 @@ use super::loading::{Compiled, Reuse, compiled, prove};
 use super::output::{self, Picture};
 use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
-use super::{Failure, aov, usage};
+use super::{Failure, aov, command_line, usage};
 use crate::check::{self, Finding};
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
@@ -356,12 +356,8 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         denoised,
         phases,
     };
-    if !wanted.work.quiet
-        && session.is_done()
-        && let Some(finding) =
-            check::of_image(session.frame(), header.settings.tonemap, picture.exposure_ev, session.film())
-    {
-        eprintln!("warning: {finding}");
+    if !wanted.work.quiet && session.is_done() {
+        tell_faults(&header, session, picture.exposure_ev);
     }
     let text = match (wanted.work.json, wanted.work.quiet) {
         (true, _) => format!("{}\n", report.json()),
@@ -370,6 +366,18 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     };
     output::say(&text, wanted.outputs.takes_stdout());
     Ok(())
+}
+
+/// What of a finished image is probably not as it was meant.
+fn tell_faults(header: &Header, session: &Session, exposure_ev: f32) {
+    let finding = check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film());
+    if let Some(finding) = finding {
+        eprintln!("warning: {finding}");
+    }
+    for outlier in check::outliers(session) {
+        let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);
+        eprintln!("warning: {outlier} ({replay} tells how)");
+    }
 }
 
 /// Takes what a film has.

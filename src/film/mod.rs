@@ -120,12 +120,40 @@ pub struct Film {
     /// Of the unit.
     inverse: f32,
     pixels: Vec<PixelSum>,
+    not_finite: NotFinite,
+}
+
+/// Parts of samples that were no numbers, or infinite: they count as black.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NotFinite {
+    /// How many.
+    pub count: u64,
+    /// Row, column and sample of the first one.
+    pub first: Option<[u32; 3]>,
+}
+
+impl NotFinite {
+    #[cold]
+    fn note(&mut self, place: [u32; 3]) {
+        self.merge(&NotFinite { count: 1, first: Some(place) });
+    }
+
+    fn merge(&mut self, other: &NotFinite) {
+        self.count += other.count;
+        self.first = [self.first, other.first].into_iter().flatten().min();
+    }
 }
 
 impl Film {
     /// Black.
     pub fn new(region: Region, unit: Unit) -> Film {
-        Film { region, unit, inverse: unit.inverse(), pixels: vec![PixelSum::default(); region.area()] }
+        Film {
+            region,
+            unit,
+            inverse: unit.inverse(),
+            pixels: vec![PixelSum::default(); region.area()],
+            not_finite: NotFinite::default(),
+        }
     }
 
     /// With sums from elsewhere, row by row from the top; none if they are not as many as there are pixels,
@@ -133,7 +161,7 @@ impl Film {
     pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
         let sound = |pixel: &PixelSum| pixel.sum.as_flattened().iter().all(|sum| *sum >= 0);
         let fits = pixels.len() == region.area() && pixels.iter().all(sound);
-        fits.then(|| Film { region, unit, inverse: unit.inverse(), pixels })
+        fits.then(|| Film { pixels, ..Film::new(region, unit) })
     }
 
     /// The unit that it counts in.
@@ -158,6 +186,15 @@ impl Film {
         sum[0] += quanta(radiance.r * self.inverse);
         sum[1] += quanta(radiance.g * self.inverse);
         sum[2] += quanta(radiance.b * self.inverse);
+        // What is not finite times 0 is no number.
+        if (radiance.r + radiance.g + radiance.b) * 0.0 != 0.0 {
+            self.not_finite.note([y, x, sample]);
+        }
+    }
+
+    /// What was no number.
+    pub fn not_finite(&self) -> NotFinite {
+        self.not_finite
     }
 
     /// Counts a sample.
@@ -168,6 +205,7 @@ impl Film {
 
     /// Adds another film of the same unit, whose region must lie within this one's.
     pub fn merge(&mut self, other: &Film) {
+        self.not_finite.merge(&other.not_finite);
         assert_eq!(self.unit, other.unit, "films of different units");
         let from = other.region;
         for y in from.y0..from.y1 {

@@ -349,7 +349,9 @@ impl Slots {
                 let Received { radiance, vertices } = *received;
                 observer.report(&observe::received(slot.pixel, slot.sample, own, radiance, vertices));
             }
-            if holds(&region, x, y) && total.max_component() > 0.0 {
+            // What is no number is added, too: the film counts it.
+            let is_black = total.r == 0.0 && total.g == 0.0 && total.b == 0.0;
+            if holds(&region, x, y) && !is_black {
                 film.add(x, y, slot.sample, Rgb::new(total.r, total.g, total.b));
             }
         }

@@ -192,6 +192,11 @@ impl GivenNames {
         GivenNames { entities: world.names(), lights: crate::compile::light_names(world) }
     }
 
+    /// None: things have their numbers.
+    pub fn none() -> GivenNames {
+        GivenNames { entities: HashMap::new(), lights: Vec::new() }
+    }
+
     fn entity(&self, number: u32) -> String {
         self.entities.get(&number).cloned().unwrap_or_else(|| format!("entity {number}"))
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hecs::Entity;
 
-use super::{AssetCache, Lowering, transform};
+use super::{AssetCache, Lowering, settings, transform};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::ron::query::Kind;
@@ -72,6 +72,15 @@ pub fn reread(
     let images = assets.read_images(&source, &mut changed);
     *world = changed;
     read.and(images)
+}
+
+/// Reads settings again.
+pub fn reread_settings(world: &mut World, text: &str) -> Result<(), LoadError> {
+    let source = Source::new(text, Path::new(""), 0.0);
+    let (settings, transport) = settings::settings(&source, source.root()?)?;
+    world.settings = settings;
+    world.settings.transport = transport.unwrap_or(world.fitting_transport());
+    Ok(())
 }
 
 impl<'a> Lowering<'_, 'a> {

@@ -1,7 +1,7 @@
 //! One language for what is meant of a scene: `Light[name~"lamp*"]`, `Mesh & !Material`, `Material["glass"].ior = 1.6`.
 //!
 //! ```text
-//! statement  = query "." path operator value        operator: = *= /= += -=
+//! statement  = ( query | "settings" ) "." path operator value        operator: = *= /= += -=
 //! query      = all { "|" all }                      all = one { "&" one }
 //! one        = "!" one | "(" query ")" | atom       path: names with dots
 //! atom       = Kind [ "[" filters "]" ] | "\"name\""

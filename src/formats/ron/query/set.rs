@@ -7,8 +7,8 @@ use super::{Query, QueryError, Reader, Selected, select};
 use crate::error::{LoadError, did_you_mean};
 use crate::formats::AssetFiles;
 use crate::formats::ron::locate;
-use crate::formats::ron::lower::reread::{Component, reread};
-use crate::formats::ron::write::component_text;
+use crate::formats::ron::lower::reread::{Component, reread, reread_settings};
+use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
 /// `=` and what changes a number by another.
@@ -49,6 +49,11 @@ struct Statement<'a> {
 /// Carries out a statement; says how many things it changed, never none.
 pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
     let mut reader = Reader::new(text)?;
+    if reader.takes("settings.") {
+        // The dot is the path's.
+        reader.rest = &text[locate::offset_of(text, reader.rest).unwrap_or(1) - 1..];
+        return statement(text, reader)?.change_settings(world);
+    }
     let query = reader.either()?;
     let mut statement = statement(text, reader)?;
     let selected = select(world, &query);
@@ -132,6 +137,14 @@ impl Statement<'_> {
                 Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
             }
         }
+    }
+
+    /// How the scene is rendered; that is one thing.
+    fn change_settings(&self, world: &mut World) -> Result<usize, QueryError> {
+        let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
+        let new = self.edited(&settings_text(world).map_err(whole)?)?;
+        reread_settings(world, &new).map_err(|error| self.explained(&error))?;
+        Ok(1)
     }
 
     fn change(

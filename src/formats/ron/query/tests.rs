@@ -93,6 +93,16 @@ fn materials_keep_what_is_not_said_of_them() {
 }
 
 #[test]
+fn settings_are_one_thing() {
+    let world = changed("settings.samples = 99").unwrap();
+    assert_eq!((world.settings.samples, world.settings.transport), (99, crate::world::Transport::Path));
+    let world = changed("settings.background = Gradient(bottom: 0, top: (0.1, 0.2, 0.3))").unwrap();
+    assert!(matches!(world.settings.background, crate::world::Background::Gradient { .. }));
+    assert!(changed("settings.sampels = 3").err().unwrap().to_string().contains("did you mean \"samples\""));
+    assert!(changed("settings.samples = 0").is_err());
+}
+
+#[test]
 fn mistakes_are_marked() {
     let error = |text: &str| changed(text).err().map(|error| error.to_string()).unwrap_or_default();
     let marked = |text: &str, what: &str, mark: &str| {

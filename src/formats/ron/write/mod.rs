@@ -76,6 +76,11 @@ pub(super) fn component_text(
     })
 }
 
+/// `settings` as a scene file would have them.
+pub(super) fn settings_text(world: &World) -> Result<String, String> {
+    settings::settings(&world.settings, world.fitting_transport())
+}
+
 /// What a scene file would say, part by part, for people to read and compare.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Portrait {
@@ -123,9 +128,8 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         );
         (world.name_of(entity), keys)
     });
-    let settings = settings::settings(&world.settings, world.fitting_transport());
     Portrait {
-        settings: settings.unwrap_or_default(),
+        settings: settings_text(world).unwrap_or_default(),
         materials: materials.collect(),
         entities: entities.collect(),
     }
@@ -161,7 +165,7 @@ fn text(world: &World, scene_path: &Path) -> Written {
     let paths = AssetPaths::new(&world.assets, scene_path);
     let materials = material_names(world, &order);
     let mut text = String::from("(\n");
-    let settings = settings::settings(&world.settings, world.fitting_transport())?;
+    let settings = settings_text(world)?;
     if settings != "()" {
         text.push_str(&format!("    settings: {settings},\n"));
     }

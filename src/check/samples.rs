@@ -1,0 +1,155 @@
+//! Single samples that spoil an image: too bright for it, or no numbers.
+
+use crate::film::{Film, Region};
+use crate::render::{Options, Session};
+use crate::study::explain::{GivenNames, explain};
+
+/// A pixel that brings as much of the image's light is looked at.
+const SHARE: f32 = 1e-3;
+/// And as many times what pixels bring on average.
+const TIMES: f32 = 100.0;
+/// One sample has to bring as much of its pixel.
+const OF_PIXEL: f32 = 0.8;
+/// Pixels that are looked at, at most.
+const MOST: usize = 3;
+/// More samples of a pixel are not looked through.
+const LONGEST: u32 = 1024;
+
+/// A sample that somebody should look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlier {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// Which of its samples.
+    pub sample: u32,
+    /// The part of the image's light that it brings; none of one that is no number.
+    pub share: Option<f32>,
+    /// The materials that its path met, in order.
+    pub materials: Vec<String>,
+}
+
+impl std::fmt::Display for Outlier {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let ([x, y], sample) = (self.pixel, self.sample);
+        match self.share {
+            Some(share) => {
+                write!(
+                    f,
+                    "one sample brings {:.1} % of the image's light: {sample} of pixel {x},{y}",
+                    100.0 * share
+                )?;
+            }
+            None => write!(
+                f,
+                "samples are no numbers and count as black: the first is {sample} of pixel {x},{y}"
+            )?,
+        }
+        let names: Vec<String> = self.materials.iter().map(|name| super::printable(name)).collect();
+        if names.is_empty() { Ok(()) } else { write!(f, ", by way of {}", names.join(", ")) }
+    }
+}
+
+/// The brightest samples that no others bear out, and the first that is no number.
+pub fn outliers(session: &Session) -> Vec<Outlier> {
+    let film = session.film();
+    let mut outliers = Vec::new();
+    if let Some([y, x, sample]) = film.not_finite().first {
+        outliers.push(outlier(session, [x, y], sample, None));
+    }
+    for (pixel, share) in suspects(film) {
+        let Some((sample, part)) = brightest(session, pixel) else { continue };
+        if part > OF_PIXEL {
+            outliers.push(outlier(session, pixel, sample, Some(share * part)));
+        }
+    }
+    outliers
+}
+
+/// Pixels much of whose light comes from even samples alone, or from odd ones.
+fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
+    let Some([even, odd]) = film.halves() else { return Vec::new() };
+    let region = film.region();
+    let all: f32 = film.radiance().iter().map(|light| light.luminance()).sum();
+    let least = SHARE.max(TIMES / region.area().max(1) as f32) * all;
+    let mut found = Vec::new();
+    for (at, (even, odd)) in even.iter().zip(&odd).enumerate() {
+        let (even, odd) = (even.luminance(), odd.luminance());
+        let light = 0.5 * (even + odd);
+        if light > least && (even - odd).abs() > OF_PIXEL * (even + odd) {
+            let at = at as u32;
+            let pixel = [region.x0 + at % region.width(), region.y0 + at / region.width()];
+            found.push((pixel, light / all));
+        }
+    }
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.truncate(MOST);
+    found
+}
+
+/// A pixel's brightest sample, and which part of its light that is.
+fn brightest(session: &Session, [x, y]: [u32; 2]) -> Option<(u32, f32)> {
+    let (done, _) = session.samples_done();
+    if done > LONGEST {
+        return None;
+    }
+    let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
+    let options = Options { region: Some(region), variance: false, ..*session.options() };
+    let (mut sum, mut best) = (0.0, (0, 0.0));
+    for sample in 0..done {
+        let alone = Session::of(session.frame().clone(), done, options).with_samples(sample..sample + 1);
+        let film = alone.observe(Some([x, y]), &mut |_| ());
+        let place = film.region().index(x, y);
+        let light = film.radiance().get(place).map_or(0.0, |light| light.luminance());
+        sum += light;
+        if light > best.1 {
+            best = (sample, light);
+        }
+    }
+    (sum > 0.0).then(|| (best.0, best.1 / sum))
+}
+
+fn outlier(session: &Session, pixel: [u32; 2], sample: u32, share: Option<f32>) -> Outlier {
+    let (lives, _) = explain(session.frame().clone(), &GivenNames::none(), pixel, sample..sample + 1);
+    let paths = lives.iter().flat_map(|life| &life.paths).take(1);
+    let met = paths.flat_map(|path| path.steps.iter().filter_map(|step| step.vertex.as_ref()));
+    Outlier { pixel, sample, share, materials: met.map(|vertex| vertex.material.clone()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Unit;
+    use crate::math::Rgb;
+
+    /// One sample of a thousand times the light of all others.
+    #[test]
+    fn what_no_other_sample_bears_out_is_suspected() {
+        let region = Region::whole([100, 100]);
+        let mut film = Film::new(region, Unit::default());
+        for (y, x, sample) in
+            (0..100).flat_map(|y| (0..100).flat_map(move |x| (0..4).map(move |s| (y, x, s))))
+        {
+            film.count(x, y, sample);
+            film.add(x, y, sample, Rgb::WHITE);
+        }
+        assert_eq!(suspects(&film), []);
+        film.add(7, 3, 2, Rgb::splat(4e3));
+        let found = suspects(&film);
+        assert_eq!(found.len(), 1);
+        assert!(found[0].0 == [7, 3] && (0.08..0.1).contains(&found[0].1), "{found:?}");
+        // A lamp is as bright in all samples.
+        (0..4).for_each(|sample| film.add(50, 50, sample, Rgb::splat(4e3)));
+        assert_eq!(suspects(&film).len(), 1);
+    }
+
+    #[test]
+    fn what_is_no_number_is_counted_and_black() {
+        let mut film = Film::new(Region::whole([4, 4]), Unit::default());
+        film.add(1, 2, 5, Rgb::new(f32::NAN, 1.0, 1.0));
+        film.add(3, 1, 0, Rgb::new(1.0, f32::INFINITY, 0.0));
+        let mut whole = Film::new(Region::whole([4, 4]), Unit::default());
+        whole.merge(&film);
+        assert_eq!((whole.not_finite().count, whole.not_finite().first), (2, Some([1, 3, 0])));
+        assert_eq!(film.radiance()[2 * 4 + 1].r, 0.0);
+    }
+}
