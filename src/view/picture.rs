@@ -103,8 +103,8 @@ pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
             own(film.pixels().iter().map(|p| heat(count(p) / most)).collect(), shown.size)
         }
         _ => {
-            let features = features(shown, Region::whole(shown.frame.size));
-            own(of_features(&features, layer), shown.frame.size)
+            let whole = || features(shown, Region::whole(shown.frame.size));
+            own(of_features(shown.features.get_or_init(whole), layer), shown.frame.size)
         }
     }
 }

@@ -16,6 +16,9 @@ use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
 use crate::world::{Camera, Kept, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World};
 
+/// A page that shows more has no room in any window, and may have none in memory.
+const MOST_PIXELS: u64 = 1 << 26;
+
 /// What the command line says about a scene.
 pub type ChangeWorld = Box<dyn Fn(&mut World) + Send>;
 
@@ -356,6 +359,11 @@ fn read(
 ) -> Result<World, SceneError> {
     let mut world = formats::load_again(path, options, sources)?;
     change(&mut world);
+    let [width, height] = world.settings.size;
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        let most = "a page shows at most 67 million pixels";
+        return Err(SceneError::Refused(format!("{width}x{height}: {most}: use a smaller --size")));
+    }
     Ok(world)
 }
 

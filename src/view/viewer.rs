@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -12,6 +12,7 @@ use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Status, queues};
 use super::watched::{LOOK, Watched};
+use crate::film::Features;
 use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::GivenNames;
@@ -23,7 +24,7 @@ const PICTURE: Duration = Duration::from_millis(150);
 /// How often the wave's queues are looked at, which takes a tenth of a second.
 const QUEUES: Duration = Duration::from_secs(3);
 /// The first picture after a change has at most this many pixels.
-const FIRST_PIXELS: u32 = 40_000;
+const FIRST_PIXELS: u64 = 40_000;
 
 /// What is rendered, and what has come of it: all that a picture or an answer needs.
 #[derive(Clone)]
@@ -42,6 +43,8 @@ pub struct Shown {
     pub names: Arc<GivenNames>,
     /// Names of entities by their numbers.
     pub entities: Arc<HashMap<u32, String>>,
+    /// What its pixels show first, once somebody has asked.
+    pub features: Arc<OnceLock<Vec<Features>>>,
 }
 
 /// What threads share.
@@ -102,6 +105,7 @@ impl Viewer {
             options: work.options(),
             names,
             entities,
+            features: Arc::default(),
         };
         let status = Status::of(scene, work);
         let state =
@@ -198,6 +202,7 @@ impl Viewer {
             begun: Instant::now(),
             paused: false,
             looked: None,
+            features: Arc::default(),
         };
         loop {
             let commands = self.wait(&rendering, changed);
@@ -281,12 +286,14 @@ struct Rendering {
     paused: bool,
     /// When the queues were looked at.
     looked: Option<Instant>,
+    /// See [`Shown::features`].
+    features: Arc<OnceLock<Vec<Features>>>,
 }
 
 impl Rendering {
     fn begin_anew(&mut self) {
         (self.session, self.first, self.begun) = (None, true, Instant::now());
-        (self.paused, self.looked) = (false, None);
+        (self.paused, self.looked, self.features) = (false, None, Arc::default());
     }
 
     /// The next picture or pass.
@@ -312,6 +319,7 @@ impl Rendering {
             options,
             names,
             entities,
+            features: self.features.clone(),
         };
         let (begun, last) = (self.begun, Mutex::new(Instant::now()));
         let show = |gathered: Gathered| {
@@ -348,12 +356,9 @@ impl Rendering {
     /// A small picture of one sample a pixel, at once.
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let whole = scene.frame_without_pilot();
-        let pixels = whole.size[0] * whole.size[1];
-        let by = (1..).find(|by| pixels / (by * by) <= FIRST_PIXELS).unwrap_or(1).max(if pixels > 10_000 {
-            2
-        } else {
-            1
-        });
+        let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
+        // Half as wide at least: what takes no time at all may do without.
+        let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();
         let small = Arc::new(Frame { size, ..(*whole).clone() });
@@ -372,6 +377,7 @@ impl Rendering {
             options,
             names,
             entities,
+            features: self.features.clone(),
         };
         viewer.publish(|state| {
             state.status.describe(scene, &self.work);

@@ -159,7 +159,7 @@ impl<'a> Source<'a> {
     }
 
     fn single_color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
-        if raw.0.starts_with('"') {
+        if raw.0.starts_with("\"#") {
             return self.hexadecimal(raw);
         }
         if let Some(Variant { name: "Srgb", body: Some(body) }) = self.variant(raw) {

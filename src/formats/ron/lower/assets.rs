@@ -152,6 +152,10 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     /// The id of this texture, the same for the same one. (The store's own search
     /// compares it with every other.)
     pub(super) fn texture(&mut self, texture: Texture, world: &mut World) -> TextureId {
+        if self.numbered {
+            // What was there before is not known here.
+            return world.assets.add_texture(texture);
+        }
         let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
         let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];
         let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8, uv_set as u8];

@@ -52,7 +52,7 @@ fn unknown_fields() {
     );
     fails(
         "(^setings: (), entities: [])",
-        "unknown field \"setings\" in a scene (did you mean \"settings\"?); fields: settings, materials, entities",
+        "unknown field \"setings\" in a scene (did you mean \"settings\"?); fields: settings, materials, entities, edits",
     );
     entity_fails(
         "transform: (^position: (1, 2, 3))",
@@ -129,7 +129,7 @@ fn wrong_types() {
     );
     entity_fails(
         "material: (kd: ^\"red\")",
-        "expected a diffuse colour, as (r, g, b) or one number, found the string \"red\"",
+        "expected a diffuse colour, as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\", found the string \"red\"",
     );
     entity_fails("light: Area(power_w: 1, size_m: 1, visible: ^1)", "expected true or false, found 1");
     settings_fail("size: (^\"1\", 2)", "expected a whole number from 1 to 65536, found the string \"1\"");
