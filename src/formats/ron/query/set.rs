@@ -120,23 +120,22 @@ impl Statement<'_> {
         QueryError::new(self.text, part, reason)
     }
 
-    /// Which component the path is in: the query's, or the one that it begins with.
+    /// Which component the path is in: the one that it begins with, or the query's.
     fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
+        // No component has a field that is called as one.
+        let first = self.path[0];
+        if let Some((_, component)) = Component::ALL.iter().find(|(name, _)| *name == first) {
+            self.path.remove(0);
+            return Ok(*component);
+        }
         if let Query::Atom(kind, _) = query
             && let Some(component) = Component::of(*kind)
         {
             return Ok(component);
         }
-        let first = self.path.remove(0);
         let known = Component::ALL.map(|(name, _)| name);
-        let found = Component::ALL.iter().find(|(name, _)| *name == first);
-        match found {
-            Some((_, component)) => Ok(*component),
-            None => {
-                let hint = did_you_mean(first, known);
-                Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
-            }
-        }
+        let hint = did_you_mean(first, known);
+        Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
     }
 
     /// How the scene is rendered; that is one thing.
