@@ -1,9 +1,53 @@
 //! What to type, made of what was typed.
 
+use std::ffi::{OsStr, OsString};
 use std::ops::Range;
 use std::path::Path;
 
 use crate::formats::film_file::Header;
+
+/// Words as they are meant: what other programs call samples a pixel is `--samples` with a plain number.
+pub fn understood(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let is_number = |word: &OsStr| !word.is_empty() && word.as_encoded_bytes().iter().all(u8::is_ascii_digit);
+    let mut words = words.into_iter().peekable();
+    let mut meant = Vec::new();
+    while let Some(word) = words.next() {
+        let attached = word.to_str().and_then(|word| word.strip_prefix("--samples="));
+        meant.push(match attached.filter(|number| is_number(OsStr::new(number))) {
+            Some(number) => format!("--spp={number}").into(),
+            None if word == "--samples" && words.peek().is_some_and(|next| is_number(next)) => "--spp".into(),
+            None => word,
+        });
+    }
+    meant
+}
+
+/// What was typed behind the program's name, each option under its own name: what is made of it, and the record in
+/// an image, are the same whatever it was called.
+pub fn typed() -> Vec<String> {
+    let words = understood(std::env::args_os().skip(1));
+    recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())
+}
+
+fn recorded(mut words: Vec<String>) -> Vec<String> {
+    const OTHER_NAMES: [(&str, &str); 3] =
+        [("--samples-per-pixel", "--spp"), ("-s", "--spp"), ("-t", "--threads")];
+    if words.first().is_some_and(|word| word == "render") {
+        words.remove(0);
+    }
+    for word in &mut words {
+        for (other, name) in OTHER_NAMES {
+            let is_short = other.len() == 2;
+            let Some(value) = word.strip_prefix(other) else { continue };
+            match value.strip_prefix('=').unwrap_or(value) {
+                "" => *word = name.to_owned(),
+                value if is_short || word.contains('=') => *word = format!("{name}={value}"),
+                _ => {}
+            }
+        }
+    }
+    words
+}
 
 /// A word as a shell takes it.
 pub fn quoted(word: &str) -> String {
@@ -103,6 +147,21 @@ mod tests {
         assert_eq!(quoted("part-3.film"), "part-3.film");
         assert_eq!(quoted("it's a $cene"), "'it'\\''s a $cene'");
         assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn options_have_other_names() {
+        let understood = |words: &[&str]| understood(words.iter().map(OsString::from));
+        assert_eq!(understood(&["a.ron", "--samples", "64"]), ["a.ron", "--spp", "64"]);
+        assert_eq!(understood(&["--samples=64"]), ["--spp=64"]);
+        assert_eq!(
+            understood(&["--samples", "0..64", "--samples=1..2"]),
+            ["--samples", "0..64", "--samples=1..2"]
+        );
+        assert_eq!(understood(&["--samples"]), ["--samples"]);
+        let words = ["render", "a.ron", "-s", "4", "-t2", "--samples-per-pixel=8", "--size", "4x4", "-s=3"];
+        let plain = ["a.ron", "--spp", "4", "--threads=2", "--spp=8", "--size", "4x4", "--spp=3"];
+        assert_eq!(recorded(words.map(String::from).into()), plain);
     }
 
     #[test]

@@ -28,7 +28,8 @@ pub struct Explain {
     #[arg(long, value_name = "N")]
     pub sample: Option<u32>,
     /// Samples a pixel [default: the scene's]; random numbers depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]

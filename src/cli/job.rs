@@ -98,7 +98,7 @@ impl Job {
             shard: None,
             film_hash: String::new(),
             moments_hash: None,
-            note: Note { command: std::env::args().skip(1).collect(), ..Note::default() },
+            note: Note { command: command_line::typed(), ..Note::default() },
         };
         Ok(Job { header, frame, names, phases, reuse: reuse.clone(), moment: 0 })
     }

@@ -21,7 +21,7 @@ pub struct WorkOptions {
           value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub wave: u32,
     /// Threads; 0 means one for each core
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// Instruction set [default: the widest there is]; the image is the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]

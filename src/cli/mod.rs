@@ -47,8 +47,9 @@ pub use args::Arguments;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(command_line::understood(std::env::args_os()));
     let outcome = match arguments.command {
+        Some(args::Command::Render(scene)) => render::run(&scene),
         Some(args::Command::Info(info)) => info::run(&info),
         Some(args::Command::Trace(trace)) => trace::run(&trace),
         Some(args::Command::Compare(images)) => compare::run(&images),

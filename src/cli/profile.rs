@@ -24,7 +24,8 @@ pub struct Profile {
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "320x180")]
     pub size: args::ImageSize,
     /// Samples a pixel
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 4,
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
     /// How light travels.
     #[command(flatten)]
@@ -37,7 +38,7 @@ pub struct Profile {
           value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub wave: u32,
     /// Threads; 0 means one for each core
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(short, long, value_name = "N", default_value_t = 1)]
     pub threads: usize,
     /// Instruction set [default: the widest there is]
     #[arg(long, value_name = "LEVEL", value_parser = args::parse_level)]

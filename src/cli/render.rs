@@ -1,4 +1,4 @@
-//! `rayfront SCENE`: load, compile, render, save.
+//! `rayfront render SCENE` and `rayfront SCENE`: load, compile, render, save.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -21,7 +21,8 @@ pub struct Resume {
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
     /// Samples a pixel, as many as there were to be or more
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// What comes out of it.
     #[command(flatten)]

@@ -25,7 +25,8 @@ pub struct Verify {
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "96x54")]
     pub size: args::ImageSize,
     /// Samples a pixel
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 2,
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
     /// How light travels.
     #[command(flatten)]

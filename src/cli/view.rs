@@ -27,7 +27,7 @@ pub struct View {
     #[command(flatten)]
     pub picture: PictureOptions,
     /// Threads; 0 means one for each core
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// The page's port on this machine [default: 8421, or any that is free]
     #[arg(long, value_name = "N", default_value_t = 0)]

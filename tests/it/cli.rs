@@ -1,5 +1,7 @@
 //! The program as a person or a script runs it.
 
+mod manners;
+
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

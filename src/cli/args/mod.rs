@@ -23,13 +23,14 @@ use parse::{parse_crop, parse_samples};
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = "Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
+#[command(after_help = "rayfront render SCENE and rayfront SCENE are the same.\n\n\
+                        Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
                         129, 130, 143 interrupted (what there was has been saved).")]
 pub struct Arguments {
     /// Other things to do than to render.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// What to render.
+    /// What to render, where no other thing to do is named.
     #[command(flatten)]
     pub render: Render,
 }
@@ -37,6 +38,8 @@ pub struct Arguments {
 /// Other things to do than to render.
 #[derive(Subcommand, Debug)]
 pub enum Command {
+    /// Render a scene, as without this word
+    Render(Box<Render>),
     /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
     Info(Info),
     /// Trace rays from a file: hits to another file, speed, build time, memory
@@ -105,7 +108,7 @@ pub struct Trace {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub repeat: u32,
     /// Threads; 0 means one for each core
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// Instruction set [default: the widest there is]; the hits are the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
@@ -124,7 +127,7 @@ pub struct Trace {
     pub json: bool,
 }
 
-/// `rayfront SCENE`.
+/// `rayfront render SCENE` and `rayfront SCENE`.
 #[derive(Args, Debug)]
 pub struct Render {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
@@ -156,7 +159,7 @@ pub struct Render {
     /// Render nothing but the pilot
     #[arg(long, requires = "pilot")]
     pub pilot_only: bool,
-    /// Render only these samples of all, such as 0..16
+    /// Render only these samples of all, such as 0..16; a plain number, such as 64, is that of --spp
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
     pub samples: Option<[u32; 2]>,
     /// Which moments.

@@ -17,7 +17,8 @@ pub type ImageSize = [u32; 2];
 #[derive(Args, Debug)]
 pub struct PictureOptions {
     /// Samples a pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// Size of the image in pixels, such as 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
