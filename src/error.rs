@@ -34,6 +34,14 @@ pub enum LoadError {
         /// Where in it (an element, a face, a byte) and what is wrong.
         reason: String,
     },
+    /// A file holds more than can be read.
+    #[error("{file}: {reason}", file = .file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+        /// How large it is, and what fits.
+        reason: String,
+    },
 }
 
 impl LoadError {
@@ -46,6 +54,11 @@ impl LoadError {
     /// An [`LoadError::Invalid`].
     pub fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
         LoadError::Invalid { file: file.to_owned(), reason: reason.into() }
+    }
+
+    /// A [`LoadError::TooLarge`].
+    pub fn too_large(file: &Path, reason: impl Into<String>) -> LoadError {
+        LoadError::TooLarge { file: file.to_owned(), reason: reason.into() }
     }
 }
 

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
-use super::Failure;
 use super::args::{ModelOptions, PictureOptions};
+use super::{Failure, Fault, output};
 use crate::check::{Finding, check};
 use crate::integrator::Frame;
 use crate::world::{Settings, Sharing};
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     let mut world = crate::formats::load_with(path, &(&arguments.model).into())?;
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+        .map_err(Failure::compile(path))?;
     let warnings = scene.warnings.clone();
     let frame = Frame::new(scene, &Settings { sharing: Sharing::Off, ..world.settings.clone() });
     let findings = check(&world, &frame, true);
@@ -42,13 +42,16 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
             .iter()
             .map(|Finding { about, what, remedy }| json!({"about": about, "what": what, "remedy": remedy}))
             .collect();
-        println!("{}", json!({"scene": path, "warnings": warnings, "findings": findings}));
+        let json = json!({"scene": path, "warnings": warnings, "findings": findings});
+        output::print(&format!("{json}\n"))?;
     } else {
-        warnings.iter().for_each(|warning| println!("note: {warning}"));
-        findings.iter().for_each(|finding| println!("found: {finding}"));
+        let mut text: String = warnings.iter().map(|warning| format!("note: {warning}\n")).collect();
+        text.extend(findings.iter().map(|finding| format!("found: {finding}\n")));
         if findings.is_empty() {
-            println!("nothing is wrong with {}, as far as can be told without rendering it", path.display());
+            let path = path.display();
+            text += &format!("nothing is wrong with {path}, as far as can be told without rendering it\n");
         }
+        output::print(&text)?;
     }
-    Ok(if findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if findings.is_empty() { ExitCode::SUCCESS } else { Fault::File.code() })
 }

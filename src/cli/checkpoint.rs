@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::Failure;
 use super::films::{describe, save};
+use super::{Failure, output};
 use crate::error::SaveError;
 use crate::formats::film_file::{self, Header};
 use crate::render::Gathered;
@@ -64,9 +64,9 @@ impl Checkpoint {
         let Some(written) = saving.writer.take().and_then(|writer| writer.join().ok()) else { return };
         match written {
             Ok(()) => saving.saved = true,
-            Err(error) => {
-                eprintln!("warning: {error} (the rendering goes on, and an older checkpoint is kept)")
-            }
+            Err(error) => output::tell(format_args!(
+                "warning: {error} (the rendering goes on, and an older checkpoint is kept)"
+            )),
         }
     }
 
@@ -80,7 +80,7 @@ impl Checkpoint {
         } else if has_more && (saving.saved || self.begun.elapsed() >= self.every) {
             save(&self.path, header, gathered)?;
             let path = self.path.display();
-            eprintln!("to go on: rayfront resume {path}");
+            output::tell(format_args!("to go on: rayfront resume {path}"));
         } else if !has_more && is_ours(&self.path, header) {
             // Nothing is left to go on with. If it stays it does no harm.
             let _ = std::fs::remove_file(&self.path);

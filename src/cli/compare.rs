@@ -6,21 +6,16 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::Failure;
+use super::{Failure, Fault, output};
 use crate::film::metrics::{self, BLOCKS, Comparison, Metrics, colormap};
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::picture::{Output, PngBits, load_linear, save, supported};
 use crate::math::Rgb;
 use crate::world::Tonemap;
 
-/// Exit code when the images are farther apart than allowed.
-const BEYOND: u8 = 1;
-/// Exit code when they cannot be compared.
-const INCOMPARABLE: u8 = 2;
-
 /// `rayfront compare`.
 #[derive(Args, Debug)]
-#[command(after_help = "Exit codes: 0 within all limits, 1 beyond one, 2 the images cannot be compared.")]
+#[command(after_help = "Exit codes: 0 within all limits, 5 beyond one, 1 the images cannot be compared.")]
 pub struct Compare {
     /// The image: .png, .exr, .hdr and other pictures
     pub image: PathBuf,
@@ -32,19 +27,19 @@ pub struct Compare {
     /// Stops of exposure before PSNR, SSIM and FLIP, such as -1.5
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, default_value = "0", value_parser = super::args::parse_exposure)]
     pub exposure: f32,
-    /// Exit with 1 if the root mean square error is larger
+    /// Exit with 5 if the root mean square error is larger
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_rmse: Option<f64>,
-    /// Exit with 1 if the relative mean square error is larger
+    /// Exit with 5 if the relative mean square error is larger
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_relmse: Option<f64>,
-    /// Exit with 1 if the peak signal to noise ratio is smaller
+    /// Exit with 5 if the peak signal to noise ratio is smaller
     #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = limit)]
     pub min_psnr: Option<f64>,
-    /// Exit with 1 if the structural similarity is smaller
+    /// Exit with 5 if the structural similarity is smaller
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = limit)]
     pub min_ssim: Option<f64>,
-    /// Exit with 1 if the mean of FLIP's error is larger
+    /// Exit with 5 if the mean of FLIP's error is larger
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_flip: Option<f64>,
     /// Print one JSON object instead
@@ -57,22 +52,12 @@ fn limit(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
-    match compare(arguments) {
-        Ok(code) => Ok(code),
-        Err(reason) => {
-            eprintln!("error: {reason}");
-            Ok(ExitCode::from(INCOMPARABLE))
-        }
-    }
-}
-
-fn compare(arguments: &Compare) -> Result<ExitCode, Failure> {
     arguments.heatmap.as_deref().map(supported).transpose()?;
     let image = LoadedImage::load(&arguments.image)?;
     let reference = LoadedImage::load(&arguments.reference)?;
     if image.size != reference.size {
         let text = |[w, h]: [u32; 2]| format!("{w}x{h}");
-        return Err(Failure(format!(
+        return Err(Failure::file(format!(
             "{} has {} pixels and {} has {}: render both in one size",
             arguments.image.display(),
             text(image.size),
@@ -88,13 +73,13 @@ fn compare(arguments: &Compare) -> Result<ExitCode, Failure> {
     }
     let metrics = comparison.metrics;
     let limits = limits(arguments, &metrics);
-    if arguments.json {
-        println!("{}", json(arguments, image.size, &metrics, &limits));
-    } else {
-        print!("{}", text(&metrics, &limits));
-    }
+    let text = match arguments.json {
+        true => format!("{}\n", json(arguments, image.size, &metrics, &limits)),
+        false => text(&metrics, &limits),
+    };
+    output::print(&text)?;
     let within = limits.iter().all(|limit| limit.within);
-    Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(BEYOND) })
+    Ok(if within { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
 struct LoadedImage {
@@ -107,7 +92,7 @@ impl LoadedImage {
         let (width, height, pixels) = load_linear(path)?;
         if let Some(at) = pixels.iter().position(|pixel| !pixel.is_finite()) {
             let (x, y) = (at % width as usize, at / width as usize);
-            return Err(Failure(format!(
+            return Err(Failure::file(format!(
                 "{}: the pixel in column {x} and row {y} is not finite: there is no distance to it",
                 path.display()
             )));

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::{Failure, args};
+use super::{Failure, args, output};
 use crate::film::Film;
 use crate::integrator::Frame;
 use crate::integrator::bounces::LobeKind;
@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {
-        return Err(Failure(format!(
+        return Err(Failure::command_line(format!(
             "there is no pixel {x},{y} in an image of {width}x{height}: columns end at {}, rows at {}",
             width - 1,
             height - 1
@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let range = match arguments.sample {
         Some(sample) if sample >= samples => {
             let last = samples - 1;
-            return Err(Failure(format!(
+            return Err(Failure::command_line(format!(
                 "there is no sample {sample}: with {samples} a pixel the last is {last}"
             )));
         }
@@ -80,15 +80,13 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
         None => 0..samples,
     };
     let scene = crate::compile::compile(&world, arguments.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+        .map_err(Failure::compile(&arguments.scene))?;
     let names = GivenNames::new(&world);
     let frame = Arc::new(Frame::new(scene, &world.settings));
     let (lives, film) = explain::explain(frame, &names, arguments.pixel, range);
-    if arguments.json {
-        println!("{}", json(arguments, &lives, &film));
-    } else {
-        print!("{}", text(&lives, &film));
-    }
+    let text =
+        if arguments.json { format!("{}\n", json(arguments, &lives, &film)) } else { text(&lives, &film) };
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -66,5 +66,5 @@ pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), Sav
 /// Writes a film to standard output, where its header says what is in it.
 pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
     film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
-        .map_err(|error| Failure(format!("cannot write the film to standard output: {error}")))
+        .map_err(Failure::stdout("the film"))
 }

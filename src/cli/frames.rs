@@ -49,8 +49,8 @@ impl Frames {
             return Ok(self.clone());
         }
         let count = self.numbers().count() as u32;
-        let task =
-            shard::number_of_task(count).map_err(|reason| Failure(format!("--frames auto: {reason}")))?;
+        let task = shard::number_of_task(count)
+            .map_err(|reason| Failure::command_line(format!("--frames auto: {reason}")))?;
         let frame = self.numbers().nth(task as usize).unwrap_or_default();
         Ok(Frames { ranges: vec![[frame, frame, 1]], by_scheduler: false })
     }
@@ -132,7 +132,7 @@ fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failur
             return Ok(path.to_owned());
         }
         let path = path.display();
-        return Err(Failure(format!(
+        return Err(Failure::command_line(format!(
             "{path}: for several frames the name needs #### where their numbers go, such as shot.####.png"
         )));
     };

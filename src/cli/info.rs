@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
-use super::{Failure, args};
+use super::{Failure, args, output};
 use crate::math::Vec3;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
@@ -12,14 +12,10 @@ use crate::world::World;
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
-    let scene = crate::compile::compile(&world, None)
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let scene = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
     let facts = facts(&world, &scene);
-    if arguments.json {
-        println!("{facts}");
-    } else {
-        print!("{}", text(&facts));
-    }
+    let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -71,11 +71,11 @@ impl Job {
             let findings = findings.iter().map(Finding::to_string);
             let all = compiled.scene.warnings.iter().cloned().chain(findings);
             let new = all.filter(|warning| reuse.told.insert(warning.clone()));
-            new.for_each(|warning| eprintln!("warning: {warning}"));
+            new.for_each(|warning| output::tell(format_args!("warning: {warning}")));
         }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
-            return Err(Failure(format!("--shutter: {reason}: add --adaptive=off")));
+            return Err(Failure::command_line(format!("--shutter: {reason}: add --adaptive=off")));
         }
         let frame = Arc::new(frame);
         if reuse.several {
@@ -135,7 +135,7 @@ impl Job {
             world.settings = settings.clone()
         })?;
         if let Some(what) = found.source.difference(scene) {
-            return Err(Failure(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
+            return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
         // One film counts in one unit.
         let frame = Frame { unit: self.frame.unit, ..found.frame };
@@ -152,7 +152,7 @@ impl Job {
         match crop {
             Some(Region { x1, y1, .. }) if x1 > width || y1 > height => {
                 let image = format!("beyond the image of {width}x{height}");
-                Err(Failure(format!("--crop ends at {x1},{y1}, {image}")))
+                Err(Failure::command_line(format!("--crop ends at {x1},{y1}, {image}")))
             }
             Some(region) => {
                 self.header.region = region;
@@ -203,7 +203,7 @@ impl Job {
             && needed > available
         {
             let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
-            return Err(Failure(format!(
+            return Err(Failure::limit(format!(
                 "an image of {width}x{height} takes {needed:.1} GB and {available:.1} GB are free: use --crop or a smaller --size"
             )));
         }
@@ -316,9 +316,9 @@ fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
     let other = there.difference_of_job(header);
     if let Some(what) = other.as_ref().filter(|_| !quiet) {
         let path = path.display();
-        eprintln!(
+        output::tell(format_args!(
             "warning: {path} is {what}: nothing is saved meanwhile (finish it with rayfront resume {path}, or remove it)"
-        );
+        ));
     }
     other.is_none()
 }
@@ -330,7 +330,7 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     let denoised = if wanted.output.denoise { session.denoised() } else { None };
     phases.denoise = start.elapsed();
     if wanted.output.denoise && denoised.is_none() {
-        eprintln!("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
+        output::tell("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
     }
     let start = Instant::now();
     let picture = Picture::new(&header, session.film(), wanted.output.bits);
@@ -364,19 +364,18 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         (false, false) => report.text(),
         (false, true) => String::new(),
     };
-    output::say(&text, wanted.outputs.takes_stdout());
-    Ok(())
+    output::say(&text, wanted.outputs.takes_stdout())
 }
 
 /// What of a finished image is probably not as it was meant.
 fn tell_faults(header: &Header, session: &Session, exposure_ev: f32) {
     let finding = check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film());
     if let Some(finding) = finding {
-        eprintln!("warning: {finding}");
+        output::tell(format_args!("warning: {finding}"));
     }
     for outlier in check::outliers(session) {
         let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);
-        eprintln!("warning: {outlier} ({replay} tells how)");
+        output::tell(format_args!("warning: {outlier} ({replay} tells how)"));
     }
 }
 
@@ -389,16 +388,16 @@ fn go_on_with(
 ) -> Result<(), Failure> {
     let (note, begun) = (film.header.note.clone(), film.header.begun.is_some());
     let Some(gathered) = gathered_of(film) else {
-        return Err(Failure("the film says of itself what cannot be: render it again".into()));
+        return Err(Failure::file("the film says of itself what cannot be: render it again"));
     };
     let count = gathered.samples.count();
     if !session.go_on_with(gathered) {
-        return Err(Failure("the film is of other pixels than the image: render it again".into()));
+        return Err(Failure::file("the film is of other pixels than the image: render it again"));
     }
     if !quiet && !session.is_done() {
         let more = if begun { ", and of some tiles more" } else { "" };
         let total = header.wanted[1] - header.wanted[0];
-        eprintln!("going on with {count} of {total} samples{more}");
+        output::tell(format_args!("going on with {count} of {total} samples{more}"));
     }
     header.note.hosts = note.hosts;
     header.note.seconds = note.seconds;

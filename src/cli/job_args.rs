@@ -114,7 +114,7 @@ impl Outputs {
                 _ if is_film(path) => {
                     if let Some(first) = outputs.film.replace(path.clone()) {
                         let (first, second) = (first.display(), path.display());
-                        return Err(Failure(format!(
+                        return Err(Failure::command_line(format!(
                             "two films were asked for, {first} and {second}: one is enough"
                         )));
                     }

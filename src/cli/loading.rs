@@ -78,7 +78,7 @@ pub fn compiled(
     phases.load = start.elapsed();
     let start = Instant::now();
     let scene = compile::compile_after(&world, view.camera.as_deref(), reuse.before.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+        .map_err(Failure::compile(path))?;
     phases.compile = start.elapsed();
     let World { settings, assets, .. } = &world;
     let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
@@ -100,10 +100,9 @@ pub fn prove(
 ) -> Result<(), Failure> {
     let mut world = crate::formats::load_with(path, &view.load_options())?;
     change(&mut world);
-    let alone = compile::compile(&world, view.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", path.display())))?;
+    let alone = compile::compile(&world, view.camera.as_deref()).map_err(Failure::compile(path))?;
     match compiled.scene.difference(&alone) {
-        Some(part) => Err(Failure(format!(
+        Some(part) => Err(Failure::difference(format!(
             "{}: compiled after an edit it is another scene than by itself: {part} differs: this is a bug of rayfront",
             path.display()
         ))),

@@ -83,21 +83,25 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
             add(&mut merged, film_file::load(path)?, path, arguments)?;
         }
     }
-    let Some(mut merged) = merged else { return Err(Failure("standard input: there is no film".into())) };
+    let Some(mut merged) = merged else {
+        return Err(Failure::file("standard input: there is no film"));
+    };
     describe(&mut merged.header, &merged.gathered);
     let whole = 0..merged.header.total();
     let missing = merged.gathered.samples.missing(whole.clone());
     let unfinished = merged.parts.iter().any(|(_, _, header)| header.begun.is_some());
     if missing.count() > 0 && !arguments.partial {
-        return Err(Failure(what_is_missing(&merged, &missing)));
+        return Err(Failure::file(what_is_missing(&merged, &missing)));
     }
     if merged.audited.iter().any(|audited| audited.differing > 0) {
         let lines: Vec<_> = merged.audited.iter().filter_map(Audited::complaint).collect();
-        return Err(Failure(lines.join("\n")));
+        return Err(Failure::difference(lines.join("\n")));
     }
     if unfinished && (outputs.film.is_some() || outputs.to_stdout) {
         let reason = "a film of films that are unfinished could not be gone on with";
-        return Err(Failure(format!("{reason}: finish them with rayfront resume, or ask for images alone")));
+        return Err(Failure::command_line(format!(
+            "{reason}: finish them with rayfront resume, or ask for images alone"
+        )));
     }
     merged.header.wanted = [0, merged.header.settings.samples];
     merged.header.shard = None;
@@ -113,7 +117,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
 
 /// Adds a film, if it fits.
 fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Merge) -> Result<(), Failure> {
-    let wrong = |reason: String| Failure(format!("{}: {reason}", path.display()));
+    let wrong = |reason: String| Failure::file(format!("{}: {reason}", path.display()));
     let header = film.header.clone();
     if header.begun.is_some() && !arguments.partial {
         let path = path.display();
@@ -236,7 +240,7 @@ fn write_images(
     if arguments.output.denoise {
         match session.as_ref().and_then(|session| session.denoised()) {
             Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised)?),
-            None => eprintln!("warning: nothing is denoised: that takes two samples of each pixel"),
+            None => output::tell("warning: nothing is denoised: that takes two samples of each pixel"),
         }
     }
     let films: Vec<_> = parts.iter().map(|(path, _, _)| path).collect();
@@ -272,6 +276,6 @@ fn write_images(
         }
         text + &format!("film      {}\n", header.film_hash)
     };
-    output::say(&text, outputs.to_stdout);
+    output::say(&text, outputs.to_stdout)?;
     Ok(0)
 }

@@ -1,7 +1,7 @@
 //! The command line: arguments to a rendered file.
 //!
-//! Exit codes: 0 done, 1 a file or scene is at fault (one line on stderr), 2 the command
-//! line is, 129, 130 or 143 interrupted (what there was has been saved).
+//! Exit codes: 0 done, those of [`failure::Fault`] (one line on stderr says why), 129, 130 or 143 interrupted
+//! (what there was has been saved).
 
 mod ab;
 mod aov;
@@ -13,6 +13,7 @@ mod command_line;
 mod compare;
 mod diff;
 mod explain;
+mod failure;
 mod films;
 mod frames;
 mod info;
@@ -39,16 +40,26 @@ mod usage;
 mod verify;
 mod view;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
 
 pub use args::Arguments;
+use failure::{Failure, Fault};
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(command_line::understood(std::env::args_os()));
-    let outcome = match arguments.command {
+    let words = command_line::understood(std::env::args_os());
+    let outcome = match Arguments::try_parse_from(words) {
+        Ok(arguments) => run(arguments),
+        Err(error) => answer(&error),
+    };
+    outcome.unwrap_or_else(|failure| failure.tell())
+}
+
+fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    match arguments.command {
         Some(args::Command::Render(scene)) => render::run(&scene),
         Some(args::Command::Info(info)) => info::run(&info),
         Some(args::Command::Trace(trace)) => trace::run(&trace),
@@ -67,14 +78,17 @@ pub fn main() -> ExitCode {
         Some(args::Command::Diff(scenes)) => diff::run(&scenes),
         Some(args::Command::Ab(scene)) => ab::run(&scene),
         None => render::run(&arguments.render),
-    };
-    match outcome {
-        Ok(code) => code,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::FAILURE
-        }
     }
+}
+
+/// Help that was asked for, or what is wrong with the command line.
+fn answer(error: &clap::Error) -> Result<ExitCode, Failure> {
+    let printed = error.print();
+    if error.use_stderr() {
+        return Ok(Fault::CommandLine.code());
+    }
+    printed.and_then(|()| std::io::stdout().flush()).map_err(Failure::stdout("the help"))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// A scene in a size and with samples of its own, ready to be rendered in several ways.
@@ -89,22 +103,6 @@ fn frame(
     world.settings.size = size;
     world.settings.samples = samples;
     light.apply(&mut world);
-    let compiled = crate::compile::compile(&world, camera)
-        .map_err(|error| Failure(format!("{}: {error}", scene.display())))?;
+    let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
     Ok(std::sync::Arc::new(crate::integrator::Frame::new(compiled, &world.settings)))
-}
-
-/// Why there is no result, in one line.
-struct Failure(String);
-
-impl<E: std::error::Error> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Failure(error.to_string())
-    }
-}
-
-impl std::fmt::Display for Failure {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
 }

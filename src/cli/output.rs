@@ -85,7 +85,7 @@ impl<'a> Picture<'a> {
             video::write_frame(&mut out, &output)?;
             out.flush()
         };
-        write().map_err(|error| Failure(format!("cannot write the video to standard output: {error}")))
+        write().map_err(Failure::stdout("the video"))
     }
 
     /// Saves what is left without noise beside the images, as bright as these; returns where.
@@ -187,8 +187,23 @@ pub fn again(header: &Header) -> String {
 }
 
 /// Prints what was done: on standard output, unless a film went there.
-pub fn say(text: &str, is_taken: bool) {
-    if is_taken { eprint!("{text}") } else { print!("{text}") }
+pub fn say(text: &str, is_taken: bool) -> Result<(), Failure> {
+    if !is_taken {
+        return print(text);
+    }
+    tell(text.trim_end());
+    Ok(())
+}
+
+/// Prints on standard output: all that the program prints there goes this way, or as film or video.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout("the result"))
+}
+
+/// Says a line on standard error. If nobody can hear it, that stops nothing.
+pub fn tell(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Where the image of a scene goes that was not told: here, by its name.

@@ -34,7 +34,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
             output::say(
                 &format!("pilot     {}: {} samples\n", path.display(), output::samples(&header)),
                 false,
-            );
+            )?;
         }
     }
     Ok(0)
@@ -44,7 +44,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
 fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
     let header = film_file::load_header(path)?;
     let wrong = |reason: String| {
-        Failure(format!("{}: {reason}: remove it, or choose another --pilot", path.display()))
+        Failure::file(format!("{}: {reason}: remove it, or choose another --pilot", path.display()))
     };
     let (whole, part) = (header.region, job.header.region);
     let same = Header { region: part, ..header.clone() };

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::profile_report::ProfileReport;
-use super::{Failure, args, usage};
+use super::{Failure, args, output, usage};
 use crate::integrator::{Frame, Schedule};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Level;
@@ -85,11 +85,8 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         flows: &flows,
         counted: &counted,
     };
-    if arguments.json {
-        println!("{}", report.json());
-    } else {
-        print!("{}", report.text());
-    }
+    let text = if arguments.json { format!("{}\n", report.json()) } else { report.text() };
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -105,7 +102,7 @@ fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<()
     }
     let trace = json!({"traceEvents": events, "displayTimeUnit": "ms"});
     std::fs::write(path, trace.to_string())
-        .map_err(|error| Failure(format!("{}: cannot write: {error}", path.display())))
+        .map_err(|error| Failure::output(format!("{}: cannot write: {error}", path.display())))
 }
 
 fn event(process: usize, span: &Span) -> Value {

@@ -18,7 +18,9 @@ use crate::view::watched::{LOOK, Watched};
 use crate::world::Adaptive;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
-    let Some(scene) = &arguments.scene else { return Err(Failure("no scene was given".into())) };
+    let Some(scene) = &arguments.scene else {
+        return Err(Failure::command_line("no scene was given"));
+    };
     let shard = arguments.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;
@@ -41,8 +43,9 @@ fn watch(arguments: &Render, scene: &Path, outputs: &Outputs) -> Result<u8, Fail
     loop {
         let rendered = render(arguments, scene, outputs.clone(), None, arguments.model.time, &mut reuse);
         match rendered {
+            Err(failure) if failure.is_closed_pipe() => return Err(failure),
             // What is broken now is about to be mended.
-            Err(failure) => eprintln!("error: {failure}"),
+            Err(failure) => output::tell(format_args!("error: {failure}")),
             Ok(code) if code != 0 => return Ok(code),
             Ok(_) => {}
         }
@@ -77,7 +80,7 @@ fn all_frames(
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
         if are_there && !arguments.output.overwrite {
             if !arguments.work.quiet {
-                eprintln!("frame {frame} is there (--overwrite renders it again)");
+                output::tell(format_args!("frame {frame} is there (--overwrite renders it again)"));
             }
             continue;
         }
@@ -145,17 +148,17 @@ fn render(
             return Ok(code);
         }
     } else if arguments.pilot.is_some() {
-        return Err(Failure("--pilot is for --adaptive=unbiased".into()));
+        return Err(Failure::command_line("--pilot is for --adaptive=unbiased"));
     }
     let total = job.header.total();
     if let Some([index, count]) = shard {
         let part = job.header.part(index, count);
         if part.is_empty() && job.header.allocation.is_some() {
-            output::say(&format!("part {index} of {count} has no samples: nothing to do\n"), true);
+            output::say(&format!("part {index} of {count} has no samples: nothing to do\n"), true)?;
             return Ok(0);
         }
         if part.is_empty() {
-            return Err(Failure(format!(
+            return Err(Failure::command_line(format!(
                 "--shard {index}/{count}: of {total} samples nothing is left for this part: use at most {total} parts"
             )));
         }
@@ -163,13 +166,15 @@ fn render(
     }
     if let Some([start, end]) = arguments.samples {
         if end > total {
-            return Err(Failure(format!("--samples ends at {end}, but there are {total}: see --spp")));
+            return Err(Failure::command_line(format!(
+                "--samples ends at {end}, but there are {total}: see --spp"
+            )));
         }
         job.header.wanted = [start, end];
     }
     if job.header.settings.adaptive == Adaptive::On && job.header.wanted != [0, total] {
         let reason = "adaptive samples are chosen by the film of all samples up to then";
-        return Err(Failure(format!(
+        return Err(Failure::command_line(format!(
             "--shard and --samples: {reason}: add --adaptive=unbiased or --adaptive=off, or render it whole"
         )));
     }
@@ -181,7 +186,7 @@ fn render(
     if film_alone && found.as_ref().is_some_and(is_whole) {
         if !arguments.work.quiet {
             let film = outputs.film.as_deref().unwrap_or(path).display();
-            output::say(&format!("{film} is there and whole: nothing to do\n"), false);
+            output::say(&format!("{film} is there and whole: nothing to do\n"), false)?;
         }
         return Ok(0);
     }
@@ -199,9 +204,9 @@ fn there_already(path: &Path, header: &Header, arguments: &Render) -> Result<Opt
         return Ok(None);
     }
     let to_do = "--overwrite replaces it";
-    let film = film_file::load(path).map_err(|error| Failure(format!("{error}; {to_do}")))?;
+    let film = film_file::load(path).map_err(|error| Failure::output(format!("{error}; {to_do}")))?;
     match film.header.difference_of_job(header) {
-        Some(what) => Err(Failure(format!("{} is {what}: {to_do}", path.display()))),
+        Some(what) => Err(Failure::output(format!("{} is {what}: {to_do}", path.display()))),
         None => Ok(Some(film)),
     }
 }

@@ -7,12 +7,12 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use serde_json::json;
 
-use super::Failure;
 use super::films::gathered_of;
 use super::job::Job;
 use super::job_args::WorkOptions;
-use super::output::{DENOISED, RECORD};
+use super::output::{self, DENOISED, RECORD};
 use super::resume::load_again;
+use super::{Failure, Fault};
 use crate::film::{Film, SampleRanges};
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
@@ -46,7 +46,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     };
     let mut job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
     let session = render(&mut job, &header, &arguments.work)
-        .ok_or_else(|| Failure(format!("{}: its record says what cannot be", path.display())))?;
+        .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
     let clean = denoised.as_ref().and_then(|_| session.denoised());
     let clean = clean.map(|clean| format!("{:032x}", clean.hash()));
@@ -58,11 +58,11 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
             "denoised_hash": clean, "denoised_hash_of_image": denoised,
             "differing_pixels": places.as_ref().map(|(count, _)| count),
         });
-        println!("{json}");
+        output::print(&format!("{json}\n"))?;
     } else if !arguments.work.quiet {
         let path = path.display();
         if identical {
-            println!("{path}: identical\nfilm      {found}");
+            output::print(&format!("{path}: identical\nfilm      {found}\n"))?;
         } else {
             let what = match (found == header.film_hash, places) {
                 (true, _) => "the film is identical, what was left without noise is not".to_owned(),
@@ -71,15 +71,16 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
                 }
                 (false, _) => "the film differs".to_owned(),
             };
-            println!("{path}: {what}\nfilm      {found}\nit was    {}", header.film_hash);
+            let was = &header.film_hash;
+            output::print(&format!("{path}: {what}\nfilm      {found}\nit was    {was}\n"))?;
         }
     }
-    Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if identical { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
 /// What an image says of its film.
 fn record(path: &Path) -> Result<Header, Failure> {
-    let wrong = |reason: &str| Failure(format!("{}: {reason}", path.display()));
+    let wrong = |reason: &str| Failure::file(format!("{}: {reason}", path.display()));
     let text = load_text(path, RECORD)?;
     let text = text.ok_or_else(|| {
         wrong("it does not say how it was rendered: rayfront has not written it, or its metadata was removed")

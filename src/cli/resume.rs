@@ -83,7 +83,7 @@ pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
         return Ok(film_file::load(path)?);
     }
     let film = film_file::read(&mut std::io::stdin().lock(), "standard input".as_ref())?;
-    film.ok_or_else(|| Failure("standard input: there is no film".into()))
+    film.ok_or_else(|| Failure::file("standard input: there is no film"))
 }
 
 /// The scene of a film, which must still be what it was.
@@ -103,7 +103,9 @@ pub(super) fn load_again(
         None if named.is_file() => named.clone(),
         None => beside().ok_or_else(|| {
             let (film, scene) = (film_path.display(), named.display());
-            Failure(format!("{film} is of {scene}, which is not there: say where it is with --scene-file"))
+            Failure::file(format!(
+                "{film} is of {scene}, which is not there: say where it is with --scene-file"
+            ))
         })?,
     };
     let mut job =
@@ -112,7 +114,7 @@ pub(super) fn load_again(
     job.header.variance = header.variance;
     job.header.allocation.clone_from(&header.allocation);
     match header.difference(&job.header) {
-        Some(what) => Err(Failure(format!("{} is {what}", film_path.display()))),
+        Some(what) => Err(Failure::file(format!("{} is {what}", film_path.display()))),
         None => Ok(job),
     }
 }
@@ -121,7 +123,7 @@ pub(super) fn load_again(
 fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
     let total = film.header.settings.samples;
     if spp < total {
-        return Err(Failure(format!(
+        return Err(Failure::command_line(format!(
             "--spp {spp}: the film was to have {total} samples, and can only get more"
         )));
     }
@@ -130,13 +132,13 @@ fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
     }
     if film.header.wanted != [0, total] {
         let [start, end] = film.header.wanted;
-        return Err(Failure(format!(
+        return Err(Failure::command_line(format!(
             "--spp {spp}: the film is a part, samples {start}..{end} of {total}: merge all parts first"
         )));
     }
-    job.frame
-        .extensible()
-        .map_err(|reason| Failure(format!("--spp {spp}: {reason}: render it anew with --spp {spp}")))?;
+    job.frame.extensible().map_err(|reason| {
+        Failure::command_line(format!("--spp {spp}: {reason}: render it anew with --spp {spp}"))
+    })?;
     let frame = std::sync::Arc::make_mut(&mut job.frame);
     frame.samples = crate::sampling::pattern::Grid::new(spp);
     (job.header.settings.samples, job.header.wanted) = (spp, [0, spp]);

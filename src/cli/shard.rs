@@ -90,7 +90,8 @@ impl ShardOption {
         if let ShardOption { index: Some(index), count: Some(count) } = *self {
             return Ok([index, count]);
         }
-        number_by(self.count, variable).map_err(|reason| Failure(format!("--shard auto: {reason}")))
+        number_by(self.count, variable)
+            .map_err(|reason| Failure::command_line(format!("--shard auto: {reason}")))
     }
 }
 

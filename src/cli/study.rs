@@ -8,7 +8,8 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::Interrupt;
-use super::{Failure, usage};
+use super::{Failure, output, usage};
+use crate::error::SaveError;
 use crate::study::experiment::Run;
 use crate::study::experiment::short::shorten;
 
@@ -41,7 +42,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let out = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(name));
     let folder = arguments.file.parent().unwrap_or(Path::new(""));
     let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };
-    let jobs = run.jobs().map_err(Failure)?;
+    let jobs = run.jobs()?;
 
     let interrupt = Interrupt::watch();
     let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };
@@ -56,15 +57,15 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     if arguments.report {
         std::fs::create_dir_all(out.join("plots"))
             .and_then(|()| std::fs::create_dir_all(out.join("references")))
-            .map_err(|error| Failure(format!("{}: cannot make: {error}", out.display())))?;
+            .map_err(|error| SaveError::new(&out, error))?;
     } else {
-        run.run(&jobs, &mut progress).map_err(Failure)?;
+        run.run(&jobs, &mut progress)?;
     }
     bar.finish_and_clear();
-    let page = run.report(&jobs).map_err(Failure)?;
+    let page = run.report(&jobs)?;
     if !arguments.quiet {
-        println!("results    {}", out.join("results.csv").display());
-        println!("page       {}", page.display());
+        let results = out.join("results.csv");
+        output::print(&format!("results    {}\npage       {}\n", results.display(), page.display()))?;
     }
     Ok(interrupt.exit_code().into())
 }

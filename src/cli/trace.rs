@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::args::Trace;
-use super::{Failure, usage};
+use super::{Failure, output, usage};
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::formats::rays::{HIT_BYTES, HitFile, HitRecord, RAY_BYTES, load_hits, load_rays};
 use crate::math::Hit;
@@ -20,7 +20,10 @@ use crate::world::{Camera, World};
 const CHUNK: usize = bvh::QUEUE;
 
 pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build();
+    let threads = threads.map_err(|error| {
+        Failure::limit(format!("cannot start {} threads: {error}: use fewer", arguments.threads))
+    })?;
     let rays = load_rays(&arguments.rays, most_rays())?;
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
@@ -51,11 +54,8 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
         best,
         mismatches,
     };
-    if arguments.json {
-        println!("{}", report.json());
-    } else {
-        print!("{}", report.text());
-    }
+    let text = if arguments.json { format!("{}\n", report.json()) } else { report.text() };
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -69,7 +69,7 @@ fn reference(arguments: &Trace, rays: usize) -> Result<Option<Vec<HitRecord>>, F
     let Some(path) = &arguments.reference else { return Ok(None) };
     let hits = load_hits(path, most_rays())?;
     if hits.len() != rays {
-        return Err(Failure(format!(
+        return Err(Failure::file(format!(
             "{}: has {} hits and {} has {rays} rays: they do not belong together",
             path.display(),
             hits.len(),
@@ -94,8 +94,7 @@ fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     let load = start.elapsed();
     let start = Instant::now();
     give_camera(&mut world);
-    let compiled = crate::compile::compile(&world, None)
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+    let compiled = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
     Ok(TracedScene { compiled, load, compile: start.elapsed() })
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{Failure, args};
+use super::{Failure, Fault, args, output};
 use crate::film::PixelSum;
 use crate::integrator::Schedule;
 use crate::study::facts::{facts, title};
@@ -16,7 +16,7 @@ use crate::study::verify::{self, Difference, First, Verification, Way};
 /// `rayfront verify`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Exit codes: 0 all films are equal, 1 some are not or a file is at fault, 2 the command line is."
+    after_help = "Exit codes: 0 all films are equal, 5 some are not, 1 a file is at fault, 2 the command line is."
 )]
 pub struct Verify {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
@@ -51,12 +51,10 @@ pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
     }
     let found = verify::verify(frame, arguments.spp, &ways, &mut |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    if arguments.json {
-        println!("{}", json(arguments, &found));
-    } else {
-        print!("{}", text(arguments, &found));
-    }
-    Ok(if found.mismatches() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let text =
+        if arguments.json { format!("{}\n", json(arguments, &found)) } else { text(arguments, &found) };
+    output::print(&text)?;
+    Ok(if found.mismatches() == 0 { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
 fn schedule(way: &Way) -> String {

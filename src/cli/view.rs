@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::args::{ModelOptions, PictureOptions};
 use super::interrupt::Interrupt;
-use super::{Failure, command_line};
+use super::{Failure, command_line, output};
 use crate::render::on_threads;
 use crate::view::scene::LiveScene;
 use crate::view::server::Server;
@@ -45,14 +45,15 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let change = Box::new(move |world: &mut _| picture.apply(world));
         let scene = LiveScene::load(&path, options, camera, change)?;
         for warning in scene.findings() {
-            eprintln!("warning: {warning}");
+            output::tell(format_args!("warning: {warning}"));
         }
-        let cannot =
-            |error: std::io::Error| Failure(format!("cannot serve a page: {error}: try another --port"));
+        let cannot = |error: std::io::Error| {
+            Failure::command_line(format!("cannot serve a page: {error}: try another --port"))
+        };
         let server = Server::new(port).map_err(cannot)?;
         let address = server.address().map_err(cannot)?;
-        println!("{address}");
-        eprintln!("Ctrl-C ends it");
+        output::print(&format!("{address}\n"))?;
+        output::tell("Ctrl-C ends it");
         if !no_open && is_desktop() {
             // Where there is no browser the address has to do.
             let _ = open::that_detached(&address);
@@ -62,7 +63,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let served = viewer.clone();
         std::thread::spawn(move || {
             if let Err(error) = server.serve(served.clone(), command) {
-                eprintln!("error: the page is no longer served: {error}");
+                output::tell(format_args!("error: the page is no longer served: {error}"));
             }
             served.end();
         });

@@ -89,7 +89,7 @@ fn read_records<T, const SIZE: usize>(
     let length = file.metadata().map_err(LoadError::io(path))?.len();
     let too_many = |count: u64| {
         let reason = format!("has {count} {what}s or more, and there is memory for {most}: split the file");
-        LoadError::invalid(path, reason)
+        LoadError::too_large(path, reason)
     };
     if length / SIZE as u64 > most {
         return Err(too_many(length / SIZE as u64));

@@ -58,10 +58,10 @@ fn hash(folder: &Path, line: &str) -> String {
 }
 
 #[track_caller]
-fn failure(folder: &Path, line: &str) -> String {
+fn failure(folder: &Path, code: i32, line: &str) -> String {
     let output = run(folder, line);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{line}: {error}");
+    assert_eq!(output.status.code(), Some(code), "{line}: {error}");
     assert!(error.starts_with("error: "), "{line}: {error}");
     error
 }
@@ -117,7 +117,7 @@ fn merging_says_what_is_missing_and_refuses_strangers() {
     for index in [0, 2, 3] {
         json(here, &format!("scene.ron --shard {index}/4 -o part-{index}.film"));
     }
-    let error = failure(here, "merge part-0.film part-3.film part-2.film -o a.png");
+    let error = failure(here, 1, "merge part-0.film part-3.film part-2.film -o a.png");
     assert!(error.contains("6..12 of 24 are missing"), "{error}");
     let command =
         error.lines().last().expect("a command").trim().strip_prefix("rayfront ").expect("a command");
@@ -128,19 +128,19 @@ fn merging_says_what_is_missing_and_refuses_strangers() {
     let whole = hash(here, "merge part-0.film part-3.film part-2.film part-1.film -o a.png");
     assert_eq!(whole, hash(here, "scene.ron -o b.png"));
 
-    let error = failure(here, "merge part-0.film part-1.film part-0.film");
+    let error = failure(here, 1, "merge part-0.film part-1.film part-0.film");
     assert!(error.contains("part-0.film has samples 0..6, too"), "{error}");
     json(here, "scene.ron --shard 1/4 --seed 3 -o other.film");
-    let error = failure(here, "merge part-0.film other.film");
+    let error = failure(here, 1, "merge part-0.film other.film");
     assert!(error.contains("other.film: of other settings: seed is 3, not 0"), "{error}");
     // Another picture of the same name.
     image::GrayImage::new(64, 64).save(here.join("checks.png")).expect("a picture");
     json(here, "scene.ron --shard 1/4 -o changed.film");
-    let error = failure(here, "merge part-0.film changed.film");
+    let error = failure(here, 1, "merge part-0.film changed.film");
     assert!(error.contains("of another scene: checks.png differs"), "{error}");
-    let error = failure(here, "resume part-0.film");
+    let error = failure(here, 1, "resume part-0.film");
     assert!(error.contains("of another scene: checks.png differs"), "{error}");
-    let error = failure(here, "scene.ron --shard 0/4 -o part-0.film");
+    let error = failure(here, 3, "scene.ron --shard 0/4 -o part-0.film");
     assert!(error.contains("checks.png differs: --overwrite"), "{error}");
 }
 
@@ -163,9 +163,9 @@ fn a_film_gets_more_samples_with_the_bits_of_the_longer_rendering() {
         }
     }
     json(here, "scene.ron --sampler jittered --spp 4 -o grid.film");
-    let error = failure(here, "resume grid.film --spp 8");
+    let error = failure(here, 2, "resume grid.film --spp 8");
     assert!(error.contains("grid") && error.contains("render it anew"), "{error}");
-    let error = failure(here, "resume a0.film --spp 8");
+    let error = failure(here, 2, "resume a0.film --spp 8");
     assert!(error.contains("24 samples"), "{error}");
 }
 
@@ -189,7 +189,7 @@ fn an_audit_finds_what_another_machine_has_made_of_it() {
     forged.header.set_film(&forged.film, None);
     rayfront::formats::film_file::save(&here.join("b.film"), &forged.header, &forged.film, None)
         .expect("saved");
-    let error = failure(here, "merge a.film b.film --audit 100%");
+    let error = failure(here, 5, "merge a.film b.film --audit 100%");
     assert!(error.contains("b.film (rendered on") && error.contains("1 of 20 tiles"), "{error}");
 }
 
@@ -287,7 +287,7 @@ fn a_full_disk_costs_no_older_checkpoint() {
     let output = Command::new("sh").args(["-c", &script]).current_dir(here).output().expect("a shell");
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(error.contains("warning: a.film: cannot write") && error.contains("goes on"), "{error}");
-    assert_eq!(output.status.code(), Some(1), "at the end it says so: {error}");
+    assert_eq!(output.status.code(), Some(3), "at the end it says so: {error}");
     assert_eq!(std::fs::read(here.join("a.film")).expect("a film"), before);
     assert_eq!(hash(here, "resume a.film --spp 64"), hash(here, "scene.ron --spp 64 -o b.png"));
 }
@@ -315,10 +315,10 @@ fn images_say_how_they_are_rendered_again() {
     // What has been changed is named.
     let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
     std::fs::write(here.join("scene.ron"), scene.replace("power_w: 300", "power_w: 301")).expect("a scene");
-    let error = failure(here, "reproduce a.png");
+    let error = failure(here, 1, "reproduce a.png");
     assert!(error.contains("of another scene: scene.ron differs"), "{error}");
     image::GrayImage::new(4, 4).save(here.join("plain.png")).expect("a picture");
-    let error = failure(here, "reproduce plain.png");
+    let error = failure(here, 1, "reproduce plain.png");
     assert!(error.contains("does not say how it was rendered"), "{error}");
 }
 
@@ -384,11 +384,11 @@ fn planned_commands_are_what_a_shell_takes() {
     let pixels = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name).2;
     assert!(pixels("g.07.png") == pixels("f.07.png") && !here.join("g.03.png").exists());
     assert!(String::from_utf8_lossy(&task("3").stderr).contains("there are 3, from 0 on"));
-    let error = failure(&here, "plan scene.ron --for slurm -o f.png -- --frames 1-2");
+    let error = failure(&here, 2, "plan scene.ron --for slurm -o f.png -- --frames 1-2");
     assert!(error.contains("####"), "{error}");
-    let error = failure(&here, "plan scene.ron --shards 25 --for slurm");
+    let error = failure(&here, 2, "plan scene.ron --shards 25 --for slurm");
     assert!(error.contains("there are 24 samples"), "{error}");
-    let error = failure(&here, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
+    let error = failure(&here, 2, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
     assert!(error.contains("--sppp"), "{error}");
 }
 
@@ -418,9 +418,12 @@ fn adaptive_samples_are_chosen_alike_by_all() {
         child.wait().expect("an end");
         assert_eq!(hash(here, "resume long.film"), whole, "after {moment} ms");
     }
-    for line in ["scene.ron --adaptive --spp 32 --shard 0/2", "resume long.film --spp 128", "merge long.film"]
-    {
-        assert!(failure(here, line).contains("adaptive"), "{line}");
+    for (line, code) in [
+        ("scene.ron --adaptive --spp 32 --shard 0/2", 2),
+        ("resume long.film --spp 128", 2),
+        ("merge long.film", 1),
+    ] {
+        assert!(failure(here, code, line).contains("adaptive"), "{line}");
     }
 }
 
@@ -564,7 +567,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
     let after =
         std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
     assert_eq!(before, after);
-    let error = failure(here, "moving.gltf --frames 1-2 -o a.png");
+    let error = failure(here, 2, "moving.gltf --frames 1-2 -o a.png");
     assert!(error.contains("####"), "{error}");
 }
 
@@ -590,7 +593,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
         json(here, &format!("{line} {pilot} --shard {index}/3 -o part-{index}.film"));
     }
     assert_eq!(hash(here, "merge part-1.film part-2.film part-0.film --audit 100%"), expected);
-    let error = failure(here, "merge part-0.film part-2.film");
+    let error = failure(here, 1, "merge part-0.film part-2.film");
     assert!(error.contains("are missing") && error.contains("--shard 1/3"), "{error}");
     // A part of the image, by what was chosen for the whole.
     json(here, &format!("{line} --pilot pilot.film -o whole.exr"));
@@ -609,10 +612,11 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     // Another rendering's pilot has nothing to say.
     let error = failure(
         here,
+        1,
         "scene.ron --adaptive=unbiased --spp 64 --size 72x56 --seed 6 --pilot pilot.film -o b.png",
     );
     assert!(error.contains("pilot.film") && error.contains("seed is 5, not 6"), "{error}");
-    let error = failure(here, "scene.ron --pilot pilot.film -o b.png");
+    let error = failure(here, 2, "scene.ron --pilot pilot.film -o b.png");
     assert!(error.contains("--adaptive=unbiased"), "{error}");
     let plan = "plan scene.ron --shards 2 --for commands -o p.png -- --adaptive=unbiased --spp 64 --size 72x56 --seed 5";
     assert_eq!(run(here, plan).status.code(), Some(0));

@@ -106,7 +106,8 @@ fn stdout(folder: &TempDir, arguments: &[&str]) -> String {
 fn failure(folder: &TempDir, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let error = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+    let code = if arguments.contains(&"--out") { 3 } else { 1 };
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
     assert!(output.stdout.is_empty() && error.starts_with("error: "), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
     error

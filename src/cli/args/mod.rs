@@ -24,8 +24,10 @@ use parse::{parse_crop, parse_samples};
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "rayfront render SCENE and rayfront SCENE are the same.\n\n\
-                        Exit codes: 0 done, 1 a file or scene is at fault, 2 the command line is, \
-                        129, 130, 143 interrupted (what there was has been saved).")]
+                        Exit codes: 0 done; 1 a scene or another file is at fault; 2 the command line is; \
+                        3 output could not be written; 4 a limit was met (memory, size, threads); 5 a difference \
+                        was found; 129, 130, 143 interrupted (what there was has been saved); 141 whoever read \
+                        the output has closed it.")]
 pub struct Arguments {
     /// Other things to do than to render.
     #[command(subcommand)]

@@ -71,6 +71,19 @@ enum Tasks {
     Frames(Frames),
 }
 
+impl Tasks {
+    fn of(shards: Option<u32>, frames: Option<Frames>) -> Result<Tasks, Failure> {
+        match (shards, frames) {
+            (Some(shards), None) => Ok(Tasks::Shards(shards)),
+            (None, Some(frames)) => Ok(Tasks::Frames(frames)),
+            (Some(_), Some(_)) => {
+                Err(Failure::command_line("--shards: frames are tasks already, one each: leave it out"))
+            }
+            (None, None) => Err(Failure::command_line("say how many tasks: --shards N, or -- --frames LIST")),
+        }
+    }
+}
+
 /// What all engines are told.
 struct Jobs<'a> {
     plan: &'a Plan,
@@ -102,12 +115,12 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
         Engine::Commands => jobs.commands(),
     };
     let folder = jobs.folder.display();
-    let failed = |error: std::io::Error| Failure(format!("{folder}: cannot write: {error}"));
+    let failed = |error: std::io::Error| Failure::output(format!("{folder}: cannot write: {error}"));
     std::fs::create_dir_all(&jobs.folder).map_err(failed)?;
     for (name, content) in &files {
         std::fs::write(jobs.folder.join(name), content).map_err(failed)?;
     }
-    print!("{}", jobs.what_to_do());
+    output::print(&jobs.what_to_do())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -115,39 +128,35 @@ impl<'a> Jobs<'a> {
     /// Refuses what no part could be rendered by.
     fn new(plan: &'a Plan) -> Result<Self, Failure> {
         let absolute = |path: &Path| {
-            std::path::absolute(path).map_err(|error| Failure(format!("{}: {error}", path.display())))
+            std::path::absolute(path)
+                .map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
         };
         let scene = absolute(&plan.scene)?;
         // What is wrong with the options shows now, not in every part.
         let command = ["rayfront".into(), plan.scene.to_string_lossy().into_owned()];
         let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {
-            Failure(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
+            Failure::command_line(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
         })?;
         if arguments.command.is_some() || !arguments.render.output.output.is_empty() {
-            return Err(Failure("where things go is said with --output and --folder, before --".into()));
+            return Err(Failure::command_line(
+                "where things go is said with --output and --folder, before --",
+            ));
         }
         let mut world = crate::formats::load_with(&scene, &(&arguments.render.model).into())?;
         arguments.render.apply(&mut world);
         let samples = world.settings.samples;
-        let tasks = match (plan.shards, arguments.render.frames.frames) {
-            (Some(shards), None) => Tasks::Shards(shards),
-            (None, Some(frames)) => Tasks::Frames(frames),
-            (Some(_), Some(_)) => {
-                return Err(Failure("--shards: frames are tasks already, one each: leave it out".into()));
-            }
-            (None, None) => {
-                return Err(Failure("say how many tasks: --shards N, or -- --frames LIST".into()));
-            }
-        };
+        let tasks = Tasks::of(plan.shards, arguments.render.frames.frames)?;
         if let Tasks::Shards(shards) = tasks
             && (0..shards).any(|index| SampleRanges::shard(samples, index, shards).is_empty())
         {
-            return Err(Failure(format!("--shards {shards}: there are {samples} samples: see --spp")));
+            return Err(Failure::command_line(format!(
+                "--shards {shards}: there are {samples} samples: see --spp"
+            )));
         }
         let has_pilot = match (world.settings.adaptive, &tasks) {
             (Adaptive::On, Tasks::Shards(_)) => {
                 let reason = "adaptive samples that are chosen in rounds are in one film";
-                return Err(Failure(format!(
+                return Err(Failure::command_line(format!(
                     "--shards: {reason}: add --adaptive=unbiased or --adaptive=off behind --"
                 )));
             }
@@ -179,7 +188,7 @@ impl<'a> Jobs<'a> {
         let files = [scene.clone(), absolute(&folder)?];
         if plan.engine == Engine::Kubernetes && files.iter().any(|file| !file.starts_with(&here)) {
             let here = here.display();
-            return Err(Failure(format!(
+            return Err(Failure::command_line(format!(
                 "for kubernetes scene and parts must lie in {here}, which the volume holds"
             )));
         }

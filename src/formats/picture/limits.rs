@@ -24,17 +24,18 @@ pub(in crate::formats) fn check(
     file_bytes: usize,
 ) -> Result<(), LoadError> {
     let refuse = |reason: String| Err(LoadError::invalid(path, reason));
+    let too_large = |reason: String| Err(LoadError::too_large(path, reason));
     if width == 0 || height == 0 {
         return refuse(format!("the picture has no pixels ({width} x {height})"));
     }
     if width > LARGEST_SIDE || height > LARGEST_SIDE {
-        return refuse(format!(
+        return too_large(format!(
             "the picture is {width} x {height} pixels: at most {LARGEST_SIDE} along a side can be read"
         ));
     }
     let size = width * height * pixel_bytes;
     if size > LARGEST_SIZE {
-        return refuse(format!(
+        return too_large(format!(
             "the picture is {width} x {height} pixels, {size} bytes when decoded: at most {LARGEST_SIZE} can be read"
         ));
     }

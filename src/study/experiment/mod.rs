@@ -13,6 +13,7 @@ pub mod short;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use crate::error::SaveError;
 use crate::film::tonemap::{DisplayTransform, srgb_decode};
 use crate::formats::picture::{Output, PngBits, load_linear, save};
 use crate::formats::study::{Axis, Change, Experiment, Measure, Plot, Scene, Study};
@@ -23,6 +24,38 @@ use fit::{Estimate, Fit};
 pub use job::{CpuSeconds, Image};
 use plot::{Curve, Figure};
 use results::{Label, Results};
+
+/// Why a study ends early.
+#[derive(Debug)]
+pub enum StudyError {
+    /// A job cannot be done, or a file is at fault.
+    Job(String),
+    /// Results could not be written.
+    Save(SaveError),
+}
+
+impl std::fmt::Display for StudyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            StudyError::Job(reason) => f.write_str(reason),
+            StudyError::Save(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for StudyError {}
+
+impl From<String> for StudyError {
+    fn from(reason: String) -> Self {
+        StudyError::Job(reason)
+    }
+}
+
+impl From<SaveError> for StudyError {
+    fn from(error: SaveError) -> Self {
+        StudyError::Save(error)
+    }
+}
 
 /// A study, where it is and where its results go.
 pub struct Run<'a> {
@@ -61,7 +94,7 @@ type CurveId = (usize, usize);
 impl<'a> Run<'a> {
     /// All jobs. Repetitions are outermost and series innermost, so that whatever else the
     /// machine does meets all series alike.
-    pub fn jobs(&self) -> Result<Vec<Job<'a>>, String> {
+    pub fn jobs(&self) -> Result<Vec<Job<'a>>, StudyError> {
         let mut jobs = Vec::new();
         let mut hashes = HashMap::new();
         for experiment in &self.study.experiments {
@@ -95,11 +128,10 @@ impl<'a> Run<'a> {
 
     /// Does what has not been done yet. `progress` is told of each job before it begins, with how
     /// many are behind it, and says whether to go on.
-    pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), String> {
+    pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), StudyError> {
         for folder in ["references", "images", "plots"] {
             let path = self.out.join(folder);
-            std::fs::create_dir_all(&path)
-                .map_err(|error| format!("{}: cannot make: {error}", path.display()))?;
+            std::fs::create_dir_all(&path).map_err(|error| SaveError::new(&path, error))?;
         }
         let mut results = Results::open(&self.out.join("results.csv"))?;
         let mut references: HashMap<PathBuf, Image> = HashMap::new();
@@ -142,7 +174,7 @@ impl<'a> Run<'a> {
     }
 
     /// The reference from its file, or rendered.
-    fn reference(&self, job: &Job, change: &Change, path: &Path) -> Result<Image, String> {
+    fn reference(&self, job: &Job, change: &Change, path: &Path) -> Result<Image, StudyError> {
         if let Ok((width, height, pixels)) = load_linear(path) {
             return Ok(Image { width, height, pixels });
         }
@@ -151,7 +183,9 @@ impl<'a> Run<'a> {
         change.threads = Some(0);
         // A seed of its own, so that no job shares its numbers.
         let done = self.perform(job, &change, 1_000_003, None)?;
-        let image = done.image.ok_or("a reference has to be rendered: leave rays out of `with`")?;
+        let image = done
+            .image
+            .ok_or_else(|| "a reference has to be rendered: leave rays out of `with`".to_owned())?;
         self.save(path, &image)?;
         Ok(image)
     }
@@ -167,16 +201,16 @@ impl<'a> Run<'a> {
         self.out.join("images").join(format!("{:032x}.png", job.label.key))
     }
 
-    fn save(&self, path: &Path, image: &Image) -> Result<(), String> {
+    fn save(&self, path: &Path, image: &Image) -> Result<(), SaveError> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
         let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
         let output =
             Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[], channels: &[] };
-        save(path, &output).map_err(|error| error.to_string())
+        save(path, &output)
     }
 
     /// Plots and the page from all that has been measured. Returns the page's path.
-    pub fn report(&self, jobs: &[Job]) -> Result<PathBuf, String> {
+    pub fn report(&self, jobs: &[Job]) -> Result<PathBuf, StudyError> {
         let results = Results::open(&self.out.join("results.csv"))?;
         let mut sections = Vec::new();
         for experiment in &self.study.experiments {
@@ -203,7 +237,7 @@ impl<'a> Run<'a> {
     }
 
     /// The images of the first repetition, with their references.
-    fn images(&self, experiment: &Experiment, jobs: &[&Job]) -> Result<Vec<page::Pictures>, String> {
+    fn images(&self, experiment: &Experiment, jobs: &[&Job]) -> Result<Vec<page::Pictures>, StudyError> {
         let mut all = Vec::new();
         for (scene_number, scene) in experiment.scenes.iter().enumerate() {
             let of_scene = || jobs.iter().filter(move |job| job.scene == scene && job.seed == 0);
@@ -228,17 +262,17 @@ impl<'a> Run<'a> {
         std::fs::read(path).map_err(|error| format!("{}: cannot read: {error}", path.display()))
     }
 
-    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), String> {
-        std::fs::write(path, bytes).map_err(|error| format!("{}: cannot write: {error}", path.display()))
+    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+        std::fs::write(path, bytes).map_err(|error| SaveError::new(path, error))
     }
 
-    fn save_plot(&self, path: &Path, figure: &Figure) -> Result<(), String> {
+    fn save_plot(&self, path: &Path, figure: &Figure) -> Result<(), StudyError> {
         let bytes = plot::pixels(figure)?;
         let linear = |byte: u8| srgb_decode(f32::from(byte) / 255.0);
         let pixels =
             bytes.chunks_exact(3).map(|p| Rgb::new(linear(p[0]), linear(p[1]), linear(p[2]))).collect();
         let (width, height) = figure.size();
-        self.save(path, &Image { width, height, pixels })
+        Ok(self.save(path, &Image { width, height, pixels })?)
     }
 }
 

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::StudyError;
+use crate::error::SaveError;
 use crate::formats::study::Measure;
 
 /// The columns behind those that say what was measured.
@@ -68,26 +70,25 @@ pub struct Results {
 
 impl Results {
     /// Reads what there is already. A last line that was cut off is dropped.
-    pub fn open(path: &Path) -> Result<Results, String> {
+    pub fn open(path: &Path) -> Result<Results, StudyError> {
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(format!("{}: cannot read: {error}", path.display())),
+            Err(error) => return Err(format!("{}: cannot read: {error}", path.display()).into()),
         };
         let results = Results { path: path.to_owned(), rows: HashMap::new() };
         // A line that was cut off would run into the next.
         let whole = text.rfind('\n').map_or(0, |newline| newline + 1);
         if whole < text.len() {
             let file = std::fs::OpenOptions::new().write(true).open(path);
-            file.and_then(|file| file.set_len(whole as u64))
-                .map_err(|error| format!("{}: cannot write: {error}", path.display()))?;
+            file.and_then(|file| file.set_len(whole as u64)).map_err(|error| SaveError::new(path, error))?;
         }
         let text = &text[..whole];
         if text.is_empty() {
             results.append(&header())?;
         } else if text.lines().next() != Some(&header()) {
             let path = path.display();
-            return Err(format!("{path}: these are not results of this version: move the file away"));
+            return Err(format!("{path}: these are not results of this version: move the file away").into());
         }
         let rows = text.lines().skip(1).filter_map(parse).collect();
         Ok(Results { rows, ..results })
@@ -99,7 +100,7 @@ impl Results {
     }
 
     /// Notes a job that is done.
-    pub fn add(&mut self, label: &Label, row: Row) -> Result<(), String> {
+    pub fn add(&mut self, label: &Label, row: Row) -> Result<(), SaveError> {
         let values = row.values.iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
         let mut fields = vec![
             format!("{:032x}", label.key),
@@ -116,10 +117,9 @@ impl Results {
         Ok(())
     }
 
-    fn append(&self, line: &str) -> Result<(), String> {
+    fn append(&self, line: &str) -> Result<(), SaveError> {
         let file = std::fs::OpenOptions::new().create(true).append(true).open(&self.path);
-        file.and_then(|mut file| writeln!(file, "{line}"))
-            .map_err(|error| format!("{}: cannot write: {error}", self.path.display()))
+        file.and_then(|mut file| writeln!(file, "{line}")).map_err(|error| SaveError::new(&self.path, error))
     }
 }
 

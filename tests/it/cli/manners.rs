@@ -1,6 +1,11 @@
 //! What other tools have taught: other names, hints, pipes, exit codes, help.
 
-use super::{folder, json, stdout};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+
+use super::{SCENE, folder, json, run, stdout, text};
 
 #[test]
 fn render_is_a_word_and_options_have_other_names() {
@@ -28,4 +33,118 @@ fn render_is_a_word_and_options_have_other_names() {
         let help = stdout(here, &[command, "--help"]);
         assert!(help.contains("-s, --spp") && help.contains("samples-per-pixel"), "{command}: {help}");
     }
+}
+
+/// What a shell says of the program's end, and what the program says on standard error, where `line` stands for what
+/// follows the program's name.
+#[cfg(unix)]
+fn shell(folder: &Path, line: &str, input: Stdio) -> (Option<i32>, String) {
+    let mut shell = Command::new("sh");
+    let script = format!("exec {} {line}", env!("CARGO_BIN_EXE_rayfront"));
+    shell.current_dir(folder).args(["-c", &script]).stdin(Stdio::null());
+    let output = shell.stdout(input).stderr(Stdio::piped()).output().expect("a shell");
+    (output.status.code(), text(&output.stderr).to_owned())
+}
+
+/// Standard output that nobody reads.
+#[cfg(unix)]
+fn closed_pipe() -> Stdio {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    writer.into()
+}
+
+#[cfg(unix)]
+const PRINTING: [&str; 9] = [
+    "--help",
+    "info --json scene.ron",
+    "check scene.ron",
+    "explain scene.ron 3,3",
+    "compare here.png here.png",
+    "reproduce here.png",
+    "plan scene.ron --shards 2 --for commands",
+    "study study.ron",
+    "scene.ron -o a.png",
+];
+
+#[cfg(unix)]
+fn folder_with_files() -> TempDir {
+    let folder = folder();
+    stdout(folder.path(), &["scene.ron", "-o", "here.png"]);
+    let study = r#"(title: "A", experiments: [(name: "a", scenes: [File("scene.ron")], with: (size: (8, 8)),
+        x: Samples([1]), series: [(label: "one")], plots: [(y: RenderSeconds)])])"#;
+    std::fs::write(folder.path().join("study.ron"), study).expect("a file");
+    folder
+}
+
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_ends_it_quietly() {
+    let folder = folder_with_files();
+    for line in PRINTING {
+        let (code, error) = shell(folder.path(), line, closed_pipe());
+        assert_eq!(code, Some(141), "{line}: {error}");
+        assert!(!error.contains("panicked") && !error.contains("error"), "{line}: {error}");
+    }
+    assert!(folder.path().join("a.png").is_file(), "what was rendered is there");
+    // Whoever hears nothing is told nothing.
+    let (code, _) = shell(folder.path(), "nowhere.ron 2>&1", closed_pipe());
+    assert_eq!(code, Some(1));
+    let (code, _) = shell(folder.path(), "scene.ron -o - | head -c 1", Stdio::null());
+    assert_eq!(code, Some(0), "the last one's code");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_a_line_and_a_code() {
+    let folder = folder_with_files();
+    for line in PRINTING.into_iter().chain(["scene.ron -o -", "scene.ron --frames 0-1 -o -", "--version"]) {
+        let (code, error) = shell(folder.path(), &format!("{line} > /dev/full"), Stdio::null());
+        let last = error.lines().last().unwrap_or_default();
+        assert!(
+            last.starts_with("error: cannot write") && last.contains("standard output"),
+            "{line}: {error}"
+        );
+        assert_eq!(code, Some(3), "{line}: {error}");
+    }
+    // Nobody hears it.
+    let (code, _) = shell(folder.path(), "nowhere.ron 2> /dev/full", Stdio::null());
+    assert_eq!(code, Some(1));
+}
+
+#[test]
+fn exit_codes_tell_what_is_at_fault() {
+    let folder = folder();
+    let here = folder.path();
+    stdout(here, &["scene.ron", "-q", "-o", "a.exr"]);
+    stdout(here, &["scene.ron", "-q", "-o", "b.exr", "--seed", "1"]);
+    stdout(here, &["scene.ron", "-q", "-o", "a.film"]);
+    std::fs::write(here.join("dark.ron"), SCENE.replace("power_w: 300", "power_w: 0")).expect("a file");
+    for (arguments, code, word) in [
+        (&["broken.ron"][..], 1, "broken.ron"),
+        (&["check", "dark.ron"], 1, ""),
+        (&["merge", "a.exr"], 1, "a.exr"),
+        (&["scene.ron", "--size", "no"], 2, "--size"),
+        (&["scene.ron", "--crop", "0,0,99,99"], 2, "--crop"),
+        (&["scene.ron", "--camera", "side"], 2, "side"),
+        (&["scene.ron", "-o", "no/such/folder.png"], 3, "folder.png"),
+        (&["scene.ron", "-o", "a.jpg"], 3, "a.jpg"),
+        (&["scene.ron", "--seed", "2", "-o", "a.film"], 3, "--overwrite"),
+        (&["compare", "a.exr", "b.exr", "--max-rmse", "0"], 5, ""),
+    ] {
+        let output = run(here, arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(word), "{arguments:?}: {error}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_image_that_memory_cannot_hold_is_a_limit() {
+    let folder = folder();
+    let output = run(folder.path(), &["scene.ron", "--size", "65536x65536"]);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{error}");
+    assert!(error.starts_with("error: an image of 65536x65536 takes"), "{error}");
 }

@@ -1,0 +1,163 @@
+//! Why there is no result, and with which code the program ends.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::output::tell;
+use crate::error::{CompileError, LoadError, SaveError};
+use crate::render::ThreadError;
+use crate::study::experiment::StudyError;
+use crate::view::scene::SceneError;
+
+/// What is at fault. Every kind has an exit code of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// A scene or another file that is read.
+    File,
+    /// The command line.
+    CommandLine,
+    /// Something could not be written.
+    Output,
+    /// There is not enough memory, there are not enough threads, or numbers have no room for what a scene holds.
+    Limit,
+    /// What should be equal is not.
+    Difference,
+    /// Whoever read standard output has closed it: nothing is said about that.
+    ClosedPipe,
+}
+
+impl Fault {
+    /// What the program ends with.
+    pub fn code(self) -> ExitCode {
+        ExitCode::from(match self {
+            Fault::File => 1,
+            Fault::CommandLine => 2,
+            Fault::Output => 3,
+            Fault::Limit => 4,
+            Fault::Difference => 5,
+            // As shells tell that SIGPIPE (13) has ended a program.
+            Fault::ClosedPipe => 128 + 13,
+        })
+    }
+}
+
+/// Why there is no result, in one line.
+#[derive(Debug)]
+pub struct Failure {
+    fault: Fault,
+    message: String,
+}
+
+impl Failure {
+    /// A scene or another file is at fault.
+    pub fn file(message: impl Into<String>) -> Failure {
+        Failure { fault: Fault::File, message: message.into() }
+    }
+
+    /// The command line is at fault.
+    pub fn command_line(message: impl Into<String>) -> Failure {
+        Failure { fault: Fault::CommandLine, message: message.into() }
+    }
+
+    /// Something could not be written.
+    pub fn output(message: impl Into<String>) -> Failure {
+        Failure { fault: Fault::Output, message: message.into() }
+    }
+
+    /// A limit was met.
+    pub fn limit(message: impl Into<String>) -> Failure {
+        Failure { fault: Fault::Limit, message: message.into() }
+    }
+
+    /// What should be equal is not.
+    pub fn difference(message: impl Into<String>) -> Failure {
+        Failure { fault: Fault::Difference, message: message.into() }
+    }
+
+    /// Standard output did not take `what`.
+    pub fn stdout(what: &str) -> impl Fn(std::io::Error) -> Failure {
+        move |error| match error.kind() {
+            std::io::ErrorKind::BrokenPipe => Failure { fault: Fault::ClosedPipe, message: String::new() },
+            _ => Failure::output(format!("cannot write {what} to standard output: {error}")),
+        }
+    }
+
+    /// A scene's file could be read, but not made into a scene.
+    pub fn compile(path: &Path) -> impl Fn(CompileError) -> Failure {
+        move |error| Failure { fault: of_scene(&error), message: format!("{}: {error}", path.display()) }
+    }
+
+    /// Whether nobody reads what is printed any more.
+    pub fn is_closed_pipe(&self) -> bool {
+        self.fault == Fault::ClosedPipe
+    }
+
+    /// Says why, and with which code the program ends.
+    pub fn tell(&self) -> ExitCode {
+        if !self.is_closed_pipe() {
+            tell(format_args!("error: {self}"));
+        }
+        self.fault.code()
+    }
+}
+
+fn of_scene(error: &CompileError) -> Fault {
+    match error {
+        CompileError::TooLarge(_) => Fault::Limit,
+        // Nothing but --camera asks for one by its name.
+        CompileError::UnknownCamera { .. } => Fault::CommandLine,
+        CompileError::NoCamera | CompileError::Entity { .. } => Fault::File,
+    }
+}
+
+fn of_file(error: &LoadError) -> Fault {
+    match error {
+        LoadError::TooLarge { .. } => Fault::Limit,
+        LoadError::Io { .. } | LoadError::At { .. } | LoadError::Invalid { .. } => Fault::File,
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        Failure { fault: of_file(&error), message: error.to_string() }
+    }
+}
+
+impl From<SaveError> for Failure {
+    fn from(error: SaveError) -> Self {
+        Failure::output(error.to_string())
+    }
+}
+
+impl From<ThreadError> for Failure {
+    fn from(error: ThreadError) -> Self {
+        Failure::limit(error.to_string())
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Job(reason) => Failure::file(reason),
+            StudyError::Save(error) => error.into(),
+        }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        let fault = match &error {
+            SceneError::Load(error) => of_file(error),
+            SceneError::Compile { source, .. } => of_scene(source),
+            SceneError::Save(_) => Fault::Output,
+            SceneError::Refused(_) => Fault::CommandLine,
+        };
+        Failure { fault, message: error.to_string() }
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
