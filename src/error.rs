@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The operating system refused.
-    #[error("{file}: cannot read: {source}", file = .file.display())]
+    #[error("{file}: cannot read: {source}{hint}", file = .file.display())]
     Io {
         /// The file that was asked for.
         file: PathBuf,
         /// The system's reason.
         source: std::io::Error,
+        /// Which file was meant, if one has nearly that name.
+        hint: String,
     },
     /// A place in a text file is wrong.
     #[error("{file}:{line}:{column}: {reason}", file = .file.display())]
@@ -48,7 +50,11 @@ impl LoadError {
     /// For [`std::io::Result::map_err`].
     pub fn io(file: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
         let file = file.to_owned();
-        move |source| LoadError::Io { file, source }
+        move |source| {
+            let is_missing = source.kind() == std::io::ErrorKind::NotFound;
+            let hint = if is_missing { nearest_file(&file) } else { String::new() };
+            LoadError::Io { file, source, hint }
+        }
     }
 
     /// An [`LoadError::Invalid`].
@@ -116,6 +122,26 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
         .min_by_key(|(distance, _)| *distance)
         .filter(|(distance, k)| *distance <= (k.len().max(name.len()) / 3).max(1));
     near.map_or_else(String::new, |(_, k)| format!(" (did you mean \"{k}\"?)"))
+}
+
+/// The file of a folder that a missing one most likely meant, as [`did_you_mean`] says it.
+fn nearest_file(missing: &Path) -> String {
+    let folder = missing.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(name) = missing.file_name().and_then(|name| name.to_str()) else { return String::new() };
+    let extension = |name: &str| name.rsplit_once('.').map_or(String::new(), |(_, end)| end.to_lowercase());
+    let wanted = extension(name);
+    // The picture of a scene has nearly its name, and is no scene.
+    let is_of_kind = |name: &String| {
+        let own = extension(name);
+        strsim::damerau_levenshtein(&own, &wanted) <= own.len().max(wanted.len()) / 2
+    };
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = files.filter(|file| file.path().is_file());
+    let mut names: Vec<String> = files.filter_map(|file| file.file_name().into_string().ok()).collect();
+    names.retain(is_of_kind);
+    // Folders have no order.
+    names.sort();
+    did_you_mean(name, names.iter().map(String::as_str))
 }
 
 /// Edits from one name to another. A unit at the end may be left out: "radus" is near "radius_m".

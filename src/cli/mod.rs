@@ -16,6 +16,7 @@ mod explain;
 mod failure;
 mod films;
 mod frames;
+mod hints;
 mod info;
 mod interrupt;
 mod job;
@@ -40,6 +41,7 @@ mod usage;
 mod verify;
 mod view;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -51,9 +53,9 @@ use failure::{Failure, Fault};
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let words = command_line::understood(std::env::args_os());
-    let outcome = match Arguments::try_parse_from(words) {
+    let outcome = match Arguments::try_parse_from(&words) {
         Ok(arguments) => run(arguments),
-        Err(error) => answer(&error),
+        Err(error) => answer(&error, words.get(1)),
     };
     outcome.unwrap_or_else(|failure| failure.tell())
 }
@@ -81,8 +83,12 @@ fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Help that was asked for, or what is wrong with the command line.
-fn answer(error: &clap::Error) -> Result<ExitCode, Failure> {
+/// Help that was asked for, or what is wrong with the command line, which begins with a word.
+fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Failure> {
+    let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| hints::misspelt_command(word));
+    if let Some(failure) = misspelt {
+        return Err(failure);
+    }
     let printed = error.print();
     if error.use_stderr() {
         return Ok(Fault::CommandLine.code());

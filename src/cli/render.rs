@@ -10,7 +10,7 @@ use super::job::{Job, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
 use super::loading::Reuse;
 use super::output::default_image;
-use super::{Failure, output, pilot};
+use super::{Failure, hints, output, pilot};
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -21,6 +21,9 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let Some(scene) = &arguments.scene else {
         return Err(Failure::command_line("no scene was given"));
     };
+    if let Some(failure) = hints::misspelt_command(scene.as_os_str()) {
+        return Err(failure);
+    }
     let shard = arguments.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;

@@ -107,7 +107,13 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "gltf" | "glb" => framing::load_model(path, options, sources),
         "ply" | "obj" => framing::load_mesh(path, options, sources),
         other => {
-            let hint = did_you_mean(other, ["ron", "gltf", "glb", "ply", "obj"]);
+            let known = ["ron", "gltf", "glb", "ply", "obj"];
+            let whole = known.iter().map(|extension| path.with_extension(extension));
+            let whole = whole.filter(|_| other.is_empty()).find(|path| path.is_file());
+            let hint = match whole {
+                Some(path) => format!(" (did you mean \"{}\"?)", path.display()),
+                None => did_you_mean(other, known),
+            };
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
             Err(LoadError::invalid(path, reason))
         }

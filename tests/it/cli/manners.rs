@@ -148,3 +148,30 @@ fn an_image_that_memory_cannot_hold_is_a_limit() {
     assert_eq!(output.status.code(), Some(4), "{error}");
     assert!(error.starts_with("error: an image of 65536x65536 takes"), "{error}");
 }
+
+#[test]
+fn misspelt_commands_and_files_are_recognized() {
+    let folder = folder();
+    let here = folder.path();
+    std::fs::write(here.join("scene.png"), "").expect("a file");
+    for (arguments, code, wanted) in [
+        (&["veiw", "scene.ron"][..], 2, "no scene \"veiw\" (did you mean \"view\"?)"),
+        (&["chek"], 2, "did you mean \"check\"?"),
+        (&["--json", "chek"], 2, "did you mean \"check\"?"),
+        (&["exlpain", "scene.ron", "3,3"], 2, "did you mean \"explain\"?"),
+        (&["scnee.ron"], 1, "did you mean \"scene.ron\"?"),
+        (&["info", "scne.ron"], 1, "did you mean \"scene.ron\"?"),
+        (&["scene"], 1, "did you mean \"scene.ron\"?"),
+        (&["info", "scene.gltf"], 1, ""),
+        (&["elsewhere/scene.ron"], 1, ""),
+    ] {
+        let output = run(here, arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(wanted) && error.lines().count() == 1, "{arguments:?}: {error}");
+        assert_eq!(error.contains("did you mean"), !wanted.is_empty(), "{arguments:?}: {error}");
+    }
+    // A file of that name is a file.
+    std::fs::write(here.join("chek"), SCENE).expect("a file");
+    assert!(text(&run(here, &["chek"]).stderr).contains("scenes are .ron"));
+}
