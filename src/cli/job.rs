@@ -6,14 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::checkpoint::Checkpoint;
 use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::loading::{Compiled, Reuse, compiled, prove};
 use super::output::{self, Picture};
+use super::progress::Meter;
 use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, command_line, usage};
@@ -414,7 +413,7 @@ fn passes(
     interrupt: &Interrupt,
 ) -> Result<(u8, Option<String>), Failure> {
     let stop = interrupt.flag();
-    let bar = if wanted.work.quiet { ProgressBar::hidden() } else { progress_bar(session) };
+    let meter = Meter::new(session, wanted.work.quiet);
     let rules = StopRules::new(wanted.stop, session);
     let mut stopped_by = None;
     while !session.is_done() && !stop.load(Ordering::Acquire) {
@@ -424,17 +423,17 @@ fn passes(
         }
         let count = rules.limit(pass_end(session), session);
         let watch = |progress: &Progress| {
-            bar.inc(progress.samples);
+            meter.tick(progress);
             if let Some(checkpoint) = checkpoint {
                 checkpoint.tick(progress.gathered);
             }
         };
         job.advance(session, count, stop, &watch)?;
         if let Some(noise) = session.film().relative_noise() {
-            bar.set_message(format!("noise {:.1} %", 100.0 * noise));
+            meter.set_noise(noise);
         }
     }
-    bar.finish_and_clear();
+    meter.end();
     Ok((interrupt.exit_code(), stopped_by))
 }
 
@@ -456,17 +455,4 @@ fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: 
         done.store(true, Ordering::Release);
         worked
     })
-}
-
-fn progress_bar(session: &Session) -> ProgressBar {
-    let ((done, wanted), area) = (session.samples_done(), session.film().region().area() as u64);
-    let bar = ProgressBar::new(area * u64::from(wanted)).with_position(area * u64::from(done));
-    let template =
-        "rendering {bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {per_sec}  {eta} left  {msg}";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
-    }
-    bar.reset_eta();
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -26,7 +26,7 @@ pub struct WorkOptions {
     /// Instruction set [default: the widest there is]; the image is the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub simd: Option<Level>,
-    /// No progress bar, no summary
+    /// No progress (a bar on a terminal, else a line every 30 seconds), no summary
     #[arg(short, long)]
     pub quiet: bool,
     /// Print statistics as one JSON object

@@ -29,6 +29,7 @@ mod pilot;
 mod plan;
 mod profile;
 mod profile_report;
+mod progress;
 mod render;
 mod report;
 mod reproduce;

@@ -103,6 +103,8 @@ pub struct Session {
 pub struct Progress<'a> {
     /// Samples (of single pixels) that were rendered.
     pub samples: u64,
+    /// Rays that were traced for them, of all kinds.
+    pub rays: u64,
     /// All that has been gathered up to now, to be saved.
     pub gathered: &'a dyn Fn() -> Gathered,
 }
@@ -209,8 +211,7 @@ impl Session {
             ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
         };
         let nothing = || self.gathered.clone();
-        let watch =
-            |rendered: &Progress| progress(&Progress { samples: rendered.samples, gathered: &nothing });
+        let watch = |rendered: &Progress| progress(&Progress { gathered: &nothing, ..*rendered });
         pilot.advance_until(count, stop, &watch);
         self.statistics.add(&pilot.statistics);
         if !pilot.is_done() {
@@ -317,7 +318,8 @@ impl Session {
             drop(guard);
             let pixels: usize = parts.iter().map(|(_, part)| part.area()).sum();
             let samples = pixels as u64 * samples.len() as u64;
-            progress(&Progress { samples, gathered: &|| lock(&gathered).clone() });
+            let rays = rendered.iter().map(|(_, own)| own.rays.total()).sum();
+            progress(&Progress { samples, rays, gathered: &|| lock(&gathered).clone() });
         });
         if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
             self.gathered.pass = None;

@@ -28,7 +28,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 1] = ["error"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 32] = [
+const CRATES: [(&str, &[&str]); 35] = [
     ("hecs", &["world", "formats", "compile", "check", "view"]),
     ("ron", &["formats"]),
     ("serde", &["math", "world", "film", "formats", "view"]),
@@ -44,6 +44,9 @@ const CRATES: [(&str, &[&str]); 32] = [
     ("serde_json", &["cli", "formats", "study", "view"]),
     ("rayon", &["compile", "denoise", "bvh", "formats", "render", "view", "cli"]),
     ("clap", &["cli"]),
+    ("clap_complete", &["cli"]),
+    ("clap_mangen", &["cli"]),
+    ("console", &["cli"]),
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
     ("signal_hook", &["cli"]),
