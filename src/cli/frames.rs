@@ -9,6 +9,7 @@ use super::{Failure, shard};
 
 /// Which moments are rendered.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Parts and frames")]
 pub struct FrameOptions {
     /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; auto/1-48 takes the one of them that
     /// the scheduler's number stands for; #### in -o stands for the frame's number

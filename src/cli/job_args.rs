@@ -12,6 +12,7 @@ use crate::simd::Level;
 
 /// How to work. No bit of the image depends on it.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Work")]
 pub struct WorkOptions {
     /// Order in which rays are traced; the image is the same
     #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
@@ -36,6 +37,7 @@ pub struct WorkOptions {
 
 /// What comes out of it, and where it goes.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Output")]
 pub struct OutputOptions {
     /// Where it goes: images .png, .exr or .hdr, a film to go on with .film, or - for a film (of --frames: a video, as
     /// YUV4MPEG2) to standard output;
@@ -55,6 +57,7 @@ pub struct OutputOptions {
 
 /// When to stop, and what to save before.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Stopping")]
 pub struct StopOptions {
     /// Stop once the noise is below that part of the image's brightness, such as noise=1%
     #[arg(long, value_name = "noise=PERCENT", value_parser = parse_until)]

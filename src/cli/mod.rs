@@ -23,6 +23,7 @@ mod job;
 mod job_args;
 mod loading;
 mod ls;
+mod manual;
 mod merge;
 mod output;
 mod pilot;
@@ -80,6 +81,8 @@ fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Some(args::Command::Ls(query)) => ls::run(&query),
         Some(args::Command::Diff(scenes)) => diff::run(&scenes),
         Some(args::Command::Ab(scene)) => ab::run(&scene),
+        Some(args::Command::Completions(shell)) => manual::completions(&shell),
+        Some(args::Command::Man(folder)) => manual::man(&folder),
         None => render::run(&arguments.render),
     }
 }

@@ -14,7 +14,7 @@ use crate::render::adaptive;
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
 pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
-    let saved = arguments.pilot.as_deref();
+    let saved = arguments.part.pilot.as_deref();
     if let Some(path) = saved.filter(|path| path.exists()) {
         job.header.allocation = Some(load(job, path)?);
         return Ok(0);
@@ -30,7 +30,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
         let mut header = job.header.clone();
         describe(&mut header, session.gathered());
         save(path, &header, session.gathered())?;
-        if arguments.pilot_only && !arguments.work.quiet {
+        if arguments.part.pilot_only && !arguments.work.quiet {
             output::say(
                 &format!("pilot     {}: {} samples\n", path.display(), output::samples(&header)),
                 false,

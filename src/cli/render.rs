@@ -24,7 +24,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     if let Some(failure) = hints::misspelt_command(scene.as_os_str()) {
         return Err(failure);
     }
-    let shard = arguments.shard.map(|shard| shard.resolve()).transpose()?;
+    let shard = arguments.part.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;
     // Everything, loading too, runs on the threads that were asked for.
@@ -73,7 +73,7 @@ fn all_frames(
     let several = frames.numbers().count() > 1;
     let frames = frames.resolve()?;
     // A part of the samples is no picture yet.
-    let shows = outputs.to_stdout && shard.is_none() && arguments.samples.is_none();
+    let shows = outputs.to_stdout && shard.is_none() && arguments.part.samples.is_none();
     let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
     let mut reuse = Reuse::new(several || arguments.frames.shutter.is_some());
     for frame in frames.numbers() {
@@ -144,13 +144,13 @@ fn render(
     let mut job = Job::load_frame(path, view, quiet, reuse, |world| arguments.apply(world))?;
     job.crop(arguments.crop)?;
     if job.header.settings.adaptive == Adaptive::Unbiased
-        && (shard.is_some() || arguments.samples.is_some() || arguments.pilot.is_some())
+        && (shard.is_some() || arguments.part.samples.is_some() || arguments.part.pilot.is_some())
     {
         let code = pilot::allocate(&mut job, arguments)?;
-        if code != 0 || arguments.pilot_only {
+        if code != 0 || arguments.part.pilot_only {
             return Ok(code);
         }
-    } else if arguments.pilot.is_some() {
+    } else if arguments.part.pilot.is_some() {
         return Err(Failure::command_line("--pilot is for --adaptive=unbiased"));
     }
     let total = job.header.total();
@@ -167,7 +167,7 @@ fn render(
         }
         (job.header.wanted, job.header.shard) = ([part.start, part.end], shard);
     }
-    if let Some([start, end]) = arguments.samples {
+    if let Some([start, end]) = arguments.part.samples {
         if end > total {
             return Err(Failure::command_line(format!(
                 "--samples ends at {end}, but there are {total}: see --spp"

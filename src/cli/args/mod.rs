@@ -20,14 +20,23 @@ pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
 pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_size};
 use parse::{parse_crop, parse_samples};
 
+/// What stands below the options.
+const AFTER_HELP: &str = "\
+rayfront render SCENE and rayfront SCENE are the same.
+
+Examples:
+  rayfront scene.ron --size 320x180 -s 4 -o quick.png      a quick look
+  rayfront model.glb --env sky -o model.png -o model.exr   a model under a sky, as two files of one rendering
+  rayfront scene.ron --max-time 10m --denoise              what ten minutes give, and the same without noise
+
+Exit codes: 0 done; 1 a scene or another file is at fault; 2 the command line is; 3 output could not be
+written; 4 a limit was met (memory, size, threads); 5 a difference was found; 129, 130, 143 interrupted (what
+there was has been saved); 141 whoever read the output has closed it.";
+
 /// A CPU renderer: a scene in, an image out.
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = "rayfront render SCENE and rayfront SCENE are the same.\n\n\
-                        Exit codes: 0 done; 1 a scene or another file is at fault; 2 the command line is; \
-                        3 output could not be written; 4 a limit was met (memory, size, threads); 5 a difference \
-                        was found; 129, 130, 143 interrupted (what there was has been saved); 141 whoever read \
-                        the output has closed it.")]
+#[command(after_help = AFTER_HELP)]
 pub struct Arguments {
     /// Other things to do than to render.
     #[command(subcommand)]
@@ -41,6 +50,7 @@ pub struct Arguments {
 #[derive(Subcommand, Debug)]
 pub enum Command {
     /// Render a scene, as without this word
+    #[command(after_help = AFTER_HELP)]
     Render(Box<Render>),
     /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
     Info(Info),
@@ -74,6 +84,10 @@ pub enum Command {
     Ab(super::ab::Ab),
     /// Do the experiments of a file and report on them
     Study(super::study::Study),
+    /// Print what makes a shell complete commands and options
+    Completions(super::manual::Completions),
+    /// Write man pages
+    Man(super::manual::Man),
 }
 
 /// `rayfront info`.
@@ -135,25 +149,49 @@ pub struct Render {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
+    /// What it looks like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    /// Render only columns X0 to X1 and rows Y0 to Y1 (the latter not included)
+    #[arg(long, help_heading = "Picture", value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    pub crop: Option<Region>,
     /// What of a model is shown.
     #[command(flatten)]
     pub model: ModelOptions,
     /// What comes out of it.
     #[command(flatten)]
     pub output: OutputOptions,
-    /// What it looks like.
-    #[command(flatten)]
-    pub picture: PictureOptions,
-    /// Render only columns X0 to X1 and rows Y0 to Y1 (the latter not included)
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
-    pub crop: Option<Region>,
     /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
-    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
+    #[arg(long, help_heading = "Output", value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub aov: Vec<AovName>,
+    /// Which part of the samples.
+    #[command(flatten)]
+    pub part: PartOptions,
+    /// Which moments.
+    #[command(flatten)]
+    pub frames: FrameOptions,
+    /// When to stop.
+    #[command(flatten)]
+    pub stop: StopOptions,
+    /// How to work.
+    #[command(flatten)]
+    pub work: WorkOptions,
+    /// Whether to go on.
+    #[command(flatten)]
+    pub watch: WatchOptions,
+}
+
+/// Which part of the samples is rendered.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Parts and frames")]
+pub struct PartOptions {
     /// Render one part of the samples: number, from 0, and how many parts, such as 3/64; auto/64 and auto take
     /// the number from the scheduler that runs this
     #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
     pub shard: Option<ShardOption>,
+    /// Render only these samples of all, such as 0..16; a plain number, such as 64, is that of --spp
+    #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
+    pub samples: Option<[u32; 2]>,
     /// Of --adaptive=unbiased: a film with what the pilot has chosen; if it is not there, the pilot is rendered and
     /// saved in it
     #[arg(long, value_name = "FILE")]
@@ -161,25 +199,11 @@ pub struct Render {
     /// Render nothing but the pilot
     #[arg(long, requires = "pilot")]
     pub pilot_only: bool,
-    /// Render only these samples of all, such as 0..16; a plain number, such as 64, is that of --spp
-    #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
-    pub samples: Option<[u32; 2]>,
-    /// Which moments.
-    #[command(flatten)]
-    pub frames: FrameOptions,
-    /// Whether to go on.
-    #[command(flatten)]
-    pub watch: WatchOptions,
-    /// When to stop.
-    #[command(flatten)]
-    pub stop: StopOptions,
-    /// How to work.
-    #[command(flatten)]
-    pub work: WorkOptions,
 }
 
 /// Whether a scene is rendered while it is written.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Work")]
 pub struct WatchOptions {
     /// Render again whenever the scene or a file that it names changes, until Ctrl-C
     #[arg(long, conflicts_with_all = ["frames", "shard", "samples", "pilot"])]

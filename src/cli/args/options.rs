@@ -15,6 +15,7 @@ pub type ImageSize = [u32; 2];
 
 /// What the image is of, and how it looks.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct PictureOptions {
     /// Samples a pixel
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
@@ -64,6 +65,7 @@ impl PictureOptions {
 
 /// How light travels, and how far.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Light")]
 pub struct LightOptions {
     /// Bounces after the camera ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
@@ -112,6 +114,7 @@ impl LightOptions {
 
 /// What of a glTF file is shown, and what is around it.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Model")]
 pub struct ModelOptions {
     /// Moment of a model's animations in seconds [default: as it stands without them]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
