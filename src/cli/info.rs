@@ -1,26 +1,29 @@
 //! `rayfront info SCENE`: what there is, without rendering it.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
 use super::{Failure, args, output};
-use crate::math::Vec3;
+use crate::formats::gltf::{Contents, contents};
+use crate::math::{Rgb, Vec3};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
-use crate::world::World;
+use crate::world::{ColorInput, Light, Material, MaterialId, Shape, World};
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let scene = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
-    let facts = facts(&world, &scene);
+    let facts = facts(&world, &scene)?;
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Everything as one object; the text is made from it, so that both say the same.
-fn facts(world: &World, scene: &CompiledScene) -> Value {
+fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
     let memory = scene.memory();
     let [width, height] = world.settings.size;
     let film = width as usize * height as usize * size_of::<crate::film::PixelSum>();
@@ -34,9 +37,12 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
         .assets
         .meshes
         .iter()
-        .map(|m| json!({"file": m.source, "vertices": m.positions.len(), "triangles": m.triangles.len()}))
+        .map(|m| {
+            let (vertices, triangles) = (m.positions.len(), m.triangles.len());
+            json!({"name": m.name, "file": m.source, "vertices": vertices, "triangles": triangles})
+        })
         .collect();
-    json!({
+    Ok(json!({
         "entities": world.entities.len(),
         "triangles": scene.geometry.triangles.len(),
         "triangles_placed": world.placed_triangles(),
@@ -51,14 +57,91 @@ fn facts(world: &World, scene: &CompiledScene) -> Value {
         },
         "materials": scene.material_names,
         "lights": scene.lights.iter().map(|light| describe_light(scene, light)).collect::<Vec<_>>(),
+        "emitters": emitters(world, scene),
         "cameras": crate::compile::camera_names(world),
+        "models": models(world)?,
         "images": images,
         "memory_bytes": {
             "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures, "film": film,
             "total": memory.geometry + memory.bvh + memory.textures + film,
         },
         "warnings": scene.warnings,
-    })
+    }))
+}
+
+/// What glTF files there are, and what can be chosen of them.
+fn models(world: &World) -> Result<Vec<Value>, Failure> {
+    let is_model = |path: &PathBuf| {
+        let extension = path.extension().unwrap_or_default();
+        extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb")
+    };
+    let files = world.assets.files.all().into_keys().filter(is_model);
+    let models = files.map(|path| {
+        let Contents { scenes, variants, animations } = contents(&path)?;
+        let animations: Vec<Value> =
+            animations.into_iter().map(|(name, end)| json!({"name": name, "seconds": end})).collect();
+        Ok(json!({"file": path, "scenes": scenes, "variants": variants, "animations": animations}))
+    });
+    models.collect()
+}
+
+/// What shines: entities that are lights, then materials that give off light, with the entities that show them.
+fn emitters(world: &World, scene: &CompiledScene) -> Vec<Value> {
+    let mut lights = Vec::new();
+    let mut shown: BTreeMap<u32, Vec<String>> = BTreeMap::new();
+    for entity in world.in_order() {
+        let name = || world.name_of(entity);
+        if let Ok(light) = world.entities.get::<&Light>(entity) {
+            lights.push(json!({"entity": name(), "light": kind_of(&light)}));
+        }
+        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+        let own = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+        let mesh = match *shape {
+            Shape::Mesh(id) if own.is_none() => world.assets.meshes.get(id.0 as usize),
+            _ => None,
+        };
+        let of_triangles = mesh.map_or(&[][..], |mesh| &mesh.triangle_materials);
+        let mut materials: BTreeSet<u32> = of_triangles.iter().map(|id| id.0).collect();
+        if materials.is_empty() {
+            materials.insert(own.unwrap_or(MaterialId::DEFAULT).0);
+        }
+        for id in materials.into_iter().filter(|id| radiance(world, *id).max_component() > 0.0) {
+            shown.entry(id).or_default().push(name());
+        }
+    }
+    let materials = shown.into_iter().map(|(id, entities)| {
+        let name = scene.material_names.get(id as usize);
+        let radiance = radiance(world, id).to_array().map(significant);
+        json!({"material": name, "radiance": radiance, "entities": entities})
+    });
+    lights.into_iter().chain(materials).collect()
+}
+
+/// What a material gives off, at most where it is a texture's.
+fn radiance(world: &World, material: u32) -> Rgb {
+    let emission = match world.assets.materials.get(material as usize).map(|named| &named.material) {
+        Some(Material::BlinnPhong(material)) => material.emission,
+        Some(Material::Principled(material)) => material.emission,
+        None => return Rgb::BLACK,
+    };
+    match emission {
+        ColorInput::Constant(color) => color,
+        ColorInput::Texture(id) => {
+            world.assets.textures.get(id.0 as usize).map_or(Rgb::BLACK, |texture| texture.factor)
+        }
+    }
+}
+
+fn kind_of(light: &Light) -> &'static str {
+    match light {
+        Light::Point { .. } => "point",
+        Light::Spot { .. } => "spot",
+        Light::Photometric { .. } => "photometric",
+        Light::Directional { .. } => "directional",
+        Light::Environment { .. } => "environment",
+        Light::Sky { .. } => "sky",
+        Light::Area { .. } => "area",
+    }
 }
 
 /// To five significant digits: the padding of boxes and the rounding of matrices are not news.
@@ -95,6 +178,14 @@ fn describe_light(scene: &CompiledScene, light: &LightSamples) -> String {
     }
 }
 
+/// The first of many.
+fn some(names: &[String]) -> String {
+    const MOST: usize = 4;
+    let more = names.len().saturating_sub(MOST);
+    let first = names[..names.len() - more].join(", ");
+    if more > 0 { format!("{first} and {more} more") } else { first }
+}
+
 fn text(facts: &Value) -> String {
     let number = |v: &Value| v.as_u64().unwrap_or(0);
     let megabytes = |v: &Value| format!("{:.1} MB", number(v) as f64 / 1e6);
@@ -121,10 +212,32 @@ fn text(facts: &Value) -> String {
     ));
     let plain = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
     for mesh in list(&facts["meshes"]) {
-        lines.push(format!("mesh       {}: {} triangles", plain(&mesh["file"]), mesh["triangles"]));
+        let file = mesh["file"].as_str().map_or(String::new(), |file| format!(" of {file}"));
+        lines.push(format!("mesh       {}{file}: {} triangles", plain(&mesh["name"]), mesh["triangles"]));
     }
     for image in list(&facts["images"]) {
         lines.push(format!("image      {}: {} x {}", plain(&image["file"]), image["width"], image["height"]));
+    }
+    for model in list(&facts["models"]) {
+        let file = plain(&model["file"]);
+        lines.extend(list(&model["animations"]).iter().map(|it| {
+            let end = it["seconds"].as_f64().map_or(String::new(), |end| format!(", up to {end:.2} s"));
+            format!("animation  {} of {file}{end}", plain(&it["name"]))
+        }));
+        for (title, key) in [("variant", "variants"), ("scene", "scenes")] {
+            let names = list(&model[key]);
+            lines.extend(names.iter().map(|name| format!("{title:<11}{} of {file}", plain(name))));
+        }
+    }
+    for emitter in list(&facts["emitters"]) {
+        lines.push(match emitter["light"].as_str() {
+            Some(kind) => format!("emits      {}: {kind} light", plain(&emitter["entity"])),
+            None => {
+                let entities: Vec<String> = list(&emitter["entities"]).iter().map(plain).collect();
+                let (radiance, material) = (&emitter["radiance"], plain(&emitter["material"]));
+                format!("emits      {}: material {material}, {radiance} W/(m² sr)", some(&entities))
+            }
+        });
     }
     for (title, key) in
         [("camera", "cameras"), ("light", "lights"), ("material", "materials"), ("warning", "warnings")]

@@ -19,6 +19,7 @@ mod animation;
 mod basis;
 mod bodies;
 mod container;
+mod contents;
 mod document;
 mod draco;
 mod emitter;
@@ -44,6 +45,7 @@ mod vertex;
 use std::collections::HashMap;
 use std::path::Path;
 
+pub use self::contents::{Contents, contents};
 use self::document::Document;
 use self::extensions::light::Lights;
 use self::extensions::variants::Variants;

@@ -175,3 +175,83 @@ fn misspelt_commands_and_files_are_recognized() {
     std::fs::write(here.join("chek"), SCENE).expect("a file");
     assert!(text(&run(here, &["chek"]).stderr).contains("scenes are .ron"));
 }
+
+/// A triangle that shines, with what there is to choose.
+const MODEL: &str = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_variants"],
+    "extensions": {"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "blue"}]}},
+    "scenes": [{"name": "day", "nodes": [0]}, {"nodes": [0]}], "nodes": [{"name": "sign", "mesh": 0}],
+    "materials": [{"name": "neon", "emissiveFactor": [1, 0.5, 0]}],
+    "meshes": [{"name": "letters", "primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "animations": [{"name": "sway", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+                    "samplers": [{"input": 1, "output": 2}]}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [2.5]},
+        {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8},
+                    {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+    "buffers": [{"byteLength": 68, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAIEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}]}"#;
+
+#[test]
+fn info_names_what_there_is_to_choose_and_what_shines() {
+    let folder = folder();
+    let here = folder.path();
+    std::fs::write(here.join("sign.gltf"), MODEL).expect("a file");
+    let facts = json(here, &["info", "sign.gltf", "--json"]);
+    let expected = serde_json::json!({
+        "file": "sign.gltf", "scenes": ["day", "1"], "variants": ["red", "blue"],
+        "animations": [{"name": "sway", "seconds": 2.5}],
+    });
+    assert_eq!(facts["models"], serde_json::json!([expected]));
+    assert_eq!(
+        (&facts["meshes"][0]["name"], &facts["meshes"][0]["triangles"]),
+        (&"letters".into(), &1.into())
+    );
+    let emitters = facts["emitters"].as_array().expect("a list");
+    let neon = serde_json::json!({"material": "neon", "radiance": [1.0, 0.5, 0.0], "entities": ["sign"]});
+    assert!(emitters.contains(&neon), "{emitters:?}");
+    let out = stdout(here, &["info", "sign.gltf"]);
+    for line in [
+        "mesh       letters of sign.gltf: 1 triangles",
+        "animation  sway of sign.gltf, up to 2.50 s",
+        "variant    blue of sign.gltf",
+        "scene      day of sign.gltf",
+        "emits      sign: material neon, [1.0,0.5,0.0] W/(m² sr)",
+    ] {
+        assert!(out.lines().any(|found| found == line), "{line}: {out}");
+    }
+    let out = stdout(here, &["info", "scene.ron"]);
+    assert!(out.contains("emits      lamp: area light\n"), "{out}");
+    assert_eq!(json(here, &["info", "scene.ron", "--json"])["models"], serde_json::json!([]));
+}
+
+#[test]
+fn help_is_in_groups_and_for_shells_and_man() {
+    let folder = folder();
+    let here = folder.path();
+    let help = stdout(here, &["--help"]);
+    let groups = ["Picture:", "Light:", "Model:", "Output:", "Parts and frames:", "Stopping:", "Work:"];
+    let places: Vec<usize> =
+        groups.iter().map(|group| help.find(&format!("\n{group}\n")).expect(group)).collect();
+    assert!(places.is_sorted(), "{help}");
+    let examples = help.split("Examples:\n").nth(1).expect("examples");
+    assert_eq!(examples.lines().take_while(|line| line.starts_with("  rayfront ")).count(), 3, "{help}");
+    assert!(stdout(here, &["render", "--help"]).contains("Examples:"));
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = stdout(here, &["completions", shell]);
+        assert!(script.contains("samples-per-pixel") && script.contains("explain"), "{shell}");
+    }
+    stdout(here, &["man", "pages/man1"]);
+    let page = |name: &str| std::fs::read_to_string(here.join("pages/man1").join(name)).expect(name);
+    assert!(page("rayfront.1").contains("CPU renderer"));
+    assert!(page("rayfront-explain.1").contains("Follow the samples"));
+}
+
+#[test]
+fn progress_is_not_for_the_quiet_nor_for_what_is_quick() {
+    let folder = folder();
+    for arguments in [&["scene.ron", "--quiet"][..], &["scene.ron"]] {
+        let output = run(folder.path(), arguments);
+        assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
+    }
+}

@@ -1,0 +1,48 @@
+//! What a file offers to choose from, by its JSON alone.
+
+use std::path::Path;
+
+use gltf::json::{Animation, Root};
+use serde::Deserialize;
+
+use super::container::Container;
+use super::extensions::variants::Variants;
+use crate::error::LoadError;
+
+/// Names to choose by. What has no name is called by its number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Of scenes.
+    pub scenes: Vec<String>,
+    /// Of variants of materials.
+    pub variants: Vec<String>,
+    /// Of animations, with the second that each ends at, where the file says it.
+    pub animations: Vec<(String, Option<f32>)>,
+}
+
+/// Looks into the file at `path`.
+pub fn contents(path: &Path) -> Result<Contents, LoadError> {
+    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let root = Container::open(&bytes, path)?.parse(path)?;
+    let name = |given: &Option<String>, number: usize| given.clone().unwrap_or_else(|| number.to_string());
+    let extensions = root.extensions.as_ref().map(|extensions| &extensions.others);
+    let variants = extensions.and_then(|others| others.get("KHR_materials_variants"));
+    // What is wrong with it is said where a variant is asked for.
+    let variants = variants.and_then(|value| Variants::deserialize(value).ok());
+    let variants = variants.map_or_else(Vec::new, |read| read.variants);
+    let (scenes, animations) = (root.scenes.iter().enumerate(), root.animations.iter().enumerate());
+    Ok(Contents {
+        scenes: scenes.map(|(number, scene)| name(&scene.name, number)).collect(),
+        variants: variants.into_iter().map(|variant| variant.name).collect(),
+        animations: animations
+            .map(|(number, animation)| (name(&animation.name, number), end(&root, animation)))
+            .collect(),
+    })
+}
+
+/// When the last key of an animation is.
+fn end(root: &Root, animation: &Animation) -> Option<f32> {
+    let inputs = animation.samplers.iter().filter_map(|sampler| root.accessors.get(sampler.input.value()));
+    let ends = inputs.filter_map(|times| times.max.as_ref()?.get(0)?.as_f64());
+    ends.reduce(f64::max).map(|end| end as f32)
+}
