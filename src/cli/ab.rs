@@ -51,19 +51,19 @@ struct Side {
 pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let options: LoadOptions = (&arguments.model).into();
     if options.edits.is_empty() {
-        return Err(Failure(
-            "there is nothing to compare: say what B has, with --set, --only or --hide".into(),
-        ));
+        let what = "there is nothing to compare: say what B has, with --set, --only or --hide";
+        return Err(Failure::command_line(what));
     }
     let plain = LoadOptions { edits: Default::default(), ..options.clone() };
     let [a, b] =
         on_threads(arguments.threads, || [&plain, &options].map(|options| render(arguments, options)))?;
     let (a, b) = (a?, b?);
     if a.settings.size != b.settings.size {
-        return Err(Failure("A and B have other sizes: give both one, with --size".into()));
+        return Err(Failure::command_line("A and B have other sizes: give both one, with --size"));
     }
-    let difference = Difference::new(&a.film, &b.film)
-        .ok_or_else(|| Failure("a difference needs two samples of each pixel: --spp 2 or more".into()))?;
+    let difference = Difference::new(&a.film, &b.film).ok_or_else(|| {
+        Failure::command_line("a difference needs two samples of each pixel: --spp 2 or more")
+    })?;
     let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
     let path = |end: &str| base.with_extension(format!("{end}.png"));
     let radiances = [&a, &b].map(|side| side.film.radiance());
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
         let files = ["a", "b", "diff"].map(path);
         let facts =
             json!({"images": files, "mean": mean, "standard_error": error, "significant": significant});
-        output::say(&format!("{facts}\n"), false);
+        output::say(&format!("{facts}\n"), false)?;
     } else {
         let before = radiances[0].iter().map(|light| f64::from(light.luminance())).sum::<f64>();
         let part = 100.0 * mean / (before / radiances[0].len().max(1) as f64).max(1e-30);
@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
                 100.0 * significant
             ),
             false,
-        );
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -103,7 +103,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     let mut world = crate::formats::load_with(&arguments.scene, options)?;
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
-        .map_err(|error| Failure(format!("{}: {error}", arguments.scene.display())))?;
+        .map_err(Failure::compile(&arguments.scene))?;
     let settings = world.settings.clone();
     let frame = Frame::new(scene, &settings);
     let mut session = Session::of(frame.into(), settings.samples, Options::default());

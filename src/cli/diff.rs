@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::args::ModelOptions;
+use super::failure::Fault;
 use super::{Failure, output};
 use crate::formats::ron::{Portrait, portrait};
 
@@ -28,8 +29,8 @@ pub(super) fn run(arguments: &Diff) -> Result<ExitCode, Failure> {
         Ok(portrait(&world, path))
     };
     let lines = differences(&read(&arguments.a)?, &read(&arguments.b)?);
-    output::say(&lines.iter().map(|line| format!("{line}\n")).collect::<String>(), false);
-    Ok(if lines.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    output::say(&lines.iter().map(|line| format!("{line}\n")).collect::<String>(), false)?;
+    Ok(if lines.is_empty() { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
 /// What is no longer there, and what is there instead.

@@ -29,7 +29,7 @@ pub struct Ls {
 pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
     let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let query = Query::parse(arguments.query.as_deref().unwrap_or("Entity"))
-        .map_err(|error| Failure(error.to_string()))?;
+        .map_err(|error| Failure::command_line(error.to_string()))?;
     let Portrait { materials, entities, .. } = portrait(&world, &arguments.scene);
     let found: Vec<(String, Vec<(&str, String)>)> = match select(&world, &query) {
         Selected::Materials(ids) => {
@@ -51,13 +51,13 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
             json!({"name": name, "keys": keys})
         };
         let all: Vec<Value> = found.iter().map(one).collect();
-        output::say(&format!("{}\n", json!({"scene": arguments.scene, "found": all})), false);
+        output::say(&format!("{}\n", json!({"scene": arguments.scene, "found": all})), false)?;
     } else {
         let line = |(name, keys): &(String, Vec<(&str, String)>)| {
             let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key}: {value}")).collect();
             format!("{name:?}  {}\n", keys.join(", "))
         };
-        output::say(&found.iter().map(line).collect::<String>(), false);
+        output::say(&found.iter().map(line).collect::<String>(), false)?;
     }
     Ok(ExitCode::SUCCESS)
 }

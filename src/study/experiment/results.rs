@@ -180,6 +180,6 @@ mod tests {
         again.add(&label(8), Row::default()).unwrap();
         assert!(Results::open(&path).unwrap().get(8).is_some());
         std::fs::write(&path, "something else\n").unwrap();
-        assert!(Results::open(&path).err().unwrap().contains("move the file away"));
+        assert!(Results::open(&path).err().unwrap().to_string().contains("move the file away"));
     }
 }
