@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn the_bar_fits_and_says_what_matters_most() {
         let facts =
-            |samples| Facts { percent: 42, samples, mrays: 12.34, left: Some(200.0), noise: Some(3.14159) };
+            |samples| Facts { percent: 42, samples, mrays: 12.34, left: Some(200.0), noise: Some(3.21654) };
         let line =
             "42 %, 26.9 of 64 samples a pixel, 12.3 million rays a second, 3 min 20 s left, noise 3.1 %";
         assert_eq!(facts([26.9, 64.0]).line(), line);

@@ -114,8 +114,11 @@ fn edits_in_any_order_come_to_what_the_files_say() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name);
     let write = |name: &str, text: &str| std::fs::write(file(name), text).expect("a file");
-    (write("a.ply", &ply(0.0)), write("b.ply", &ply(0.5)), write("model.gltf", &model(0.2)));
-    (png(&file("a.png"), 100), png(&file("b.png"), 100));
+    write("a.ply", &ply(0.0));
+    write("b.ply", &ply(0.5));
+    write("model.gltf", &model(0.2));
+    png(&file("a.png"), 100);
+    png(&file("b.png"), 100);
     let mut chosen = [0; CHOICES.len()];
     let mut random = ChaCha8Rng::seed_from_u64(18);
     let kept = Kept::keeping();

@@ -59,9 +59,9 @@ fn powers(text: &str) -> Vec<[f32; 3]> {
     let world = changed(text).unwrap();
     let mut lights = Vec::new();
     for entity in world.in_order() {
-        match world.entities.get::<&Light>(entity).as_deref() {
-            Ok(Light::Point { power_w, .. } | Light::Spot { power_w, .. }) => lights.push(power_w.to_array()),
-            _ => {}
+        let light = world.entities.get::<&Light>(entity);
+        if let Ok(Light::Point { power_w, .. } | Light::Spot { power_w, .. }) = light.as_deref() {
+            lights.push(power_w.to_array());
         }
     }
     lights
