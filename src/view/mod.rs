@@ -4,6 +4,18 @@
 //! the whole image. Whoever wants something of it puts a wish into a queue, which stops the pass that is under way.
 //! Files are looked at between passes. Other threads answer the page: all that they need of a picture they share
 //! ([`viewer::Shown`]), so that no answer makes the rendering wait.
+//!
+//! What the page and the server say to each other, plain HTTP, each address with `token=`:
+//!
+//! | request | answer |
+//! |---|---|
+//! | `GET /`, `/page.js`, `/page.css` | the page |
+//! | `GET /events` | server-sent events: all that there is to tell, whenever there are news |
+//! | `GET /status` | the same once, as JSON |
+//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue and 255 for each pixel, row by row from the top; size, samples and stops in `X-` headers |
+//! | `GET /pixel?x=X&y=Y` | what is known of a pixel |
+//! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their places in the image |
+//! | `POST /do` | a wish ([`command::Wish`]) |
 
 pub mod command;
 mod explanation;
