@@ -8,6 +8,7 @@ use crate::error::{CompileError, LoadError, SaveError};
 use crate::render::ThreadError;
 use crate::study::experiment::StudyError;
 use crate::view::scene::SceneError;
+use crate::view::tev::TevError;
 
 /// What is at fault. Every kind has an exit code of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +115,12 @@ fn of_file(error: &LoadError) -> Fault {
     match error {
         LoadError::TooLarge { .. } => Fault::Limit,
         LoadError::Io { .. } | LoadError::At { .. } | LoadError::Invalid { .. } => Fault::File,
+    }
+}
+
+impl From<TevError> for Failure {
+    fn from(error: TevError) -> Failure {
+        Failure::output(error.to_string())
     }
 }
 

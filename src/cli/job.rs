@@ -11,8 +11,8 @@ use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::loading::{Compiled, Reuse, compiled, prove};
+use super::onlookers::Onlookers;
 use super::output::{self, Picture};
-use super::progress::Meter;
 use super::report::{Phases, RenderReport};
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, command_line, usage};
@@ -220,6 +220,8 @@ pub struct Wanted<'a> {
     pub stop: &'a StopOptions,
     /// How to work.
     pub work: &'a WorkOptions,
+    /// Who looks on.
+    pub onlookers: &'a Onlookers,
     /// Files whose change ends it: nothing is written then.
     pub watched: Option<&'a SourceFiles>,
 }
@@ -413,7 +415,7 @@ fn passes(
     interrupt: &Interrupt,
 ) -> Result<(u8, Option<String>), Failure> {
     let stop = interrupt.flag();
-    let meter = Meter::new(session, wanted.work.quiet);
+    let looking = wanted.onlookers.look_at(session, &job.header.settings, wanted.work.quiet);
     let rules = StopRules::new(wanted.stop, session);
     let mut stopped_by = None;
     while !session.is_done() && !stop.load(Ordering::Acquire) {
@@ -423,17 +425,15 @@ fn passes(
         }
         let count = rules.limit(pass_end(session), session);
         let watch = |progress: &Progress| {
-            meter.tick(progress);
+            looking.progress(progress);
             if let Some(checkpoint) = checkpoint {
                 checkpoint.tick(progress.gathered);
             }
         };
         job.advance(session, count, stop, &watch)?;
-        if let Some(noise) = session.film().relative_noise() {
-            meter.set_noise(noise);
-        }
+        looking.passed(session);
     }
-    meter.end();
+    looking.finish(session);
     Ok((interrupt.exit_code(), stopped_by))
 }
 

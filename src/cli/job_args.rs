@@ -35,6 +35,18 @@ pub struct WorkOptions {
     pub json: bool,
 }
 
+/// Where the image is to be seen while it is rendered.
+#[derive(Args, Debug)]
+pub struct LookOptions {
+    /// Show the image, as floats, while it is rendered: in tev or HDRView, which listens there, usually at
+    /// 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT")]
+    pub tev: Option<String>,
+    /// Show the image while it is rendered: in the terminal, under the progress bar
+    #[arg(long)]
+    pub preview: bool,
+}
+
 /// What comes out of it, and where it goes.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]

@@ -25,6 +25,7 @@ mod loading;
 mod ls;
 mod manual;
 mod merge;
+mod onlookers;
 mod output;
 mod pilot;
 mod plan;

@@ -12,14 +12,14 @@ use crate::film::{Channel, Film};
 use crate::formats::film_file::{Header, Note};
 use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
-use crate::world::Adaptive;
+use crate::world::{Adaptive, Settings};
 
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
 /// The name under which an image without noise carries its hash.
 pub const DENOISED: &str = "denoised_hash";
 /// Options that leave no trace in an image: how it was rendered, and where it went.
-const WITHOUT_TRACE: [&str; 16] = [
+const WITHOUT_TRACE: [&str; 17] = [
     "--schedule",
     "--wave",
     "--threads",
@@ -36,6 +36,7 @@ const WITHOUT_TRACE: [&str; 16] = [
     "--spp",
     "--frames",
     "--fps",
+    "--tev",
 ];
 
 /// A film as files show it.
@@ -52,10 +53,9 @@ impl<'a> Picture<'a> {
     /// As the header's settings say.
     pub fn new(header: &'a Header, film: &'a Film, bits: u8) -> Picture<'a> {
         let radiance = film.radiance();
-        let settings = &header.settings;
-        let own_ev = if settings.auto_exposure { automatic_ev(&radiance) } else { 0.0 };
+        let exposure_ev = exposure_ev(&header.settings, &radiance);
         let bits = if bits == 16 { PngBits::Sixteen } else { PngBits::Eight };
-        Picture { header, film, radiance, bits, exposure_ev: own_ev + settings.exposure_ev }
+        Picture { header, film, radiance, bits, exposure_ev }
     }
 
     /// Saves images; those that can hold them get the channels, and which names ids stand for.
@@ -140,13 +140,19 @@ impl<'a> Picture<'a> {
         entries.extend(limits);
         // Whose machine it was is nobody's business, and the same image shall be the same file.
         let command = command_line::without(&self.header.note.command, &WITHOUT_TRACE);
-        let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise"];
+        let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview"];
         let command = command.into_iter().filter(|word| !switches.contains(&&word[..])).collect();
         let note = Note { command, ..Note::default() };
         let record = serde_json::to_string(&Header { note, ..self.header.clone() });
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries
     }
+}
+
+/// Stops by which an image is exposed.
+pub fn exposure_ev(settings: &Settings, radiance: &[Rgb]) -> f32 {
+    let own_ev = if settings.auto_exposure { automatic_ev(radiance) } else { 0.0 };
+    own_ev + settings.exposure_ev
 }
 
 /// Samples that all pixels have, and how many there were to be.

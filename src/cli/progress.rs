@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::output::tell;
 use crate::render::{Progress, Session};
@@ -36,10 +36,13 @@ pub struct Meter {
 
 impl Meter {
     /// For what is left of a rendering; says nothing if it is to be quiet.
-    pub fn new(session: &Session, quiet: bool) -> Meter {
+    pub fn new(session: &Session, quiet: bool, terminal: &MultiProgress) -> Meter {
         let ((done, wanted), pixels) = (session.samples_done(), session.film().region().area() as u64);
         let (done, wanted) = (pixels * u64::from(done), pixels * u64::from(wanted));
-        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(wanted).with_position(done) };
+        let bar = match quiet {
+            true => ProgressBar::hidden(),
+            false => terminal.add(ProgressBar::new(wanted).with_position(done)),
+        };
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
             bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
         }

@@ -9,6 +9,7 @@ use super::interrupt::Interrupt;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
 use super::loading::Reuse;
+use super::onlookers::Onlookers;
 use super::output::default_image;
 use super::{Failure, hints, output, pilot};
 use crate::formats::film_file::{self, FilmFile, Header, View};
@@ -27,24 +28,26 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let shard = arguments.part.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;
+    let onlookers = Onlookers::new(&arguments.look, scene)?;
     // Everything, loading too, runs on the threads that were asked for.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
-        None if arguments.watch.watch => watch(arguments, scene, &outputs),
+        None if arguments.watch.watch => watch(arguments, scene, &outputs, &onlookers),
         None => {
             let mut reuse = Reuse::new(arguments.frames.shutter.is_some());
-            render(arguments, scene, outputs, shard, arguments.model.time, &mut reuse)
+            render(arguments, scene, outputs, shard, arguments.model.time, &mut reuse, &onlookers)
         }
-        Some(frames) => all_frames(arguments, scene, &outputs, shard, frames),
+        Some(frames) => all_frames(arguments, scene, &outputs, shard, frames, &onlookers),
     })??;
     Ok(ExitCode::from(code))
 }
 
 /// Renders again whenever a file has changed, until somebody ends it.
-fn watch(arguments: &Render, scene: &Path, outputs: &Outputs) -> Result<u8, Failure> {
+fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &Onlookers) -> Result<u8, Failure> {
     let interrupt = Interrupt::watch();
     let mut reuse = Reuse::watching(arguments.watch.paranoid);
     loop {
-        let rendered = render(arguments, scene, outputs.clone(), None, arguments.model.time, &mut reuse);
+        let time_s = arguments.model.time;
+        let rendered = render(arguments, scene, outputs.clone(), None, time_s, &mut reuse, onlookers);
         match rendered {
             Err(failure) if failure.is_closed_pipe() => return Err(failure),
             // What is broken now is about to be mended.
@@ -69,6 +72,7 @@ fn all_frames(
     outputs: &Outputs,
     shard: Option<[u32; 2]>,
     frames: &Frames,
+    onlookers: &Onlookers,
 ) -> Result<u8, Failure> {
     let several = frames.numbers().count() > 1;
     let frames = frames.resolve()?;
@@ -88,7 +92,7 @@ fn all_frames(
             continue;
         }
         let time_s = frame as f32 / arguments.frames.fps;
-        let code = render(arguments, scene, outputs, shard, Some(time_s), &mut reuse)?;
+        let code = render(arguments, scene, outputs, shard, Some(time_s), &mut reuse, onlookers)?;
         if code != 0 {
             return Ok(code);
         }
@@ -126,6 +130,7 @@ fn render(
     shard: Option<[u32; 2]>,
     time_s: Option<f32>,
     reuse: &mut Reuse,
+    onlookers: &Onlookers,
 ) -> Result<u8, Failure> {
     let view = View {
         camera: arguments.picture.camera.clone(),
@@ -196,7 +201,7 @@ fn render(
     let Render { output, stop, work, .. } = arguments;
     let sources = reuse.sources.clone();
     let watched = arguments.watch.watch.then_some(&sources);
-    let wanted = Wanted { outputs, output, stop, work, watched };
+    let wanted = Wanted { outputs, output, stop, work, onlookers, watched };
     carry_out(job, &wanted, found)
 }
 

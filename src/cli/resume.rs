@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::Failure;
 use super::job::{Job, Wanted, carry_out};
-use super::job_args::{OutputOptions, Outputs, StopOptions, WorkOptions};
+use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
+use super::onlookers::Onlookers;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -30,6 +31,9 @@ pub struct Resume {
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,
+    /// Who looks on.
+    #[command(flatten)]
+    pub look: LookOptions,
     /// How to work.
     #[command(flatten)]
     pub work: WorkOptions,
@@ -60,11 +64,13 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     }
     let name = arguments.film.to_string_lossy();
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.ends_with(".checkpoint.film");
+    let onlookers = Onlookers::new(&arguments.look, &film.header.scene.path)?;
     let wanted = Wanted {
         outputs,
         output: &arguments.output,
         stop: &arguments.stop,
         work: &arguments.work,
+        onlookers: &onlookers,
         watched: None,
     };
     let code = carry_out(job, &wanted, Some(film))?;

@@ -13,6 +13,7 @@ use super::{Failure, command_line, output};
 use crate::render::on_threads;
 use crate::view::scene::LiveScene;
 use crate::view::server::Server;
+use crate::view::tev::Tev;
 use crate::view::viewer::{Viewer, Work};
 
 /// `rayfront view`.
@@ -35,10 +36,15 @@ pub struct View {
     /// Do not open the page in a browser
     #[arg(long)]
     pub no_open: bool,
+    /// Show the image, as floats, in tev or HDRView too, which listens there, usually at 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT")]
+    pub tev: Option<String>,
 }
 
 pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
-    let View { scene: path, model, picture, threads, port, no_open } = arguments;
+    let View { scene: path, model, picture, threads, port, no_open, tev } = arguments;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let tev = tev.map(|address| Tev::connect(&address, &name)).transpose()?;
     let camera = picture.camera.clone();
     let options = (&model).into();
     on_threads(threads, move || {
@@ -58,7 +64,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
             // Where there is no browser the address has to do.
             let _ = open::that_detached(&address);
         }
-        let viewer = Arc::new(Viewer::new(&scene, Work::default()));
+        let viewer = Arc::new(Viewer::new(&scene, Work::default()).with_tev(tev));
         let command = format!("rayfront explain {}", command_line::quoted(&path.to_string_lossy()));
         let served = viewer.clone();
         std::thread::spawn(move || {

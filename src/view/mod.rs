@@ -24,5 +24,7 @@ pub mod rig;
 pub mod scene;
 pub mod server;
 mod status;
+pub mod terminal;
+pub mod tev;
 pub mod viewer;
 pub mod watched;

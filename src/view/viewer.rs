@@ -11,6 +11,7 @@ use tokio::sync::watch;
 use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Status, queues};
+use super::tev::Tev;
 use super::watched::{LOOK, Watched};
 use crate::film::Features;
 use crate::integrator::{Frame, Schedule};
@@ -56,6 +57,8 @@ pub struct Viewer {
     stop: AtomicBool,
     /// Grows whenever there is something to tell.
     news: watch::Sender<u64>,
+    /// Who else is shown the image.
+    tev: Option<Tev>,
 }
 
 struct State {
@@ -111,7 +114,18 @@ impl Viewer {
         let state =
             State { shown, status, commands: VecDeque::new(), answers: HashMap::new(), next: 0, ends: false };
         let (news, _) = watch::channel(0);
-        Viewer { state: Mutex::new(state), wake: Condvar::new(), stop: AtomicBool::new(false), news }
+        Viewer {
+            state: Mutex::new(state),
+            wake: Condvar::new(),
+            stop: AtomicBool::new(false),
+            news,
+            tev: None,
+        }
+    }
+
+    /// Shows the image elsewhere too.
+    pub fn with_tev(self, tev: Option<Tev>) -> Viewer {
+        Viewer { tev, ..self }
     }
 
     /// What there is to see now.
@@ -323,10 +337,15 @@ impl Rendering {
         };
         let (begun, last) = (self.begun, Mutex::new(Instant::now()));
         let show = |gathered: Gathered| {
+            let gathered = Arc::new(gathered);
             viewer.publish(|state| {
                 state.status.pixels(&gathered, &shown, begun.elapsed());
-                state.shown = Shown { gathered: Arc::new(gathered), ..shown.clone() };
+                state.shown = Shown { gathered: gathered.clone(), ..shown.clone() };
             });
+            if let Some(tev) = &viewer.tev {
+                tev.show(gathered);
+                tev.warning().into_iter().for_each(|warning| eprintln!("warning: {warning}"));
+            }
         };
         let watch = |progress: &Progress| {
             // One thread at a time takes a picture; the others go on.

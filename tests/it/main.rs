@@ -22,6 +22,7 @@ mod scenes;
 mod sharing;
 mod studies;
 mod support;
+mod tev;
 mod tidy;
 mod trace;
 mod view;

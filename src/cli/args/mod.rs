@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::aov::AovName;
 use super::frames::FrameOptions;
-use super::job_args::{OutputOptions, StopOptions, WorkOptions};
+use super::job_args::{LookOptions, OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::film::Region;
 use crate::simd::Level;
@@ -173,6 +173,9 @@ pub struct Render {
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,
+    /// Who looks on.
+    #[command(flatten)]
+    pub look: LookOptions,
     /// How to work.
     #[command(flatten)]
     pub work: WorkOptions,

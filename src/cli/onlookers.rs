@@ -1,0 +1,165 @@
+//! Who looks on while something is rendered: the progress bar, a picture in the terminal, a viewer of floats.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use console::Term;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::job_args::LookOptions;
+use super::progress::Meter;
+use super::{Failure, output};
+use crate::film::Film;
+use crate::film::tonemap::DisplayTransform;
+use crate::render::{Gathered, Progress, Session};
+use crate::view::terminal::{half_blocks, thinned};
+use crate::view::tev::Tev;
+use crate::world::Settings;
+
+/// How often the image is looked at, at most.
+const EVERY: Duration = Duration::from_millis(200);
+/// Looking takes at most one in so many parts of the time: to copy a large image takes longer than a moment.
+const SHARE: u32 = 20;
+/// How often a terminal with a picture is drawn anew, a second: a picture is as long as a page of text.
+const DRAWN_HZ: u8 = 5;
+
+/// Who looks on, at one rendering after another.
+pub struct Onlookers {
+    tev: Option<Tev>,
+    preview: bool,
+}
+
+impl Onlookers {
+    /// As they were asked for. A viewer that cannot be reached is told of before anything is rendered.
+    pub fn new(options: &LookOptions, scene: &Path) -> Result<Onlookers, Failure> {
+        let name = scene.file_name().unwrap_or_default().to_string_lossy();
+        let tev = options.tev.as_ref().map(|address| Tev::connect(address, &name)).transpose()?;
+        let is_seen = !ProgressDrawTarget::stderr().is_hidden();
+        if options.preview && !is_seen {
+            output::tell(format_args!("warning: --preview shows nothing: standard error is no terminal"));
+        }
+        Ok(Onlookers { tev, preview: options.preview && is_seen })
+    }
+
+    /// A rendering begins.
+    pub fn look_at<'a>(&'a self, session: &Session, settings: &Settings, quiet: bool) -> Looking<'a> {
+        let target = match (quiet, self.preview) {
+            (_, true) => ProgressDrawTarget::stderr_with_hz(DRAWN_HZ),
+            (false, false) => ProgressDrawTarget::stderr(),
+            (true, false) => ProgressDrawTarget::hidden(),
+        };
+        let terminal = MultiProgress::with_draw_target(target);
+        let meter = Meter::new(session, quiet, &terminal);
+        let picture = self.preview.then(|| picture_bar(&terminal));
+        let next = Mutex::new(Instant::now() + EVERY);
+        Looking { tev: self.tev.as_ref(), terminal, meter, picture, settings: settings.clone(), next }
+    }
+}
+
+/// Onlookers of one rendering.
+pub struct Looking<'a> {
+    tev: Option<&'a Tev>,
+    terminal: MultiProgress,
+    meter: Meter,
+    /// None where no picture is wanted.
+    picture: Option<ProgressBar>,
+    settings: Settings,
+    /// When the image may be looked at again.
+    next: Mutex<Instant>,
+}
+
+impl Looking<'_> {
+    /// A tile is done.
+    pub fn progress(&self, progress: &Progress) {
+        self.meter.tick(progress);
+        self.look_if_it_is_time(progress.gathered);
+    }
+
+    /// A pass is done.
+    pub fn passed(&self, session: &Session) {
+        if let Some(noise) = session.film().relative_noise() {
+            self.meter.set_noise(noise);
+        }
+        // The last picture comes at the end.
+        if !session.is_done() {
+            self.look_if_it_is_time(&|| session.gathered().clone());
+        }
+    }
+
+    /// Nothing more is rendered. The last picture stays.
+    pub fn finish(self, session: &Session) {
+        if self.is_wanted() {
+            self.look(&|| session.gathered().clone());
+        }
+        if let Some(tev) = self.tev {
+            tev.flush();
+            self.pass_on_warning(tev);
+        }
+        self.meter.end();
+        if let Some(picture) = self.picture {
+            picture.finish();
+        }
+    }
+
+    /// Whether anybody wants to see the image.
+    fn is_wanted(&self) -> bool {
+        self.tev.is_some() || self.picture.is_some()
+    }
+
+    fn look_if_it_is_time(&self, gathered: &dyn Fn() -> Gathered) {
+        if !self.is_wanted() {
+            return;
+        }
+        // One thread at a time looks; the others go on.
+        let Ok(mut next) = self.next.try_lock() else { return };
+        let start = Instant::now();
+        if start >= *next {
+            self.look(gathered);
+            *next = Instant::now() + EVERY.max(SHARE * start.elapsed());
+        }
+    }
+
+    fn look(&self, gathered: &dyn Fn() -> Gathered) {
+        let gathered = Arc::new(gathered());
+        if let Some(picture) = &self.picture {
+            picture.set_message(picture_of(&gathered.film, &self.settings));
+        }
+        if let Some(tev) = self.tev {
+            tev.show(gathered);
+            self.pass_on_warning(tev);
+        }
+    }
+
+    fn pass_on_warning(&self, tev: &Tev) {
+        let Some(warning) = tev.warning() else { return };
+        let line = format!("warning: {warning}");
+        if self.terminal.is_hidden() {
+            output::tell(format_args!("{line}"));
+        } else {
+            // Above the bar. If it cannot be written nobody would read it.
+            let _ = self.terminal.println(line);
+        }
+    }
+}
+
+/// The image in as much of the terminal as it has columns, and half of its rows.
+fn picture_of(film: &Film, settings: &Settings) -> String {
+    let (rows, columns) = Term::stderr().size();
+    let room = [u32::from(columns).max(1), u32::from(rows / 2).max(1)];
+    let (region, radiance) = (film.region(), film.radiance());
+    let (few, size) = thinned(&radiance, [region.width(), region.height()], room);
+    let exposure_ev = output::exposure_ev(settings, &few);
+    let display = DisplayTransform::new(settings.tonemap, exposure_ev, &radiance);
+    let pixels: Vec<_> = few.iter().map(|pixel| display.apply_8_bit(*pixel)).collect();
+    half_blocks(&pixels, size, room)
+}
+
+/// A bar that is nothing but its message: lines that are drawn anew where they are.
+fn picture_bar(terminal: &MultiProgress) -> ProgressBar {
+    let bar = terminal.add(ProgressBar::no_length());
+    if let Ok(style) = ProgressStyle::with_template("{msg}") {
+        bar.set_style(style);
+    }
+    bar
+}

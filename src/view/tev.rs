@@ -1,0 +1,446 @@
+//! The image, while it is rendered, to a viewer of floats: tev or HDRView.
+//!
+//! The protocol is tev's (<https://github.com/Tom94/tev>, `include/tev/Ipc.h` and `src/Ipc.cpp`), which HDRView
+//! understands too. Packets go one way over TCP: the packet's length in bytes, these four included, its kind as a byte,
+//! and its fields. Numbers are little-endian, strings end with a zero.
+
+use std::io::{self, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crate::film::Film;
+use crate::math::Rgb;
+use crate::render::Gathered;
+
+/// How long a viewer may take to answer a call, and to read what it is sent, before it counts as gone.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Rows that are sent together, and only if one of them has changed: as high as a tile that is rendered.
+const BAND: usize = 64;
+/// What the image's channels are called.
+const CHANNELS: [&str; 3] = ["R", "G", "B"];
+
+/// Kinds of packets.
+const CREATE_IMAGE: u8 = 4;
+const UPDATE_IMAGE_V3: u8 = 6;
+
+/// No viewer can be reached.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "cannot reach a viewer at {address}: {source}: start tev there, or HDRView and let it listen (both usually do at 127.0.0.1:14158)"
+)]
+pub struct TevError {
+    /// Where it was looked for.
+    pub address: String,
+    /// The system's reason.
+    pub source: io::Error,
+}
+
+/// A viewer that is shown an image as it becomes.
+///
+/// A thread of its own sends: nobody who has something to show waits for the network, and what a slow viewer has
+/// not been sent yet is replaced by what is newer.
+pub struct Tev {
+    shared: Arc<Shared>,
+    sender: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    /// What is to be sent.
+    next: Option<Arc<Gathered>>,
+    is_sending: bool,
+    /// The viewer has gone away.
+    is_gone: bool,
+    /// Why, until somebody has asked.
+    warning: Option<String>,
+    ends: bool,
+}
+
+impl Tev {
+    /// Calls the viewer that listens at `HOST:PORT`. The image will have that name; one that has it already is
+    /// replaced.
+    pub fn connect(address: &str, name: &str) -> Result<Tev, TevError> {
+        let fault = |source| TevError { address: address.to_owned(), source };
+        let stream = reach(address).map_err(fault)?;
+        let shared = Arc::new(Shared { state: Mutex::default(), changed: Condvar::new() });
+        let (link, own) = (Link::new(stream, name), shared.clone());
+        let sender = std::thread::Builder::new().name("tev".into()).spawn(move || own.send_all(link));
+        Ok(Tev { shared, sender: Some(sender.map_err(fault)?) })
+    }
+
+    /// Has it sent as soon as may be. Does not wait.
+    pub fn show(&self, gathered: Arc<Gathered>) {
+        let mut state = self.shared.lock();
+        if !state.is_gone {
+            state.next = Some(gathered);
+            self.shared.changed.notify_all();
+        }
+    }
+
+    /// Waits until what was shown last has been sent, or the viewer has gone away.
+    pub fn flush(&self) {
+        let mut state = self.shared.lock();
+        while !state.is_gone && (state.next.is_some() || state.is_sending) {
+            state = self.shared.wait(state);
+        }
+    }
+
+    /// What to tell people of a viewer that has gone away. Says it once.
+    pub fn warning(&self) -> Option<String> {
+        self.shared.lock().warning.take()
+    }
+}
+
+impl Drop for Tev {
+    fn drop(&mut self) {
+        self.shared.lock().ends = true;
+        self.shared.changed.notify_all();
+        if let Some(sender) = self.sender.take() {
+            // It does not panic, and if it did nothing would be left to do.
+            let _ = sender.join();
+        }
+    }
+}
+
+impl Shared {
+    /// Nothing panics while it holds the lock.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn wait<'a>(&self, state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+        self.changed.wait(state).unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// Sends what there is to be sent until it ends or the viewer goes away.
+    fn send_all(&self, mut link: Link) {
+        let mut state = self.lock();
+        loop {
+            if let Some(next) = state.next.take() {
+                state.is_sending = true;
+                drop(state);
+                let sent = link.send(&next.film);
+                state = self.lock();
+                state.is_sending = false;
+                if let Err(error) = sent {
+                    (state.is_gone, state.next) = (true, None);
+                    state.warning =
+                        Some(format!("the viewer has gone away: {error} (the rendering goes on without it)"));
+                }
+                self.changed.notify_all();
+            } else if state.ends {
+                return;
+            } else {
+                state = self.wait(state);
+            }
+            if state.is_gone {
+                return;
+            }
+        }
+    }
+}
+
+/// The first of a name's addresses where somebody answers.
+fn reach(address: &str) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(io::ErrorKind::NotFound, "nothing has that name");
+    for socket in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&socket, PATIENCE) {
+            Ok(stream) => {
+                stream.set_write_timeout(Some(PATIENCE))?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+/// A connection, and what the viewer at its other end has.
+struct Link {
+    stream: TcpStream,
+    /// The image's name.
+    name: String,
+    /// Its width and height; none before there is an image.
+    size: Option<[u32; 2]>,
+    /// Its pixels; fewer before all have been sent.
+    sent: Vec<Rgb>,
+}
+
+impl Link {
+    fn new(stream: TcpStream, name: &str) -> Link {
+        // A zero would end it.
+        Link { stream, name: name.replace('\0', ""), size: None, sent: Vec::new() }
+    }
+
+    /// Sends what has changed.
+    fn send(&mut self, film: &Film) -> io::Result<()> {
+        let (region, pixels) = (film.region(), film.radiance());
+        let size = [region.width(), region.height()];
+        if self.size != Some(size) {
+            self.stream.write_all(&self.creation(size))?;
+            (self.size, self.sent) = (Some(size), Vec::new());
+        }
+        let length = (BAND * size[0] as usize).max(1);
+        for (number, band) in pixels.chunks(length).enumerate() {
+            let start = number * length;
+            if self.sent.get(start..start + band.len()) != Some(band) {
+                self.stream.write_all(&self.update(size[0], number * BAND, band))?;
+            }
+        }
+        self.sent = pixels;
+        Ok(())
+    }
+
+    /// A new image, which the viewer turns to.
+    fn creation(&self, size: [u32; 2]) -> Vec<u8> {
+        let packet = Packet::new(CREATE_IMAGE).flag(true).text(&self.name);
+        let packet = size.into_iter().fold(packet, Packet::number).number(CHANNELS.len() as u32);
+        CHANNELS.into_iter().fold(packet, Packet::text).finish()
+    }
+
+    /// Whole rows from row `y` on. The viewer does not turn to them: who looks at something else goes on with it.
+    fn update(&self, width: u32, y: usize, pixels: &[Rgb]) -> Vec<u8> {
+        let height = pixels.len() / (width as usize).max(1);
+        let packet = Packet::new(UPDATE_IMAGE_V3).flag(false).text(&self.name).number(CHANNELS.len() as u32);
+        let packet = CHANNELS.into_iter().fold(packet, Packet::text);
+        let packet = [0, y as u32, width, height as u32].into_iter().fold(packet, Packet::number);
+        // A pixel's channels lie beside each other: where each begins, and how far it is to the next pixel.
+        let offsets = 0..CHANNELS.len() as u64;
+        let strides = CHANNELS.map(|_| CHANNELS.len() as u64);
+        let mut packet = offsets.chain(strides).fold(packet, Packet::long_number);
+        packet.0.reserve(size_of_val(pixels));
+        for component in pixels.iter().flat_map(|pixel| pixel.to_array()) {
+            packet.0.extend(component.to_le_bytes());
+        }
+        packet.finish()
+    }
+}
+
+/// A packet that is written. Its numbers are signed in the protocol, and ours are never negative.
+struct Packet(Vec<u8>);
+
+impl Packet {
+    fn new(kind: u8) -> Packet {
+        // Room for its length.
+        Packet(vec![0, 0, 0, 0, kind])
+    }
+
+    fn flag(mut self, is_set: bool) -> Packet {
+        self.0.push(u8::from(is_set));
+        self
+    }
+
+    fn number(mut self, number: u32) -> Packet {
+        self.0.extend(number.to_le_bytes());
+        self
+    }
+
+    fn long_number(mut self, number: u64) -> Packet {
+        self.0.extend(number.to_le_bytes());
+        self
+    }
+
+    fn text(mut self, text: &str) -> Packet {
+        self.0.extend(text.as_bytes());
+        self.0.push(0);
+        self
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        let length = self.0.len() as u32;
+        self.0[..4].copy_from_slice(&length.to_le_bytes());
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+    use std::net::TcpListener;
+
+    use super::*;
+    use crate::film::{Region, Unit};
+
+    /// What a viewer has been sent.
+    #[derive(Default)]
+    struct Received {
+        name: String,
+        size: [usize; 2],
+        pixels: Vec<Rgb>,
+        creations: usize,
+        /// First rows and heights of updates.
+        bands: Vec<[usize; 2]>,
+    }
+
+    /// Fields of a packet, one after another.
+    struct Fields<'a>(&'a [u8]);
+
+    impl Fields<'_> {
+        fn take<const N: usize>(&mut self) -> [u8; N] {
+            let (first, rest) = self.0.split_at(N);
+            self.0 = rest;
+            first.try_into().unwrap()
+        }
+
+        fn number(&mut self) -> usize {
+            i32::from_le_bytes(self.take()).try_into().unwrap()
+        }
+
+        fn text(&mut self) -> String {
+            let end = self.0.iter().position(|byte| *byte == 0).unwrap();
+            let text = String::from_utf8(self.0[..end].to_vec()).unwrap();
+            self.0 = &self.0[end + 1..];
+            text
+        }
+    }
+
+    impl Received {
+        /// Reads until the other end says no more.
+        fn all(mut stream: TcpStream) -> Received {
+            let mut received = Received::default();
+            let mut length = [0; 4];
+            while stream.read_exact(&mut length).is_ok() {
+                let mut packet = vec![0; u32::from_le_bytes(length) as usize - 4];
+                stream.read_exact(&mut packet).unwrap();
+                received.take(&packet);
+            }
+            received
+        }
+
+        fn take(&mut self, packet: &[u8]) {
+            let mut fields = Fields(packet);
+            let [kind, turns_to_it] = fields.take();
+            let name = fields.text();
+            match kind {
+                4 => {
+                    self.size = [fields.number(), fields.number()];
+                    assert_eq!(fields.number(), 3);
+                    assert_eq!([fields.text(), fields.text(), fields.text()], ["R", "G", "B"]);
+                    assert_eq!((turns_to_it, fields.0), (1, &[][..]));
+                    self.pixels = vec![Rgb::splat(f32::NAN); self.size[0] * self.size[1]];
+                    (self.name, self.creations) = (name, self.creations + 1);
+                }
+                6 => {
+                    assert_eq!((turns_to_it, &name), (0, &self.name));
+                    assert_eq!(fields.number(), 3);
+                    assert_eq!([fields.text(), fields.text(), fields.text()], ["R", "G", "B"]);
+                    let [x, y, width, height] = [(); 4].map(|()| fields.number());
+                    assert_eq!((x, width), (0, self.size[0]));
+                    let layout = [(); 6].map(|()| i64::from_le_bytes(fields.take()));
+                    assert_eq!(layout, [0, 1, 2, 3, 3, 3]);
+                    for pixel in &mut self.pixels[y * width..][..width * height] {
+                        *pixel = Rgb::from([(); 3].map(|()| f32::from_le_bytes(fields.take())));
+                    }
+                    assert!(fields.0.is_empty());
+                    self.bands.push([y, height]);
+                }
+                _ => panic!("a packet of kind {kind}"),
+            }
+        }
+    }
+
+    fn gathered([width, height]: [u32; 2]) -> Gathered {
+        let mut gathered = Gathered::nothing(Region::whole([width, height]), Unit::default(), false);
+        for y in 0..height {
+            for x in 0..width {
+                for sample in 0..3 {
+                    gathered.film.count(x, y, sample);
+                    gathered.film.add(x, y, sample, Rgb::new(0.1 * x as f32, 3.7 / (y + 1) as f32, 1e4));
+                }
+            }
+        }
+        gathered
+    }
+
+    /// A viewer, and where it is.
+    fn listener() -> (TcpListener, String) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        (listener, address)
+    }
+
+    fn bits(pixels: &[Rgb]) -> Vec<[u32; 3]> {
+        pixels.iter().map(|pixel| pixel.to_array().map(f32::to_bits)).collect()
+    }
+
+    #[test]
+    fn a_viewer_gets_the_floats_of_the_film() {
+        let (listener, address) = listener();
+        let viewer = std::thread::spawn(move || Received::all(listener.accept().unwrap().0));
+        let tev = Tev::connect(&address, "größer.ron").unwrap();
+        let first = gathered([70, 150]);
+        let mut second = first.clone();
+        second.film.count(5, 70, 3);
+        for shown in [&first, &second, &second] {
+            tev.show(Arc::new(shown.clone()));
+            tev.flush();
+        }
+        assert_eq!(tev.warning(), None);
+        drop(tev);
+        let received = viewer.join().unwrap();
+        assert_eq!((&received.name[..], received.size, received.creations), ("größer.ron", [70, 150], 1));
+        assert_eq!(bits(&received.pixels), bits(&second.film.radiance()));
+        // All of it, and then what has changed.
+        assert_eq!(received.bands, [[0, 64], [64, 64], [128, 22], [64, 64]]);
+    }
+
+    #[test]
+    fn another_size_is_another_image() {
+        let (listener, address) = listener();
+        let viewer = std::thread::spawn(move || Received::all(listener.accept().unwrap().0));
+        let tev = Tev::connect(&address, "scene").unwrap();
+        for size in [[8, 8], [9, 7]] {
+            tev.show(Arc::new(gathered(size)));
+            tev.flush();
+        }
+        drop(tev);
+        let received = viewer.join().unwrap();
+        assert_eq!((received.size, received.creations), ([9, 7], 2));
+        assert_eq!(bits(&received.pixels), bits(&gathered([9, 7]).film.radiance()));
+    }
+
+    #[test]
+    fn a_viewer_that_goes_away_is_told_of_once_and_does_no_harm() {
+        let (listener, address) = listener();
+        let viewer = std::thread::spawn(move || {
+            let mut beginning = [0; 100];
+            listener.accept().unwrap().0.read_exact(&mut beginning).unwrap();
+        });
+        let tev = Tev::connect(&address, "scene").unwrap();
+        // Larger than what the system holds for it.
+        let image = Arc::new(gathered([1000, 1000]));
+        tev.show(image.clone());
+        viewer.join().unwrap();
+        tev.flush();
+        // What was under way may still have fitted somewhere.
+        for sample in 3..10 {
+            let mut more = (*image).clone();
+            more.film.count(0, 0, sample);
+            tev.show(Arc::new(more));
+            tev.flush();
+        }
+        let warning = tev.warning().expect("a warning");
+        assert!(warning.contains("gone away"), "{warning}");
+        tev.show(image);
+        tev.flush();
+        assert_eq!(tev.warning(), None);
+    }
+
+    #[test]
+    fn who_does_not_listen_is_told_what_to_do() {
+        // A port that was free a moment ago.
+        let (listener, address) = listener();
+        drop(listener);
+        for wrong in [&address[..], "127.0.0.1", "nowhere.invalid:14158"] {
+            let error = Tev::connect(wrong, "scene").err().expect("nobody listens").to_string();
+            assert!(error.contains(wrong) && error.contains("start tev"), "{error}");
+        }
+    }
+}
