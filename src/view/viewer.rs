@@ -13,7 +13,7 @@ use super::scene::{LiveScene, SceneError};
 use super::status::{Status, queues};
 use super::tev::Tev;
 use super::watched::{LOOK, Watched};
-use crate::film::Features;
+use crate::film::{Features, Region};
 use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::GivenNames;
@@ -46,6 +46,21 @@ pub struct Shown {
     pub entities: Arc<HashMap<u32, String>>,
     /// What its pixels show first, once somebody has asked.
     pub features: Arc<OnceLock<Vec<Features>>>,
+}
+
+impl Shown {
+    fn new(
+        scene: &LiveScene,
+        frame: Arc<Frame>,
+        gathered: Gathered,
+        options: Options,
+        features: Arc<OnceLock<Vec<Features>>>,
+    ) -> Shown {
+        let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
+        let region = gathered.film.region();
+        let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
+        Shown { frame, gathered, size, wanted, options, names, entities, features }
+    }
 }
 
 /// What threads share.
@@ -96,20 +111,8 @@ impl Viewer {
     /// For a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: Work) -> Viewer {
         let frame = scene.frame_without_pilot();
-        let (names, entities) = scene.names();
-        let region = crate::film::Region::whole(frame.size);
-        let nothing = Gathered::nothing(region, frame.unit, false);
-        let (size, wanted) = (frame.size, scene.settings().samples);
-        let shown = Shown {
-            frame,
-            gathered: Arc::new(nothing),
-            size,
-            wanted,
-            options: work.options(),
-            names,
-            entities,
-            features: Arc::default(),
-        };
+        let nothing = Gathered::nothing(Region::whole(frame.size), frame.unit, false);
+        let shown = Shown::new(scene, frame, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
         let state =
             State { shown, status, commands: VecDeque::new(), answers: HashMap::new(), next: 0, ends: false };
@@ -269,10 +272,6 @@ impl Viewer {
         self.publish(|state| {
             state.status.describe(scene, &rendering.work);
             state.status.is_paused = rendering.paused;
-            // Of those who have gone away nobody asks.
-            if state.answers.len() > 1000 {
-                state.answers.clear();
-            }
             state.answers.insert(number, answer.map_err(|error| error.to_string()));
         });
         self.wake.notify_all();
@@ -324,17 +323,9 @@ impl Rendering {
             return;
         }
         let count = next_count(session, self.begun.elapsed());
-        let (names, entities) = scene.names();
-        let shown = Shown {
-            frame: session.frame().clone(),
-            gathered: Arc::new(session.gathered().clone()),
-            size: session.frame().size,
-            wanted: session.samples_done().1,
-            options,
-            names,
-            entities,
-            features: self.features.clone(),
-        };
+        let features = self.features.clone();
+        let frame = session.frame().clone();
+        let shown = Shown::new(scene, frame, session.gathered().clone(), options, features);
         let (begun, last) = (self.begun, Mutex::new(Instant::now()));
         let show = |gathered: Gathered| {
             let gathered = Arc::new(gathered);
@@ -386,18 +377,7 @@ impl Rendering {
         if !session.is_done() {
             return;
         }
-        let (names, entities) = scene.names();
-        let gathered = session.gathered().clone();
-        let shown = Shown {
-            frame: whole,
-            gathered: Arc::new(gathered),
-            size,
-            wanted: scene.settings().samples,
-            options,
-            names,
-            entities,
-            features: self.features.clone(),
-        };
+        let shown = Shown::new(scene, whole, session.gathered().clone(), options, self.features.clone());
         viewer.publish(|state| {
             state.status.describe(scene, &self.work);
             state.status.pixels(&shown.gathered, &shown, self.begun.elapsed());
