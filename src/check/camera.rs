@@ -20,7 +20,10 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         return;
     }
     if probes.coverage() == 0.0 {
-        findings.push(sees_nothing(checked));
+        // What is small lies between the rays.
+        if !is_in_the_image(checked) {
+            findings.push(sees_nothing(checked));
+        }
         return;
     }
     // Whatever is all around and near is a body that the camera is in, unless it is what is meant to be seen: a
@@ -53,6 +56,26 @@ fn is_a_dot(checked: &Checked) -> bool {
     let depth = (bounds.center() - camera.origin).dot(camera.forward);
     let (wide, wider) = pixel_width(camera, checked.world.settings.size[1] as f32);
     depth > 0.0 && bounds.size().length() < 2.0 * (wide + wider * depth)
+}
+
+/// Whether some of the scene's box may lie in the image: a corner, or its middle.
+fn is_in_the_image(checked: &Checked) -> bool {
+    let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
+    let [width, height] = checked.world.settings.size.map(|side| side as f32);
+    let is_seen = |place: Vec3| {
+        let to = place - camera.origin;
+        let depth = to.dot(camera.forward);
+        let (wide, wider) = pixel_width(camera, height);
+        let pixel = wide + wider * depth;
+        depth > 0.0
+            && to.dot(camera.right).abs() <= 0.5 * width * pixel
+            && to.dot(camera.up).abs() <= 0.5 * height * pixel
+    };
+    let corner = |i: usize| {
+        let side = |bit: usize| if i >> bit & 1 == 1 { bounds.max } else { bounds.min };
+        Vec3::new(side(0).x, side(1).y, side(2).z)
+    };
+    is_seen(bounds.center()) || (0..8).map(corner).any(is_seen)
 }
 
 /// A place, as a scene file has it.

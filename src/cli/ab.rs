@@ -65,7 +65,13 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
         Failure::command_line("a difference needs two samples of each pixel: --spp 2 or more")
     })?;
     let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
-    let path = |end: &str| base.with_extension(format!("{end}.png"));
+    let is_image = base.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    let base = if is_image { base.with_extension("") } else { base };
+    let path = |end: &str| {
+        let mut name = base.clone().into_os_string();
+        name.push(format!(".{end}.png"));
+        PathBuf::from(name)
+    };
     let radiances = [&a, &b].map(|side| side.film.radiance());
     // Both by A's exposure, so that what differs in them is what differs.
     let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };

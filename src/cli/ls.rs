@@ -1,5 +1,6 @@
 //! `rayfront ls SCENE QUERY`: what of a scene is meant.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -41,6 +42,7 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
         }
         Selected::Entities(meant) => {
             let order = world.in_order().into_iter().zip(entities);
+            let meant: HashSet<_> = meant.into_iter().collect();
             order.filter(|(entity, _)| meant.contains(entity)).map(|(_, portrait)| portrait).collect()
         }
     };

@@ -187,7 +187,7 @@ mod tests {
         let facts =
             |samples| Facts { percent: 42, samples, mrays: 12.34, left: Some(200.0), noise: Some(3.21654) };
         let line =
-            "42 %, 26.9 of 64 samples a pixel, 12.3 million rays a second, 3 min 20 s left, noise 3.1 %";
+            "42 %, 26.9 of 64 samples a pixel, 12.3 million rays a second, 3 min 20 s left, noise 3.2 %";
         assert_eq!(facts([26.9, 64.0]).line(), line);
         for samples in [[26.9, 64.0], [1234.0, 4_194_304.0]] {
             for columns in 20..200 {

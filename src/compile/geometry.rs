@@ -353,10 +353,13 @@ impl GeometryBuilder {
             self.geometry.instance_entities.push(entity);
             instances.push((number, instance));
         }
+        let ends = |range: &Range<u32>| [range.start, range.end];
+        self.geometry.subtrees = subtrees.iter().map(|[t, s]| [ends(t), ends(s)]).collect();
         let ranges = instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
         let quality = inputs.quality;
         let is_same = |before: &&CompiledScene| {
-            before.bvh.quality == quality
+            before.geometry.subtrees == self.geometry.subtrees
+                && before.bvh.quality == quality
                 && self.geometry.has_the_tree_of(&before.geometry)
                 && subtrees_in_order(&before.bvh.instances).eq(instances.iter().map(|(number, _)| *number))
         };

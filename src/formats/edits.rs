@@ -1,5 +1,6 @@
 //! What is said of a scene beside its files: values that are others, things that are left out.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -65,7 +66,7 @@ fn meant(
     queries: &[Query],
     option: &str,
     texts: &[String],
-) -> Result<Vec<hecs::Entity>, LoadError> {
+) -> Result<HashSet<hecs::Entity>, LoadError> {
     let order = world.in_order();
     for (query, text) in queries.iter().zip(texts) {
         if !order.iter().any(|entity| query.takes(world, *entity)) {

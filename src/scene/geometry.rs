@@ -36,6 +36,8 @@ pub struct Geometry {
     pub world_triangles: u32,
     /// How many spheres do.
     pub world_spheres: u32,
+    /// Where the triangles and spheres of each subtree with instances begin and end.
+    pub subtrees: Vec<[[u32; 2]; 2]>,
     /// To-world (12) and to-local (12) matrices of each instance, by rows.
     pub instances: Vec<[f32; 24]>,
     /// 1, or −1 for instances whose transforms turn counter-clockwise into clockwise.

@@ -176,7 +176,8 @@ impl Changes {
         let samples = within(self.spp, "the number of samples", 1, 1 << 22)?;
         work.schedule = schedule.unwrap_or(work.schedule);
         work.wave = wave.map_or(work.wave, |wave| wave as usize);
-        scene.change_settings(|settings: &mut Settings| {
+        let shares = self.sharing;
+        scene.change_settings(move |settings: &mut Settings| {
             settings.transport = transport.unwrap_or(settings.transport);
             settings.sampler = sampler.unwrap_or(settings.sampler);
             settings.max_depth = depth.unwrap_or(settings.max_depth);
@@ -184,7 +185,7 @@ impl Changes {
                 settings.depth_limits = DepthLimits::default();
             }
             settings.samples = samples.unwrap_or(settings.samples);
-            if let Some(shares) = self.sharing {
+            if let Some(shares) = shares {
                 settings.sharing = if shares { Sharing::Auto } else { Sharing::Off };
             }
         })

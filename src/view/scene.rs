@@ -14,7 +14,9 @@ use crate::integrator::Frame;
 use crate::math::Vec3;
 use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
-use crate::world::{Camera, Kept, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World};
+use crate::world::{
+    Camera, Kept, LookAtFault, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World,
+};
 
 /// A page that shows more has no room in any window, and may have none in memory.
 const MOST_PIXELS: u64 = 1 << 26;
@@ -62,6 +64,8 @@ pub struct LiveScene {
     camera: Option<String>,
     /// What the files say of it.
     authored: Authored,
+    /// What was changed of its settings, in order.
+    changes: Vec<Box<dyn Fn(&mut Settings) + Send>>,
     /// Where a hand has put it.
     rig: Option<Rig>,
 }
@@ -90,6 +94,7 @@ impl LiveScene {
         let authored = authored(&world, camera.as_deref());
         let mut live = LiveScene {
             findings: Vec::new(),
+            changes: Vec::new(),
             path: path.to_owned(),
             authored,
             options,
@@ -116,7 +121,8 @@ impl LiveScene {
     /// has put it, unless the files say that it is somewhere else now.
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
-        let read = read(&self.path, &self.options, &sources, &self.change).and_then(|world| {
+        let read = read(&self.path, &self.options, &sources, &self.change).and_then(|mut world| {
+            self.changes.iter().for_each(|change| change(&mut world.settings));
             let compiled = compiled(&self.path, &world, self.camera.as_deref(), Some(&self.compiled))?;
             Ok((world, compiled))
         });
@@ -146,9 +152,13 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Changes settings.
-    pub fn change_settings(&mut self, change: impl FnOnce(&mut Settings)) -> Result<(), SceneError> {
+    /// Changes settings, from now on: whatever its files say later.
+    pub fn change_settings(
+        &mut self,
+        change: impl Fn(&mut Settings) + Send + 'static,
+    ) -> Result<(), SceneError> {
         change(&mut self.world.settings);
+        self.changes.push(Box::new(change));
         self.compile()?;
         self.look_for_faults();
         Ok(())
@@ -201,12 +211,7 @@ impl LiveScene {
 
     /// Looks through another of its cameras.
     pub fn look_through(&mut self, camera: &str) -> Result<(), SceneError> {
-        let before = self.camera.replace(camera.to_owned());
-        let reset = self.reset();
-        if reset.is_err() {
-            self.camera = before;
-        }
-        reset
+        self.look_again(Some(camera.to_owned()))
     }
 
     /// Whether a hand has moved the camera.
@@ -252,25 +257,42 @@ impl LiveScene {
     pub fn place(&mut self, rig: Rig) -> Result<(), SceneError> {
         let no_camera = || SceneError::Refused("the scene has no camera".into());
         let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
-        let transform = rig.transform().map_err(|_| {
-            SceneError::Refused("the camera would look straight up or down: turn it a little".into())
+        let transform = rig.transform().map_err(|fault| {
+            SceneError::Refused(match fault {
+                LookAtFault::SamePoint => "the camera is as near as it can be".into(),
+                LookAtFault::NoUp | LookAtFault::Parallel => {
+                    "the camera would look straight up or down: turn it a little".into()
+                }
+            })
         })?;
         // In the world's space: what it hangs on does not move it any more.
+        let before = self.rig();
+        let old = (before.transform().unwrap_or_default(), before.camera);
         let _ = self.world.entities.remove_one::<Parent>(entity);
         let _ = self.world.entities.insert(entity, (transform, rig.camera));
-        self.rig = Some(rig);
-        self.compile()
+        let moved = self.compile();
+        match moved {
+            Ok(()) => self.rig = Some(rig),
+            // As far as a hand may go, and no further.
+            Err(_) => drop(self.world.entities.insert(entity, old)),
+        }
+        moved
     }
 
     /// Puts the camera where its file says.
     pub fn reset(&mut self) -> Result<(), SceneError> {
-        self.rig = None;
+        self.look_again(self.camera.clone())
+    }
+
+    /// Reads the scene again and looks through a camera as its file says; nothing has changed if that cannot be.
+    fn look_again(&mut self, camera: Option<String>) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
-        let settings = self.world.settings.clone();
-        self.world = read(&self.path, &self.options, &sources, &self.change)?;
-        self.world.settings = settings;
-        self.authored = authored(&self.world, self.camera.as_deref());
-        self.compile()
+        let mut world = read(&self.path, &self.options, &sources, &self.change)?;
+        world.settings = self.world.settings.clone();
+        self.compiled = compiled(&self.path, &world, camera.as_deref(), Some(&self.compiled))?;
+        self.authored = authored(&world, camera.as_deref());
+        (self.world, self.camera, self.rig) = (world, camera, None);
+        Ok(())
     }
 
     /// Whether the camera can be written into the scene's file.
@@ -285,8 +307,13 @@ impl LiveScene {
         let number = self.camera_in_file().filter(|_| self.can_save());
         let number =
             number.ok_or_else(|| refused("the camera is not in a .ron file: copy its line instead"))?;
-        let [camera, transform] = self.camera_texts()?;
+        let [camera, transform] = self.camera_texts(&self.rig())?;
         let bytes = std::fs::read(&path).map_err(LoadError::io(&path))?;
+        if !self.lock_files().is_as_read(&path, &bytes) {
+            return Err(refused(
+                "the file has changed meanwhile, and what it says now is not shown: mend it first",
+            ));
+        }
         let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
         let keys = [("camera", camera), ("transform", transform)];
         let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
@@ -298,19 +325,13 @@ impl LiveScene {
     }
 
     /// The camera's entity as a scene file would have it.
-    pub fn camera_line(&self) -> Result<String, SceneError> {
-        let [camera, transform] = self.camera_texts()?;
+    pub fn camera_line(&self, rig: &Rig) -> Result<String, SceneError> {
+        let [camera, transform] = self.camera_texts(rig)?;
         let name = self.camera_name().unwrap_or_default();
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
 
-    /// Where the camera stands.
-    pub fn pose(&self) -> Pose {
-        self.rig().pose()
-    }
-
-    fn camera_texts(&self) -> Result<[String; 2], SceneError> {
-        let rig = self.rig();
+    fn camera_texts(&self, rig: &Rig) -> Result<[String; 2], SceneError> {
         let Pose { from, to, up } = rig.pose();
         let camera = formats::ron::camera(&self.world, &rig.camera, &self.path)?;
         let transform = formats::ron::look_at(from, to, up).map_err(SceneError::Refused)?;

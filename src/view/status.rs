@@ -41,47 +41,31 @@ pub struct Status {
     pub queues: Option<Flows>,
 }
 
-impl Status {
-    /// Before anything is rendered.
-    pub fn of(scene: &LiveScene, work: Work) -> Status {
-        let mut status = Status {
-            serial: 0,
-            generation: 0,
-            error: None,
-            is_paused: false,
-            is_moved: false,
-            scene: Value::Null,
-            shown: [0; 2],
-            samples: 0.0,
-            wanted: scene.settings().samples,
-            noise: None,
-            rays: 0,
-            elapsed: Duration::ZERO,
-            is_done: false,
-            queues: None,
-        };
-        status.describe(scene, &work);
-        status
-    }
+/// What a scene says, put together while nobody waits for it.
+pub struct Described {
+    scene: Value,
+    is_moved: bool,
+}
 
-    /// Takes down what the scene says.
-    pub fn describe(&mut self, scene: &LiveScene, work: &Work) {
-        self.is_moved = scene.is_moved();
-        let (settings, pose, camera) = (scene.settings(), scene.pose(), scene.rig().camera);
+impl Described {
+    /// As it is now.
+    pub fn new(scene: &LiveScene, work: &Work) -> Described {
+        let (settings, rig) = (scene.settings(), scene.rig());
+        let (pose, camera, is_moved) = (rig.pose(), &rig.camera, scene.is_moved());
         let finding = |finding: Finding| {
             let Finding { about, what, remedy } = finding;
             let what = about.map_or(what.clone(), |about| format!("{about}: {what}"));
             json!({"what": what, "remedy": remedy})
         };
         let findings: Vec<Value> = scene.findings().into_iter().map(finding).collect();
-        let (fov, lens) = match camera {
+        let (fov, lens) = match *camera {
             Camera::Pinhole { vertical_fov } => (Some(vertical_fov), None),
             Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, .. } => {
                 (Some(vertical_fov), Some((lens_radius_m, focus_distance_m)))
             }
             Camera::Orthographic { .. } => (None, None),
         };
-        self.scene = json!({
+        let scene = json!({
             "name": scene.path().file_name().map(|name| name.to_string_lossy()),
             "can_save": scene.can_save(),
             "cameras": scene.cameras(),
@@ -105,10 +89,40 @@ impl Status {
                 "fov_deg": fov.map(f32::to_degrees),
                 "focus_m": lens.map(|(_, focus)| focus),
                 "lens_radius_m": lens.map(|(radius, _)| radius),
-                "line": scene.camera_line().ok(),
-                "is_moved": self.is_moved,
+                "line": scene.camera_line(&rig).ok(),
+                "is_moved": is_moved,
             },
         });
+        Described { scene, is_moved }
+    }
+}
+
+impl Status {
+    /// Before anything is rendered.
+    pub fn of(scene: &LiveScene, work: Work) -> Status {
+        let mut status = Status {
+            serial: 0,
+            generation: 0,
+            error: None,
+            is_paused: false,
+            is_moved: false,
+            scene: Value::Null,
+            shown: [0; 2],
+            samples: 0.0,
+            wanted: scene.settings().samples,
+            noise: None,
+            rays: 0,
+            elapsed: Duration::ZERO,
+            is_done: false,
+            queues: None,
+        };
+        status.describe(Described::new(scene, &work));
+        status
+    }
+
+    /// Takes down what the scene says.
+    pub fn describe(&mut self, described: Described) {
+        (self.scene, self.is_moved) = (described.scene, described.is_moved);
     }
 
     /// Begins anew.

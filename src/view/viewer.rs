@@ -10,7 +10,7 @@ use tokio::sync::watch;
 
 use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
-use super::status::{Status, queues};
+use super::status::{Described, Status, queues};
 use super::tev::Tev;
 use super::watched::{LOOK, Watched};
 use crate::film::{Features, Region};
@@ -216,7 +216,7 @@ impl Viewer {
             work,
             session: None,
             first: true,
-            begun: Instant::now(),
+            spent: Duration::ZERO,
             paused: false,
             looked: None,
             features: Arc::default(),
@@ -224,7 +224,6 @@ impl Viewer {
         loop {
             let commands = self.wait(&rendering, changed);
             let Some(commands) = commands else { return };
-            self.stop.store(false, Ordering::Release);
             for command in commands {
                 let answer = command.wish.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
                 let changed = answer.as_ref().is_ok_and(|done| done.changes);
@@ -243,7 +242,11 @@ impl Viewer {
                     rendering.begin_anew();
                     self.lock().status.begin();
                 }
-                self.publish(|state| state.status.describe(&scene, &rendering.work));
+                let described = Described::new(&scene, &rendering.work);
+                self.publish(|state| {
+                    state.status.describe(described);
+                    state.status.is_paused = rendering.paused;
+                });
             }
             if !rendering.paused {
                 rendering.go_on(self, &scene);
@@ -259,6 +262,8 @@ impl Viewer {
             let waited = self.wake.wait_timeout(state, LOOK);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }
+        // Before the lock is given back: what comes later stops what is done next.
+        self.stop.store(false, Ordering::Release);
         (!state.ends).then(|| state.commands.drain(..).collect())
     }
 
@@ -269,8 +274,9 @@ impl Viewer {
         rendering: &Rendering,
         answer: Result<String, SceneError>,
     ) {
+        let described = Described::new(scene, &rendering.work);
         self.publish(|state| {
-            state.status.describe(scene, &rendering.work);
+            state.status.describe(described);
             state.status.is_paused = rendering.paused;
             state.answers.insert(number, answer.map_err(|error| error.to_string()));
         });
@@ -295,7 +301,8 @@ struct Rendering {
     session: Option<Session>,
     /// Whether the first picture is still to be made.
     first: bool,
-    begun: Instant,
+    /// Time of all passes.
+    spent: Duration,
     paused: bool,
     /// When the queues were looked at.
     looked: Option<Instant>,
@@ -305,7 +312,7 @@ struct Rendering {
 
 impl Rendering {
     fn begin_anew(&mut self) {
-        (self.session, self.first, self.begun) = (None, true, Instant::now());
+        (self.session, self.first, self.spent) = (None, true, Duration::ZERO);
         (self.paused, self.looked, self.features) = (false, None, Arc::default());
     }
 
@@ -313,7 +320,6 @@ impl Rendering {
     fn go_on(&mut self, viewer: &Viewer, scene: &LiveScene) {
         if self.first {
             self.first = false;
-            self.begun = Instant::now();
             return self.first_picture(viewer, scene);
         }
         let options = self.work.options();
@@ -322,15 +328,16 @@ impl Rendering {
         if session.is_done() {
             return;
         }
-        let count = next_count(session, self.begun.elapsed());
+        let count = next_count(session, self.spent);
         let features = self.features.clone();
         let frame = session.frame().clone();
         let shown = Shown::new(scene, frame, session.gathered().clone(), options, features);
-        let (begun, last) = (self.begun, Mutex::new(Instant::now()));
+        let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
+        let elapsed = || spent + begun.elapsed();
         let show = |gathered: Gathered| {
             let gathered = Arc::new(gathered);
             viewer.publish(|state| {
-                state.status.pixels(&gathered, &shown, begun.elapsed());
+                state.status.pixels(&gathered, &shown, elapsed());
                 state.shown = Shown { gathered: gathered.clone(), ..shown.clone() };
             });
             if let Some(tev) = &viewer.tev {
@@ -346,14 +353,16 @@ impl Rendering {
                 show((progress.gathered)());
             }
         };
+        let start = Instant::now();
         session.advance_until(count, &viewer.stop, &watch);
-        if viewer.stop.load(Ordering::Acquire) {
+        self.spent += start.elapsed();
+        if viewer.stop.load(Ordering::Acquire) && !session.is_done() {
             return;
         }
         show(session.gathered().clone());
         let (rays, done) = (session.statistics().rays.total(), session.is_done());
         let frame = session.frame().clone();
-        viewer.publish(|state| state.status.passed(rays, begun.elapsed(), done));
+        viewer.publish(|state| state.status.passed(rays, elapsed(), done));
         let enough = done || session.samples_done().0 >= 4;
         if enough && self.looked.is_none_or(|looked| looked.elapsed() >= QUEUES) {
             self.looked = Some(Instant::now());
@@ -378,20 +387,21 @@ impl Rendering {
             return;
         }
         let shown = Shown::new(scene, whole, session.gathered().clone(), options, self.features.clone());
+        let described = Described::new(scene, &self.work);
         viewer.publish(|state| {
-            state.status.describe(scene, &self.work);
-            state.status.pixels(&shown.gathered, &shown, self.begun.elapsed());
+            state.status.describe(described);
+            state.status.pixels(&shown.gathered, &shown, Duration::ZERO);
             state.shown = shown;
         });
     }
 }
 
 /// Samples of the next pass: as many as fit into its time, by what those before took.
-fn next_count(session: &Session, elapsed: Duration) -> u32 {
+fn next_count(session: &Session, spent: Duration) -> u32 {
     let (done, _) = session.samples_done();
     if done == 0 {
         return 1;
     }
-    let each = elapsed.as_secs_f64() / f64::from(done);
+    let each = spent.as_secs_f64() / f64::from(done);
     ((PASS.as_secs_f64() / each.max(1e-9)) as u32).clamp(1, done.next_power_of_two())
 }

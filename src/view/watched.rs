@@ -45,6 +45,11 @@ impl Watched {
         }
     }
 
+    /// Whether a file held this when it was read.
+    pub fn is_as_read(&self, path: &Path, bytes: &[u8]) -> bool {
+        self.0.get(path).is_some_and(|seen| seen.content == Some(Content::of(bytes)))
+    }
+
     /// Whether any holds something else than what was read. One that is gone has not changed: it is about to be
     /// replaced, or what was read of it will do.
     pub fn have_changed(&mut self) -> bool {

@@ -156,12 +156,22 @@ pub struct EditOptions {
     /// Take shapes and lights away, such as 'Mesh & !Material', and what hangs on them
     #[arg(long, value_name = "QUERY")]
     pub hide: Vec<String>,
+    /// Look from one place to another, each as X,Y,Z in metres
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true)]
+    pub look_at: Vec<String>,
+    /// What rays see that hit nothing: a colour, as scene files have it, such as 0.2 or '"#ff8000"'
+    #[arg(long, value_name = "COLOUR")]
+    pub background: Option<String>,
 }
 
 impl EditOptions {
     /// As loaders take them.
     pub fn edits(&self) -> Edits {
-        let EditOptions { set, only, hide } = self.clone();
+        let EditOptions { mut set, only, hide, look_at, background } = self.clone();
+        if let [from, to] = &look_at[..] {
+            set.push(format!("Camera.transform = LookAt(from: ({from}), to: ({to}))"));
+        }
+        set.extend(background.map(|color| format!("settings.background = {color}")));
         Edits { set, only, hide }
     }
 }

@@ -150,6 +150,10 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(text: &'a str) -> Result<Self, QueryError> {
+        if text.len() > LONGEST || text.matches('(').count() > DEEPEST {
+            let start: String = text.chars().take(40).collect();
+            return Err(QueryError::new(&start, &start, "this is too long for a query"));
+        }
         if let Some(open) = find_unclosed(text) {
             return Err(QueryError::new(text, &text[open.offset..], "this is never closed"));
         }
@@ -191,9 +195,6 @@ impl<'a> Reader<'a> {
             negated = !negated;
         }
         let query = if self.takes("(") {
-            if self.text.len() > LONGEST {
-                return Err(self.error(self.text, "this query is too long"));
-            }
             let query = self.either()?;
             if !self.takes(")") {
                 return Err(self.error(self.rest, "expected )"));
@@ -280,8 +281,10 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Longer queries have no brackets, which are read by recursion.
+/// In bytes: queries are read, asked and dropped by recursion.
 const LONGEST: usize = 4096;
+/// Opening brackets, for the same reason.
+const DEEPEST: usize = 100;
 
 fn named(text: String) -> Filter {
     let comparison = if text.contains('*') { Comparison::Like } else { Comparison::Equal };

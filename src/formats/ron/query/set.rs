@@ -243,8 +243,13 @@ impl Statement<'_> {
         if new.iter().any(|number| !number.is_finite()) {
             return Err(self.error(self.value, "that leaves no number"));
         }
-        // As precise as what files hold.
-        let texts: Vec<String> = new.iter().map(|number| format!("{}", *number as f32)).collect();
+        // As precise as what files hold; whole numbers are counts and the like.
+        let is_whole = |number: &f64| number.fract() == 0.0 && number.abs() < 9e15;
+        let text = |number: &f64| match is_whole(number) {
+            true => format!("{number}"),
+            false => format!("{}", *number as f32),
+        };
+        let texts: Vec<String> = new.iter().map(text).collect();
         Ok(if texts.len() == 1 { texts[0].clone() } else { format!("({})", texts.join(", ")) })
     }
 

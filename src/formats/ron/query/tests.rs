@@ -74,7 +74,7 @@ fn numbers_and_colours_are_set_and_changed() {
     assert_eq!(powers("Point.power_w += (1, 0, -1)"), [[2.0, 2.0, 2.0], [10.0; 3]]);
     assert_eq!(powers("\"lamp 2\".light.power_w /= 4"), [[1.0, 2.0, 3.0], [2.5; 3]]);
     assert_eq!(powers("Spot.outer_degrees -= 1")[1], [10.0; 3]);
-    assert!(changed("Shape.material.base_color = 0.5").is_ok() && changed("Entity.base_color = 1").is_err());
+    assert!(changed("Sphere.material.base_color = 0.5").is_ok() && changed("Entity.base_color = 1").is_err());
 }
 
 #[test]
