@@ -21,6 +21,9 @@ use crate::world::{
 /// A page that shows more has no room in any window, and may have none in memory.
 const MOST_PIXELS: u64 = 1 << 26;
 
+/// What somebody wants of settings, whatever a scene's files say.
+type ChangeSettings = Box<dyn Fn(&mut Settings) + Send>;
+
 /// What the command line says about a scene.
 pub type ChangeWorld = Box<dyn Fn(&mut World) + Send>;
 
@@ -65,7 +68,7 @@ pub struct LiveScene {
     /// What the files say of it.
     authored: Authored,
     /// What was changed of its settings, in order.
-    changes: Vec<Box<dyn Fn(&mut Settings) + Send>>,
+    changes: Vec<ChangeSettings>,
     /// Where a hand has put it.
     rig: Option<Rig>,
 }
