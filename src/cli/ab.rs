@@ -25,12 +25,6 @@ use crate::world::{Settings, Tonemap};
 pub struct Ab {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What of a model is shown; --set, --only and --hide are what B has and A has not.
-    #[command(flatten)]
-    pub model: ModelOptions,
-    /// What both images look like.
-    #[command(flatten)]
-    pub picture: PictureOptions,
     /// The images: NAME.a.png, NAME.b.png, and their difference NAME.diff.png [default: the scene's name, here]
     #[arg(short, long, value_name = "NAME")]
     pub output: Option<PathBuf>,
@@ -40,6 +34,12 @@ pub struct Ab {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// What of a model is shown; --set, --only and --hide are what B has and A has not.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// What both images look like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
 }
 
 /// A rendering and what it was of.

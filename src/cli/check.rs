@@ -17,15 +17,15 @@ use crate::world::{Settings, Sharing};
 pub struct Check {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
     /// What of a model is shown.
     #[command(flatten)]
     pub model: ModelOptions,
     /// What the image would look like.
     #[command(flatten)]
     pub picture: PictureOptions,
-    /// Print one JSON object instead
-    #[arg(long)]
-    pub json: bool,
 }
 
 pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {

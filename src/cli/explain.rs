@@ -34,9 +34,6 @@ pub struct Explain {
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
     pub size: Option<args::ImageSize>,
-    /// How light travels.
-    #[command(flatten)]
-    pub light: args::LightOptions,
     /// Which random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -46,6 +43,9 @@ pub struct Explain {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: args::LightOptions,
 }
 
 fn parse_pixel(text: &str) -> Result<args::ImageSize, String> {

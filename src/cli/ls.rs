@@ -19,12 +19,12 @@ pub struct Ls {
     pub scene: PathBuf,
     /// What is meant, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities]
     pub query: Option<String>,
-    /// What of a model is shown.
-    #[command(flatten)]
-    pub model: ModelOptions,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
 }
 
 pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {

@@ -27,9 +27,6 @@ pub struct Profile {
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 4,
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
-    /// How light travels.
-    #[command(flatten)]
-    pub light: args::LightOptions,
     /// Measured runs of each schedule
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
@@ -52,6 +49,9 @@ pub struct Profile {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: args::LightOptions,
 }
 
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {

@@ -28,15 +28,15 @@ pub struct Verify {
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 2,
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
-    /// How light travels.
-    #[command(flatten)]
-    pub light: args::LightOptions,
     /// Name of the camera to look through [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: args::LightOptions,
 }
 
 pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {

@@ -21,12 +21,6 @@ use crate::view::viewer::{Viewer, Work};
 pub struct View {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What of a model is shown.
-    #[command(flatten)]
-    pub model: ModelOptions,
-    /// What it looks like.
-    #[command(flatten)]
-    pub picture: PictureOptions,
     /// Threads; 0 means one for each core
     #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
@@ -39,6 +33,12 @@ pub struct View {
     /// Show the image, as floats, in tev or HDRView too, which listens there, usually at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// What it looks like.
+    #[command(flatten)]
+    pub picture: PictureOptions,
 }
 
 pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {

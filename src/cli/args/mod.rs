@@ -95,12 +95,12 @@ pub enum Command {
 pub struct Info {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What of a model is shown.
-    #[command(flatten)]
-    pub model: ModelOptions,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
 }
 
 /// `rayfront trace`.
@@ -108,9 +108,6 @@ pub struct Info {
 pub struct Trace {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What of a model is shown.
-    #[command(flatten)]
-    pub model: ModelOptions,
     /// The rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
     #[arg(long, value_name = "FILE")]
     pub rays: PathBuf,
@@ -141,6 +138,9 @@ pub struct Trace {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
+    /// What of a model is shown.
+    #[command(flatten)]
+    pub model: ModelOptions,
 }
 
 /// `rayfront render SCENE` and `rayfront SCENE`.

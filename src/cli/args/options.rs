@@ -13,7 +13,7 @@ use crate::world::{Adaptive, DepthLimits, Sharing, World};
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
 
-/// What the image is of, and how it looks.
+/// What the image is of, and how it looks. Groups of options come last: what followed one would be in it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureOptions {
@@ -24,9 +24,6 @@ pub struct PictureOptions {
     /// Size of the image in pixels, such as 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<ImageSize>,
-    /// How light travels.
-    #[command(flatten)]
-    pub light: LightOptions,
     /// Work put into the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,
@@ -42,6 +39,9 @@ pub struct PictureOptions {
     /// Stops of exposure of PNG files, such as -1.5, or auto: chosen by the image, and printed
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = parse_exposure_or_auto)]
     pub exposure: Option<Exposure>,
+    /// How light travels.
+    #[command(flatten)]
+    pub light: LightOptions,
 }
 
 impl PictureOptions {
