@@ -185,7 +185,7 @@ fn viewers_that_are_not_there_or_go_away() {
     // Nobody listens any more.
     let output = run(here, &format!("scene.ron -o none.exr --tev {address}"));
     let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert_eq!(output.status.code(), Some(3), "{error}");
     assert!(error.starts_with("error: cannot reach a viewer") && error.contains("start tev"), "{error}");
     assert!(!here.join("none.exr").exists());
 }

@@ -10,7 +10,7 @@ use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
 /// listed in [`SAME_LEVEL`].
-const LAYERS: [&[&str]; 11] = [
+const LAYERS: [&[&str]; 12] = [
     &["math", "simd"],
     &["world"],
     &["sampling", "film"],
@@ -19,7 +19,8 @@ const LAYERS: [&[&str]; 11] = [
     &["compile", "shading", "formats"],
     &["integrator"],
     &["render"],
-    &["study", "check"],
+    &["study"],
+    &["check"],
     &["view"],
     &["cli"],
 ];
