@@ -1,6 +1,6 @@
 //! The command line: arguments to a rendered file.
 //!
-//! Exit codes: 0 done, those of [`failure::Fault`] (one line on stderr says why), 129, 130 or 143 interrupted
+//! Exit codes: 0 done, those of `failure::Fault` (one line on stderr says why), 129, 130 or 143 interrupted
 //! (what there was has been saved).
 
 mod ab;
