@@ -22,7 +22,7 @@ use crate::study::explain::GivenNames;
 const PASS: Duration = Duration::from_millis(400);
 /// How often a picture is taken within a pass.
 const PICTURE: Duration = Duration::from_millis(150);
-/// How often the wave's queues are looked at, which takes a tenth of a second.
+/// How often the wave's queues are looked at, which counts the boxes that each ray enters.
 const QUEUES: Duration = Duration::from_secs(3);
 /// The first picture after a change has at most this many pixels.
 const FIRST_PIXELS: u64 = 40_000;

@@ -10,8 +10,7 @@ use crate::world::{Content, SourceFiles};
 pub const LOOK: Duration = Duration::from_millis(40);
 
 /// Files that something was made of. They are looked at again and again: what a system tells of changes differs from
-/// system to system, is silent on network drives, and is not told of files that are not there yet. Looking at a
-/// hundred files takes a fraction of a millisecond.
+/// system to system, is silent on network drives, and is not told of files that are not there yet.
 #[derive(Debug, Default)]
 pub struct Watched(BTreeMap<PathBuf, Seen>);
 
