@@ -2,9 +2,9 @@
 
 use super::probes::{Met, Tracer, directions};
 use super::{Checked, Finding, printable};
-use crate::compile::transforms;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::material::Coverage;
+use crate::world::transforms;
 use crate::world::{Light, Transport};
 
 /// Rays from each lamp.
@@ -35,7 +35,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         }
         return;
     }
-    let Ok(placed) = transforms::compile(world, &world.in_order()) else { return };
+    let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
     let mut tracer = Tracer::new(scene);
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let mut lamps: Vec<_> = query.iter().collect();

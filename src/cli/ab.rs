@@ -13,8 +13,8 @@ use crate::film::Film;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::DisplayTransform;
-use crate::formats::LoadOptions;
 use crate::formats::picture::{Output, PngBits, save};
+use crate::formats::{Edits, LoadOptions};
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{Options, Session, on_threads};
@@ -49,12 +49,15 @@ struct Side {
 }
 
 pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
-    let options: LoadOptions = (&arguments.model).into();
-    if options.edits.is_empty() {
+    let options: LoadOptions = arguments.model.of_size(arguments.picture.size);
+    let Edits { look_at, orbit, zoom, ground, .. } = options.edits.clone();
+    // Both are looked at alike.
+    let common = Edits { look_at, orbit, zoom, ground, ..Edits::default() };
+    if options.edits == common {
         let what = "there is nothing to compare: say what B has, with --set, --only or --hide";
         return Err(Failure::command_line(what));
     }
-    let plain = LoadOptions { edits: Default::default(), ..options.clone() };
+    let plain = LoadOptions { edits: common, ..options.clone() };
     let [a, b] =
         on_threads(arguments.threads, || [&plain, &options].map(|options| render(arguments, options)))?;
     let (a, b) = (a?, b?);

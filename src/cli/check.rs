@@ -30,7 +30,7 @@ pub struct Check {
 
 pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     let path = &arguments.scene;
-    let mut world = crate::formats::load_with(path, &(&arguments.model).into())?;
+    let mut world = crate::formats::load_with(path, &arguments.model.of_size(arguments.picture.size))?;
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
         .map_err(Failure::compile(path))?;

@@ -46,6 +46,9 @@ pub struct Explain {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
+    /// What of it is shown.
+    #[command(flatten)]
+    pub model: args::ModelOptions,
 }
 
 fn parse_pixel(text: &str) -> Result<args::ImageSize, String> {
@@ -55,11 +58,10 @@ fn parse_pixel(text: &str) -> Result<args::ImageSize, String> {
 }
 
 pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
-    let mut world = crate::formats::load(&arguments.scene)?;
+    let mut world = crate::formats::load_with(&arguments.scene, &arguments.model.of_size(arguments.size))?;
     arguments.light.apply(&mut world);
     let settings = &mut world.settings;
     settings.samples = arguments.spp.unwrap_or(settings.samples);
-    settings.size = arguments.size.unwrap_or(settings.size);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {

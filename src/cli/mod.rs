@@ -104,14 +104,12 @@ fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Fai
 
 /// A scene in a size and with samples of its own, ready to be rendered in several ways.
 fn frame(
-    scene: &std::path::Path,
-    size: args::ImageSize,
-    samples: u32,
+    (scene, model): (&std::path::Path, &args::ModelOptions),
+    (size, samples): (args::ImageSize, u32),
     light: &args::LightOptions,
     camera: Option<&str>,
 ) -> Result<std::sync::Arc<crate::integrator::Frame>, Failure> {
-    let mut world = crate::formats::load(scene)?;
-    world.settings.size = size;
+    let mut world = crate::formats::load_with(scene, &model.of_size(Some(size)))?;
     world.settings.samples = samples;
     light.apply(&mut world);
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;

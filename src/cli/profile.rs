@@ -52,11 +52,14 @@ pub struct Profile {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
+    /// What of it is shown.
+    #[command(flatten)]
+    pub model: args::ModelOptions,
 }
 
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
-    let camera = arguments.camera.as_deref();
-    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, &arguments.light, camera)?;
+    let Profile { scene, model, size, spp, light, camera, .. } = arguments;
+    let frame = super::frame((scene, model), (*size, *spp), light, camera.as_deref())?;
     let plan = ProfilePlan {
         samples: arguments.spp,
         runs: arguments.runs,

@@ -144,6 +144,7 @@ fn render(
         double_sided: arguments.model.double_sided,
         surroundings: arguments.model.env.clone(),
         edits: arguments.model.edits.edits(),
+        size: arguments.picture.size,
     };
     let quiet = arguments.work.quiet;
     let mut job = Job::load_frame(path, view, quiet, reuse, |world| arguments.apply(world))?;

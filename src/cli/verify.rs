@@ -37,11 +37,14 @@ pub struct Verify {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
+    /// What of it is shown.
+    #[command(flatten)]
+    pub model: args::ModelOptions,
 }
 
 pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
-    let camera = arguments.camera.as_deref();
-    let frame = super::frame(&arguments.scene, arguments.size, arguments.spp, &arguments.light, camera)?;
+    let Verify { scene, model, size, spp, light, camera, .. } = arguments;
+    let frame = super::frame((scene, model), (*size, *spp), light, camera.as_deref())?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let ways = verify::ways(cores);
 

@@ -46,7 +46,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let tev = tev.map(|address| Tev::connect(&address, &name)).transpose()?;
     let camera = picture.camera.clone();
-    let options = (&model).into();
+    let options = model.of_size(picture.size);
     on_threads(threads, move || {
         let change = Box::new(move |world: &mut _| picture.apply(world));
         let scene = LiveScene::load(&path, options, camera, change)?;

@@ -3,11 +3,11 @@
 use hecs::Entity;
 
 use super::environment::radiances;
-use super::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::error::CompileError;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
 use crate::scene::{Aperture, Camera, Projection};
+use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, Image, World};
 
 /// Names of all cameras in the order of the world.

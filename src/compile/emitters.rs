@@ -465,7 +465,7 @@ mod tests {
             world.entities.spawn((Shape::Mesh(mesh), material, Transform::IDENTITY));
         }
         let order = world.in_order();
-        let placed = transforms::compile(&world, &order).expect("transforms");
+        let placed = transforms::to_world(&world, &order).expect("transforms");
         let (mut records, mut names) = materials::compile(&world.assets);
         let sheets = &mut materials::Sheets::new(&mut records, &mut names);
         let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), sheets).expect("shapes");

@@ -5,13 +5,13 @@ use hecs::Entity;
 
 use super::made::{Bits, Same, bits};
 use super::sky::{self, Air};
-use super::transforms::WorldTransforms;
 use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
 use crate::sampling::table::Distribution2d;
 use crate::scene::Environment;
 use crate::scene::environment::Panorama;
 use crate::world::assets::{Image, Texels};
+use crate::world::transforms::WorldTransforms;
 use crate::world::{Background, Light, World};
 
 /// All that surroundings are made of.

@@ -16,11 +16,11 @@ use hecs::Entity;
 use super::lights::Panel;
 use super::made::{self, Same, bits};
 use super::materials::Sheets;
-use super::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
 use crate::scene::{CompiledScene, Geometry, Part};
+use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 /// What shapes come to.

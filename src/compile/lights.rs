@@ -4,11 +4,11 @@ use hecs::Entity;
 
 use super::materials;
 use super::sky::{Air, SUN_ANGLE};
-use super::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::sampling::pattern::MAX_STRATA;
 use crate::scene::Material;
+use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Texels, TextureId, World};
 
 /// A light entity in world space.

@@ -13,7 +13,6 @@ mod made;
 mod materials;
 mod sky;
 mod textures;
-pub mod transforms;
 
 use std::sync::Arc;
 
@@ -22,7 +21,7 @@ use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::assets::NamedMaterial;
-use crate::world::{self, Light, Settings, Sharing, Transport, World};
+use crate::world::{self, Light, Settings, Sharing, Transport, World, transforms};
 use made::Made;
 
 pub use camera::camera_names;
@@ -56,7 +55,7 @@ pub fn compile_after(
     before: Option<&Compiled>,
 ) -> Result<Compiled, CompileError> {
     let order = world.in_order();
-    let transforms = transforms::compile(world, &order)?;
+    let transforms = transforms::to_world(world, &order)?;
     let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
     let textures_before = before.map(|before| &before.textures);
     let textures = Made::again(textures_before, textures::Inputs::new(&world.assets), |inputs| {

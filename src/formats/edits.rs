@@ -11,7 +11,7 @@ use crate::error::LoadError;
 use crate::world::{Light, Shape, World};
 
 /// Edits in the language of [`super::ron::query`], in the order in which they are carried out.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Edits {
     /// Statements that change values.
@@ -20,6 +20,14 @@ pub struct Edits {
     pub only: Vec<String>,
     /// What is taken away, light or shape.
     pub hide: Vec<String>,
+    /// From where to where cameras look, as scene files have it.
+    pub look_at: Option<[String; 2]>,
+    /// By how many degrees cameras turn about what they look at: to the right, and up.
+    pub orbit: Option<[f64; 2]>,
+    /// How many times nearer they come to it.
+    pub zoom: Option<f64>,
+    /// Whether there is a floor under everything.
+    pub ground: bool,
 }
 
 impl Edits {
@@ -28,10 +36,19 @@ impl Edits {
         *self == Edits::default()
     }
 
-    /// Carries them out. Errors: what is no query, or means nothing.
+    /// Leaves cameras where files say.
+    pub fn forget_camera(&mut self) {
+        (self.look_at, self.orbit, self.zoom) = (None, None, None);
+    }
+
+    /// Carries out what is no matter of where things are. Errors: what is no query, or means nothing.
     pub fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
         let wrong =
             |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
+        if let Some([from, to]) = &self.look_at {
+            let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
+            set(world, &statement, files).map_err(|error| wrong("--look-at", error))?;
+        }
         for statement in &self.set {
             set(world, statement, files).map_err(|error| wrong("--set", error))?;
         }

@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use super::names::TakenNames;
+use super::shot::Added;
 use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
-use crate::math::{Aabb, DMat3, DVec3, Quat, Rgb, Vec3};
+use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
     Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, SourceFiles, Tonemap,
@@ -23,15 +24,14 @@ pub(super) fn load_mesh(
     world.assets.files = sources.clone();
     let mut files = Files { sources: sources.clone(), ..Files::default() };
     let mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
-    let bounds = Aabb::around(mesh.triangles.as_flattened().iter().map(|v| mesh.positions[*v as usize]));
     let id = world.assets.add_mesh(mesh);
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
+    add_camera(&mut world);
     if options.surroundings.is_some() {
         // What comes from all around lights surfaces under this transport alone.
         world.settings.transport = Transport::Path;
-        frame(&mut world, bounds);
     } else {
-        complete(&mut world, bounds);
+        add_light(&mut world);
     }
     Ok(world)
 }
@@ -56,13 +56,7 @@ pub(super) fn load_model(
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);
     }
-    let has_camera = world.entities.query::<&Camera>().iter().next().is_some();
-    let bounds = match options.time_s {
-        // A camera that is added stands still while the model moves.
-        Some(_) if !has_camera => at_rest(path, options, sources)?,
-        _ => model.bounds,
-    };
-    frame(&mut world, bounds);
+    add_camera(&mut world);
     if options.surroundings.is_none() && is_dark(&world) {
         let image = world.assets.add_made_image(studio::image());
         let name = TakenNames::of(&world).unique("studio");
@@ -90,14 +84,6 @@ fn tone_curve(assets: &Assets, warnings: &mut Vec<String>) -> Tonemap {
     Tonemap::PbrNeutral
 }
 
-/// Where a model is without its animations.
-fn at_rest(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<Aabb, LoadError> {
-    let options = LoadOptions { time_s: None, ..options.clone() };
-    let mut assets = Assets { files: sources.clone(), ..Assets::default() };
-    let model = gltf::load(path, &options, &mut assets, &mut Vec::new())?;
-    Ok(model.bounds)
-}
-
 /// The size with the same longer side whose width is `aspect` times its height.
 fn of_aspect(size: [u32; 2], aspect: f32) -> [u32; 2] {
     let longer = size[0].max(size[1]);
@@ -122,59 +108,43 @@ fn is_dark(world: &World) -> bool {
         && !world.assets.materials.iter().any(|named| shines(&named.material))
 }
 
-/// Adds a camera and light if there are none, each with a warning. `bounds` hold all shapes.
-fn complete(world: &mut World, bounds: Aabb) {
-    let (center, radius) = frame(world, bounds);
-    if world.entities.query::<&Light>().iter().next().is_none() {
-        add_light(world, center, radius);
-        world.warnings.push("there is no light: key, fill and ambient light were added".into());
+/// Adds a camera if there is none; [`super::shot`] puts it where it sees everything.
+fn add_camera(world: &mut World) {
+    if world.entities.query::<&Camera>().iter().next().is_some() {
+        return;
     }
-}
-
-/// Adds a camera if there is none; says where what it sees lies and how large it is.
-fn frame(world: &mut World, bounds: Aabb) -> (DVec3, f64) {
-    let bounds = if bounds.is_empty() { Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE } } else { bounds };
-    let center = bounds.center().as_dvec3();
-    let radius = (bounds.size().as_dvec3().length() * 0.5).max(1e-6);
-    if world.entities.query::<&Camera>().iter().next().is_none() {
-        add_camera(world, center, radius);
-        world.warnings.push("there is no camera: one that sees everything was added".into());
-    }
-    (center, radius)
+    let place = looking_from(CAMERA);
+    let camera = Camera::Pinhole { vertical_fov: (2.0 * HALF_FOV_DEGREES).to_radians() as f32 };
+    let name = TakenNames::of(world).unique("camera");
+    world.entities.spawn((name, camera, place, Added(place)));
+    world.warnings.push("there is no camera: one that sees everything was added".into());
 }
 
 const HALF_FOV_DEGREES: f64 = 20.0;
-
 /// From the front, right and above.
-fn add_camera(world: &mut World, center: DVec3, radius: f64) {
-    let half_fov = HALF_FOV_DEGREES.to_radians();
-    let distance = 1.05 * radius / libm::sin(half_fov);
-    let place = looking_at(center, DVec3::new(0.45, 0.35, 1.0), distance);
-    let camera = Camera::Pinhole { vertical_fov: (2.0 * half_fov) as f32 };
-    let name = TakenNames::of(world).unique("camera");
-    world.entities.spawn((name, camera, place));
-}
+const CAMERA: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 
 /// A key light on the right and a fill light on the left of who stands before it.
-fn add_light(world: &mut World, center: DVec3, radius: f64) {
+fn add_light(world: &mut World) {
     let mut names = TakenNames::of(world);
     let mut sun = |name: &str, irradiance: f32, from: DVec3| {
         let light = Light::Directional { irradiance: Rgb::splat(irradiance), angle: 0.0 };
-        world.entities.spawn((names.unique(name), light, looking_at(center, from, 2.0 * radius)));
+        world.entities.spawn((names.unique(name), light, looking_from(from)));
     };
     sun("key", 0.75, DVec3::new(1.2, 1.6, 0.9));
     sun("fill", 0.25, DVec3::new(-1.5, 0.4, 0.8));
     world.settings.ambient = Rgb::splat(0.15);
     world.settings.background =
         Background::Gradient { bottom: Rgb::splat(0.25), top: Rgb::new(0.55, 0.6, 0.65) };
+    world.warnings.push("there is no light: key, fill and ambient light were added".into());
 }
 
-/// −Z towards a point, seen from a distance in some direction, +Y up.
-fn looking_at(center: DVec3, from: DVec3, distance: f64) -> Transform {
-    let backward = from.normalize();
+/// −Z towards the origin, seen from a place, +Y up.
+fn looking_from(place: DVec3) -> Transform {
+    let backward = place.normalize();
     let right = DVec3::Y.cross(backward).normalize();
     let axes = DMat3::from_cols(right, backward.cross(right), backward);
     let rotation = glam::DQuat::from_mat3(&axes).normalize();
     let rotation = Quat::from_array(rotation.to_array().map(|c| c as f32));
-    Transform::Trs { translation: (center + backward * distance).as_vec3(), rotation, scale: Vec3::ONE }
+    Transform::Trs { translation: place.as_vec3(), rotation, scale: Vec3::ONE }
 }

@@ -2,6 +2,7 @@
 //! write ourselves. The only place that knows file formats.
 
 mod edits;
+mod extent;
 pub mod film_file;
 mod framing;
 pub mod gltf;
@@ -11,6 +12,7 @@ pub mod picture;
 pub mod ply;
 pub mod rays;
 pub mod ron;
+mod shot;
 mod studio;
 pub mod study;
 pub mod surroundings;
@@ -49,6 +51,8 @@ pub struct LoadOptions {
     pub surroundings: Option<Surroundings>,
     /// What is said of it beside its files.
     pub edits: Edits,
+    /// Columns and rows of the picture, in place of its own.
+    pub size: Option<[u32; 2]>,
 }
 
 /// What the numbers of a glTF file's lights count.
@@ -84,7 +88,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         "gltf" | "glb" => None,
         "ron" if *options == common => None,
         "ron" => Some("--variant and --scene are for .gltf and .glb files"),
-        _ if LoadOptions { surroundings: None, edits: Edits::default(), ..options.clone() }
+        _ if LoadOptions { surroundings: None, edits: Edits::default(), size: None, ..options.clone() }
             == LoadOptions::default() =>
         {
             None
@@ -125,6 +129,12 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         let mut files = Files { sources: sources.clone(), ..Files::default() };
         options.edits.apply(&mut world, &mut files)?;
     }
+    world.settings.size = options.size.unwrap_or(world.settings.size);
+    shot::arrange(&mut world, options, || {
+        let Edits { set, only, hide, .. } = options.edits.clone();
+        let edits = Edits { set, only, hide, ..Edits::default() };
+        load_again(path, &LoadOptions { time_s: None, edits, ..options.clone() }, sources)
+    })?;
     if options.time_s.is_some() && !world.moves {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";
         world.warnings.push(what.into());

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::Edits;
 use crate::error::LoadError;
 use crate::world::Sharing;
 
@@ -163,11 +164,18 @@ pub struct Change {
     pub rays: Option<u32>,
     /// How rays are traced, if they are.
     pub by: Option<Tracing>,
+    /// Values of the scene that are others, as `--set` has them: such as `"Material[\"glass\"].ior = 1.6"`.
+    pub set: Vec<String>,
+    /// Of all shapes only these, as `--only` has them.
+    pub only: Vec<String>,
+    /// Shapes and lights that are taken away, as by `--hide`.
+    pub hide: Vec<String>,
 }
 
 impl Change {
-    /// This, with what `other` says instead where it says something.
+    /// This, with what `other` says instead where it says something. What changes the scene is done one after the other.
     pub fn and(&self, other: &Change) -> Change {
+        let both = |one: &[String], other: &[String]| [one, other].concat();
         Change {
             size: other.size.or(self.size),
             samples: other.samples.or(self.samples),
@@ -187,7 +195,16 @@ impl Change {
             quality: other.quality.or(self.quality),
             rays: other.rays.or(self.rays),
             by: other.by.or(self.by),
+            set: both(&self.set, &other.set),
+            only: both(&self.only, &other.only),
+            hide: both(&self.hide, &other.hide),
         }
+    }
+
+    /// What is changed of the scene beside its files.
+    pub fn edits(&self) -> Edits {
+        let Change { set, only, hide, .. } = self.clone();
+        Edits { set, only, hide, ..Edits::default() }
     }
 }
 

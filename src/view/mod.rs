@@ -20,7 +20,6 @@
 pub mod command;
 mod explanation;
 pub mod picture;
-pub mod rig;
 pub mod scene;
 pub mod server;
 mod status;

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use super::rig::{Pose, Rig};
 use super::watched::Watched;
 use crate::check::{self, Finding};
 use crate::compile::{self, Compiled};
@@ -15,7 +14,7 @@ use crate::math::Vec3;
 use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
 use crate::world::{
-    Camera, Kept, LookAtFault, Parent, Placed, Settings, Sharing, SourceFiles, Transform, World,
+    Camera, Kept, LookAtFault, Parent, Placed, Pose, Rig, Settings, Sharing, SourceFiles, Transform, World,
 };
 
 /// A page that shows more has no room in any window, and may have none in memory.
@@ -234,11 +233,9 @@ impl LiveScene {
         let ahead = self.depth([width / 2, height / 2]).map(|(depth, _)| depth);
         let size = bounds.size().length().max(1e-3);
         let usual = if to_middle > 0.01 * size { to_middle } else { size };
-        Rig::new(
-            &scene.camera,
-            self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 }),
-            ahead.unwrap_or(usual),
-        )
+        let axes = [scene.camera.right, scene.camera.up, scene.camera.forward].map(|axis| axis.as_dvec3());
+        let camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
+        Rig::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
     }
 
     /// How far away along the camera's axis the first thing is that a pixel shows, and where; none: nothing.
@@ -323,6 +320,8 @@ impl LiveScene {
         // What a link leads to is written, not the link.
         formats::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
         self.rig = None;
+        // The file says now what the command line said before.
+        self.options.edits.forget_camera();
         self.reload()?;
         Ok(format!("saved in {}", path.display()))
     }

@@ -9,13 +9,16 @@ pub mod assets;
 pub mod components;
 pub mod kept;
 pub mod material;
+pub mod rig;
 pub mod settings;
 pub mod source_files;
+pub mod transforms;
 
 pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
 pub use components::*;
 pub use kept::Kept;
 pub use material::*;
+pub use rig::{Pose, Rig};
 pub use settings::*;
 pub use source_files::{Content, SourceFiles};
 

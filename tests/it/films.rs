@@ -148,7 +148,8 @@ fn merging_says_what_is_missing_and_refuses_strangers() {
 fn a_film_gets_more_samples_with_the_bits_of_the_longer_rendering() {
     let folder = folder();
     let here = folder.path();
-    for options in ["", "--sampler independent --sharing off", "--sharing 8"] {
+    let elsewhere = "--size 40x60 --orbit 30,10 --zoom 0.5 --ground --hide \"glass\"";
+    for options in ["", "--sampler independent --sharing off", "--sharing 8", elsewhere] {
         let film = format!("a{}.film", options.len());
         for (i, spp) in [3, 5, 24].into_iter().enumerate() {
             let line = match i {

@@ -3,6 +3,7 @@
 mod agreement;
 mod aov;
 mod browser;
+mod camera;
 mod cli;
 mod compare;
 mod corpus;

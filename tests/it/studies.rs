@@ -312,6 +312,30 @@ fn a_study_is_done_once_and_reported_in_one_page() {
 }
 
 #[test]
+fn a_series_may_be_of_another_scene() {
+    let folder = folder();
+    // Twice the light is twice the error, against a reference of its own.
+    let study = r#"(title: "t", experiments: [
+        (name: "light", scenes: [File("scene.ron")], with: (size: (12, 9), max_depth: 0, set: ["settings.background = 0"]),
+         x: Samples([1, 4]), series: [(label: "dim"), (label: "bright", with: (set: ["Light.power_w *= 2"]))],
+         seeds: 2, reference: (samples: 100), plots: [(y: Mse)]),
+    ])"#;
+    std::fs::write(folder.path().join("small.ron"), study).expect("a file");
+    stdout(folder.path(), &["study", "small.ron"]);
+    let text = std::fs::read_to_string(folder.path().join("out/small/results.csv")).expect("results");
+    let column = text.lines().next().and_then(|line| line.split(',').position(|name| name == "mse"));
+    let errors = |label: &str| -> Vec<f64> {
+        let rows = text.lines().filter(|line| line.contains(label));
+        rows.filter_map(|row| row.split(',').nth(column?)?.parse().ok()).collect()
+    };
+    let [dim, bright] = [errors("dim"), errors("bright")];
+    assert_eq!((dim.len(), bright.len()), (4, 4), "{text}");
+    for (dim, bright) in dim.iter().zip(bright) {
+        assert!((bright / dim - 4.0).abs() < 0.01, "{dim} {bright}");
+    }
+}
+
+#[test]
 fn mistakes_in_a_study_are_named() {
     let folder = folder();
     for (from, to, wanted) in [

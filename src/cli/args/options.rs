@@ -4,11 +4,15 @@ use clap::Args;
 
 use super::names::{QualityName, SamplerName, TonemapName, TransportName};
 use super::parse::{
-    parse_adaptive, parse_exposure_or_auto, parse_light_units, parse_sharing, parse_size, parse_time,
+    parse_adaptive, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_sharing, parse_size,
+    parse_time, parse_zoom,
 };
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Adaptive, DepthLimits, Sharing, World};
+
+/// To the right and up.
+pub type Degrees = [f64; 2];
 
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
@@ -50,7 +54,6 @@ impl PictureOptions {
         self.light.apply(world);
         let settings = &mut world.settings;
         settings.samples = self.spp.unwrap_or(settings.samples);
-        settings.size = self.size.unwrap_or(settings.size);
         settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(exposure) = self.exposure {
             (settings.auto_exposure, settings.exposure_ev) = match exposure {
@@ -159,6 +162,15 @@ pub struct EditOptions {
     /// Look from one place to another, each as X,Y,Z in metres
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true)]
     pub look_at: Vec<String>,
+    /// Turn cameras about what they look at, in degrees: to the right, and up
+    #[arg(long, value_name = "RIGHT,UP", allow_hyphen_values = true, value_parser = parse_degrees)]
+    pub orbit: Option<Degrees>,
+    /// Bring cameras as many times nearer to what they look at
+    #[arg(long, value_name = "FACTOR", value_parser = parse_zoom)]
+    pub zoom: Option<f64>,
+    /// Put a grey floor under everything
+    #[arg(long)]
+    pub ground: bool,
     /// What rays see that hit nothing: a colour, as scene files have it, such as 0.2 or '"#ff8000"'
     #[arg(long, value_name = "COLOUR")]
     pub background: Option<String>,
@@ -167,12 +179,16 @@ pub struct EditOptions {
 impl EditOptions {
     /// As loaders take them.
     pub fn edits(&self) -> Edits {
-        let EditOptions { mut set, only, hide, look_at, background } = self.clone();
-        if let [from, to] = &look_at[..] {
-            set.push(format!("Camera.transform = LookAt(from: ({from}), to: ({to}))"));
-        }
+        let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self.clone();
         set.extend(background.map(|color| format!("settings.background = {color}")));
-        Edits { set, only, hide }
+        Edits { set, only, hide, look_at: look_at.try_into().ok(), orbit, zoom, ground }
+    }
+}
+
+impl ModelOptions {
+    /// As loaders take them, for a picture of a size of its own, if so.
+    pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
+        LoadOptions { size, ..self.into() }
     }
 }
 
@@ -181,16 +197,8 @@ impl From<&ModelOptions> for LoadOptions {
         let edits = options.edits.edits();
         let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env, .. } =
             options.clone();
-        Self {
-            time_s: time,
-            variant,
-            scene,
-            light_units,
-            solid_glass,
-            double_sided,
-            surroundings: env,
-            edits,
-        }
+        let common = Self { time_s: time, variant, scene, edits, ..Self::default() };
+        Self { light_units, solid_glass, double_sided, surroundings: env, ..common }
     }
 }
 

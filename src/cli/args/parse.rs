@@ -27,6 +27,18 @@ pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     range.filter(|[start, end]| start < end).ok_or_else(|| "expected FIRST..END, such as 0..16".into())
 }
 
+pub fn parse_degrees(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= 36_000.0);
+    let both = text.split_once(',').and_then(|(right, up)| Some([number(right)?, number(up)?]));
+    both.or_else(|| Some([number(text)?, 0.0]))
+        .ok_or_else(|| "expected degrees to the right and up, such as 30,15".into())
+}
+
+pub fn parse_zoom(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|factor: &f64| (1e-3..=1e3).contains(factor));
+    factor.ok_or_else(|| "expected a factor from 0.001 to 1000: 2 is twice as near".into())
+}
+
 pub fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())

@@ -142,7 +142,10 @@ impl<'a> Jobs<'a> {
                 "where things go is said with --output and --folder, before --",
             ));
         }
-        let mut world = crate::formats::load_with(&scene, &(&arguments.render.model).into())?;
+        let mut world = crate::formats::load_with(
+            &scene,
+            &arguments.render.model.of_size(arguments.render.picture.size),
+        )?;
         arguments.render.apply(&mut world);
         let samples = world.settings.samples;
         let tasks = Tasks::of(plan.shards, arguments.render.frames.frames)?;

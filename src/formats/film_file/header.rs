@@ -128,6 +128,9 @@ pub struct View {
     /// What is said of it beside its files.
     #[serde(default, skip_serializing_if = "Edits::is_empty")]
     pub edits: Edits,
+    /// The size of the picture, if not the scene's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<[u32; 2]>,
 }
 
 impl View {
@@ -158,9 +161,19 @@ impl View {
     /// What of a model is read for it.
     pub fn load_options(&self) -> LoadOptions {
         let View {
-            time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, edits, ..
+            time_s,
+            variant,
+            scene,
+            light_units,
+            solid_glass,
+            double_sided,
+            surroundings,
+            edits,
+            size,
+            ..
         } = self.clone();
-        LoadOptions { time_s, variant, scene, light_units, solid_glass, double_sided, surroundings, edits }
+        let common = LoadOptions { time_s, variant, scene, size, ..LoadOptions::default() };
+        LoadOptions { light_units, solid_glass, double_sided, surroundings, edits, ..common }
     }
 }
 
@@ -254,7 +267,9 @@ impl Header {
             return Some(format!("of another scene: {what}"));
         }
         let parts = |header: &Header| {
-            let view = serde_json::to_value(&header.view).unwrap_or_default();
+            // The settings have the size, wherever it was said.
+            let view = View { size: None, ..header.view.clone() };
+            let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
             let rest = serde_json::json!({ "region": header.region, "variance": header.variance });
             [view, settings, rest]

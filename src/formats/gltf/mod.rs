@@ -58,7 +58,7 @@ use self::texture::Textures;
 use super::LoadOptions;
 use super::names::TakenNames;
 use crate::error::{LoadError, did_you_mean};
-use crate::math::{Aabb, DAffine3};
+use crate::math::DAffine3;
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
 
 /// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
@@ -66,8 +66,6 @@ use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, Worl
 pub struct Model {
     /// Each after its parent.
     nodes: Vec<Node>,
-    /// Around all triangles.
-    pub bounds: Aabb,
     /// Width over height of the first camera's picture, if it says so.
     pub aspect: Option<f32>,
     /// Whether the file has animations.
@@ -107,8 +105,6 @@ struct Import<'a> {
     materials: HashMap<Option<usize>, Lowered>,
     meshes: HashMap<MeshKey, Option<PlacedMesh>>,
     shapes: HashMap<ShapeKey, MeshId>,
-    /// Around meshes, in their own space.
-    boxes: HashMap<MeshId, Aabb>,
     parents: Vec<Option<usize>>,
     /// Nodes that an animation moves.
     moved: HashMap<usize, Moved>,
@@ -159,7 +155,6 @@ pub fn parse(
         materials: HashMap::new(),
         meshes: HashMap::new(),
         shapes: HashMap::new(),
-        boxes: HashMap::new(),
         parents: node::parents(&document)?,
         moved: match options.time_s {
             Some(time) => animation::at_time(&document, time)?,
@@ -171,14 +166,14 @@ pub fn parse(
     let scene = node::scene(&document, options.scene.as_deref())?;
     let roots = node::roots(&document, scene, &import.parents)?;
     import.decode_ahead(&roots);
-    let (mut nodes, bounds) = import.nodes(roots)?;
+    let mut nodes = import.nodes(roots)?;
     nodes.extend(import.environment(scene)?);
     let aspect = import.aspect;
     let moves = !document.root.animations.is_empty();
     import.losses.animations = moves && options.time_s.is_none();
     let Import { losses, warnings, .. } = import;
     warnings.extend(losses.lines().map(|line| document.warning(line)));
-    Ok(Model { nodes, bounds, aspect, moves })
+    Ok(Model { nodes, aspect, moves })
 }
 
 /// The number of the variant that was asked for by name.

@@ -8,8 +8,7 @@ use super::mesh::Shaping;
 use super::pose::is_flat;
 use super::{Import, Node, presentable, words};
 use crate::error::{LoadError, did_you_mean};
-use crate::math::{Aabb, DAffine3, Vec3};
-use crate::world::{MeshId, Transform};
+use crate::world::Transform;
 
 /// A node that is to be visited.
 struct PendingNode {
@@ -17,26 +16,18 @@ struct PendingNode {
     /// Its parent's place among those found.
     parent: Option<usize>,
     /// From its parent's space to the scene's.
-    above: DAffine3,
     visible: bool,
 }
 
-/// What was found so far.
-struct Found {
-    nodes: Vec<Node>,
-    /// Around all meshes.
-    bounds: Aabb,
-}
-
 impl Import<'_> {
-    /// The nodes of a scene, each after its parent, and the box around their meshes.
-    pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<(Vec<Node>, Aabb), LoadError> {
+    /// The nodes of a scene, each after its parent.
+    pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<Vec<Node>, LoadError> {
         let all = &self.document.root.nodes;
-        let mut found = Found { nodes: Vec::new(), bounds: Aabb::EMPTY };
+        let mut found: Vec<Node> = Vec::new();
         // A stack of our own: files may be deeper than the machine's.
-        let first = |number| PendingNode { number, parent: None, above: DAffine3::IDENTITY, visible: true };
+        let first = |number| PendingNode { number, parent: None, visible: true };
         let mut stack: Vec<PendingNode> = roots.into_iter().rev().map(first).collect();
-        while let Some(PendingNode { number, parent, above, mut visible }) = stack.pop() {
+        while let Some(PendingNode { number, parent, mut visible }) = stack.pop() {
             let Some(source) = all.get(number) else { continue };
             let at = format!("/nodes/{number}");
             let (transform, local) = self.local(number)?;
@@ -47,22 +38,20 @@ impl Import<'_> {
             let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
             let read: Option<Visibility> = self.document.extension(extensions, "KHR_node_visibility", &at)?;
             visible &= read.is_none_or(|read| read.visible);
-            let place = found.nodes.len();
-            let matrix = above * local;
-            found.nodes.push(self.node(source, &at, parent, transform, visible)?);
+            let place = found.len();
+            found.push(self.node(source, &at, parent, transform, visible)?);
             if visible {
-                self.meshes_of(number, source, (place, &matrix), &mut found)?;
+                self.meshes_of(number, source, place, &mut found)?;
             }
             let children = source.children.as_deref().unwrap_or_default();
             let child = |child: &Index<json::Node>| PendingNode {
                 number: child.value(),
                 parent: Some(place),
-                above: matrix,
                 visible,
             };
             stack.extend(children.iter().rev().map(child));
         }
-        Ok((found.nodes, found.bounds))
+        Ok(found)
     }
 
     /// A node without its mesh.
@@ -91,8 +80,8 @@ impl Import<'_> {
         &mut self,
         number: usize,
         source: &json::Node,
-        (place, matrix): (usize, &DAffine3),
-        found: &mut Found,
+        place: usize,
+        found: &mut Vec<Node>,
     ) -> Result<(), LoadError> {
         let Some(index) = source.mesh else { return Ok(()) };
         let at = format!("/nodes/{number}");
@@ -112,15 +101,13 @@ impl Import<'_> {
             let joints = self.joints(skin, &format!("{at}/skin"))?;
             shaping.joints = Some((number, &joints));
             if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
-                found.bounds = found.bounds.union(self.bounds_of(mesh.id, &DAffine3::IDENTITY));
-                found.nodes.push(another(None, Transform::IDENTITY, mesh));
+                found.push(another(None, Transform::IDENTITY, mesh));
             }
             return Ok(());
         }
         let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? else { return Ok(()) };
         let Some(instances) = self.instances(source, &at)? else {
-            found.bounds = found.bounds.union(self.bounds_of(mesh.id, matrix));
-            found.nodes[place].mesh = Some(mesh);
+            found[place].mesh = Some(mesh);
             return Ok(());
         };
         for (transform, local) in instances {
@@ -128,24 +115,9 @@ impl Import<'_> {
                 self.losses.flat_nodes += 1;
                 continue;
             }
-            found.bounds = found.bounds.union(self.bounds_of(mesh.id, &(*matrix * local)));
-            found.nodes.push(another(Some(place), transform, mesh));
+            found.push(another(Some(place), transform, mesh));
         }
         Ok(())
-    }
-
-    /// The box around a placed mesh's own box.
-    fn bounds_of(&mut self, id: MeshId, matrix: &DAffine3) -> Aabb {
-        let Some(mesh) = self.assets.meshes.get(id.0 as usize) else { return Aabb::EMPTY };
-        let own = *self.boxes.entry(id).or_insert_with(|| {
-            let corners = mesh.triangles.as_flattened().iter();
-            Aabb::around(corners.filter_map(|vertex| mesh.positions.get(*vertex as usize)).copied())
-        });
-        let corner = |index: u32| {
-            let pick = |axis: usize| if index >> axis & 1 == 0 { own.min[axis] } else { own.max[axis] };
-            matrix.transform_point3(Vec3::new(pick(0), pick(1), pick(2)).as_dvec3()).as_vec3()
-        };
-        Aabb::around((0..8).map(corner))
     }
 }
 

@@ -8,8 +8,10 @@ use super::shapes;
 use crate::bvh::narrow::Narrow;
 use crate::bvh::traverse::closest_one;
 use crate::bvh::{self, Asker, Bvh, Coherence, HitsMut, Rays, Stack, brute};
+use crate::error::LoadError;
 use crate::film::metrics;
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
+use crate::formats::{Files, LoadOptions};
 use crate::math::{Rgb, Vec3};
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
@@ -57,10 +59,19 @@ pub(super) fn path(folder: &Path, file: &Path) -> PathBuf {
 
 /// The world of a job: the scene with other settings.
 fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u32) -> Result<World, String> {
+    let (edits, text) = (change.edits(), |error: LoadError| error.to_string());
     let mut world = match scene {
-        Scene::File(file) => crate::formats::load(&path(folder, file)).map_err(|error| error.to_string())?,
-        Scene::Ball => made_up(shapes::ball(triangles)),
-        Scene::Cloud => made_up(shapes::cloud(triangles)),
+        Scene::File(file) => {
+            let size = change.size.map(|(width, height)| [width, height]);
+            let options = LoadOptions { edits, size, ..LoadOptions::default() };
+            crate::formats::load_with(&path(folder, file), &options).map_err(text)?
+        }
+        Scene::Ball | Scene::Cloud => {
+            let mesh = if *scene == Scene::Ball { shapes::ball(triangles) } else { shapes::cloud(triangles) };
+            let mut world = made_up(mesh);
+            edits.apply(&mut world, &mut Files::default()).map_err(text)?;
+            world
+        }
     };
     let settings = &mut world.settings;
     settings.size = change.size.map_or(settings.size, |(width, height)| [width, height]);

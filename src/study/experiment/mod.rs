@@ -178,9 +178,9 @@ impl<'a> Run<'a> {
         if let Ok((width, height, pixels)) = load_linear(path) {
             return Ok(Image { width, height, pixels });
         }
-        let mut change = job.experiment.with.and(change);
-        // Nobody measures its time: on all threads.
-        change.threads = Some(0);
+        // Of the scene that the job has, whatever is changed of it. Nobody measures its time: on all threads.
+        let Change { set, only, hide, .. } = job.change.and(change);
+        let change = Change { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
         // A seed of its own, so that no job shares its numbers.
         let done = self.perform(job, &change, 1_000_003, None)?;
         let image = done
@@ -192,7 +192,8 @@ impl<'a> Run<'a> {
 
     fn reference_path(&self, job: &Job) -> PathBuf {
         let Experiment { with, reference, .. } = job.experiment;
-        let text = format!("{:?} {:?} {with:?} {reference:?}", job.scene, job.label.scene);
+        let edits = job.change.edits();
+        let text = format!("{:?} {:?} {with:?} {reference:?} {edits:?}", job.scene, job.label.scene);
         let hash = xxhash_rust::xxh3::xxh3_64(text.as_bytes());
         self.out.join("references").join(format!("{}_{hash:016x}.exr", job.label.scene))
     }

@@ -1,13 +1,19 @@
 //! Nodes, cameras, lights, entities.
 
 use super::*;
-use crate::math::{Rgb, Vec3};
+use crate::formats::extent::Extent;
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::{Camera, Falloff, Light, Name, Parent, Placed, Shape, Transform, World};
 
 fn place(read: Read) -> World {
     let mut world = World { assets: read.assets, ..World::default() };
     read.model.place(&mut world, None);
     world
+}
+
+/// The farthest corner of the box around what is shown.
+fn most(world: &World) -> DVec3 {
+    Extent::of(world).unwrap().bounds()[1]
 }
 
 #[test]
@@ -19,8 +25,8 @@ fn nodes_become_entities_that_share_meshes() {
     ]);
     let read = read(&with(&[("/nodes", nodes)]));
     assert_eq!(read.assets.meshes.len(), 1);
-    assert_eq!(read.model.bounds.max, Vec3::new(3.0, 4.0, 8.0));
     let world = place(read);
+    assert_eq!(most(&world), DVec3::new(3.0, 4.0, 8.0));
     let order = world.in_order();
     assert_eq!(order.len(), 3);
     let name = |at: usize| world.entities.get::<&Name>(order[at]).map(|name| name.0.clone()).ok();
@@ -58,7 +64,7 @@ fn the_default_scene_counts_or_the_first_or_all_roots() {
 fn a_scale_of_zero_hides_a_node_and_its_children() {
     let nodes = json!([{"children": [1], "scale": [0, 0, 0]}, {"mesh": 0}]);
     let read = read(&with(&[("/nodes", nodes)]));
-    assert!(read.model.nodes.is_empty() && read.model.bounds.is_empty());
+    assert!(read.model.nodes.is_empty());
     assert!(read.warnings[0].contains("scale of 0"));
 }
 
@@ -186,7 +192,7 @@ fn what_is_invisible_is_left_out_with_its_children() {
     let hidden = json!({"KHR_node_visibility": {"visible": false}});
     let nodes = json!([{"mesh": 0, "children": [1], "extensions": hidden}, {"mesh": 0, "name": "child"}]);
     let read = read(&with(&[("/nodes", nodes)]));
-    assert!(read.model.nodes.iter().all(|node| node.mesh.is_none()) && read.model.bounds.is_empty());
+    assert!(read.model.nodes.iter().all(|node| node.mesh.is_none()));
 }
 
 #[test]
@@ -198,8 +204,8 @@ fn instances_share_a_mesh() {
     set(&mut file, "/nodes/0/extensions", json!({"EXT_mesh_gpu_instancing": instancing}));
     let instanced = read(&file);
     assert_eq!((instanced.assets.meshes.len(), instanced.model.nodes.len()), (1, 3));
-    assert_eq!(instanced.model.bounds.max, Vec3::new(6.0, 1.0, 0.0));
     assert_eq!(instanced.model.nodes[2].parent, Some(0));
+    assert_eq!(most(&place(instanced)), DVec3::new(6.0, 1.0, 0.0));
     set(&mut file, "/accessors/2/count", json!(1));
     assert!(refused(&file).contains("ROTATION: there are 2 of these and 1 of others"));
 }

@@ -201,7 +201,7 @@ fn nodes_of_models_are_parents_and_are_edited() {
     assert_eq!(world.entities.get::<&Parent>(find("hood")).unwrap().0, find("lamp"));
     let lamp = world.entities.get::<&Light>(find("lamp")).unwrap();
     assert!(matches!(&*lamp, Light::Point { power_w, .. } if power_w.to_array() == [3.0; 3]), "{lamp:?}");
-    let places = crate::compile::transforms::compile(&world, &world.in_order()).unwrap();
+    let places = crate::world::transforms::to_world(&world, &world.in_order()).unwrap();
     assert_eq!(places[&find("hood")].translation.to_array(), [1.0, 2.0, 10.0]);
     let error = |text: &str| read(text).err().map(|error| error.to_string()).unwrap_or_default();
     let wrong = error(&text.replace("car/lamp", "car/lmap"));

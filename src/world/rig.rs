@@ -1,8 +1,7 @@
 //! A camera that a hand moves.
 
+use super::components::{Camera, LookAtFault, Pattern, Transform};
 use crate::math::{DMat3, DQuat, DVec3, Vec3};
-use crate::scene;
-use crate::world::{Camera, LookAtFault, Pattern, Transform};
 
 /// Where a camera stands, what it turns about, and through what it looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,17 +31,16 @@ pub struct Pose {
 const STEEPEST: f64 = 0.01;
 
 impl Rig {
-    /// A scene's camera, which turns about what is `depth_m` ahead of it.
-    pub fn new(compiled: &scene::Camera, camera: Camera, depth_m: f32) -> Rig {
-        let [right, up, forward] = [compiled.right, compiled.up, compiled.forward].map(|v| v.as_dvec3());
-        let place = compiled.origin.as_dvec3();
+    /// A camera at a place, with unit vectors to the right, up and forward, which turns about what is `depth_m`
+    /// ahead of it.
+    pub fn new(place: DVec3, [right, up, forward]: [DVec3; 3], camera: Camera, depth_m: f64) -> Rig {
         // Mirror images have no pose.
         let right = if right.cross(forward).dot(up) < 0.0 { -right } else { right };
         let axes = DMat3::from_cols(right, up, -forward);
-        Rig { place, axes, pivot: place + forward * f64::from(depth_m), camera }
+        Rig { place, axes, pivot: place + forward * depth_m, camera }
     }
 
-    /// The same optics and pivot where a scene file says.
+    /// The way it looks.
     fn forward(&self) -> DVec3 {
         -self.axes.z_axis
     }
@@ -93,6 +91,34 @@ impl Rig {
                 self.place = self.pivot + (self.place - self.pivot) / factor;
             }
         }
+    }
+
+    /// Stands where the picture, of some width over height, just holds all that reaches as far `along` a direction of
+    /// any length as that says. What looks with parallel rays sees as much as that takes.
+    pub fn fit(&mut self, aspect: f64, along: impl Fn(DVec3) -> f64) {
+        /// Of the picture: the rest is left free around it.
+        const PART: f64 = 0.92;
+        let [right, up, back] = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
+        let [nearest, farthest] = [along(back), -along(-back)];
+        let room = 1e-3 * (nearest - farthest).max(1e-3);
+        // How far to one side and the other, the more the nearer: planes through the image's borders touch it.
+        let span = |axis: DVec3, slope: f64| [along(axis + slope * back), along(slope * back - axis)];
+        let (place, depth) = match &mut self.camera {
+            Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
+                let slope = PART * libm::tan(0.5 * f64::from(*vertical_fov));
+                let slopes = [slope * aspect, slope];
+                let [[a, b], [c, d]] = [span(right, slopes[0]), span(up, slopes[1])];
+                let far = ((a + b) / (2.0 * slopes[0])).max((c + d) / (2.0 * slopes[1])).max(nearest + room);
+                (0.5 * ((a - b) * right + (c - d) * up) + far * back, far - 0.5 * (nearest + farthest))
+            }
+            Camera::Orthographic { height_m } => {
+                let [[a, b], [c, d]] = [span(right, 0.0), span(up, 0.0)];
+                *height_m = ((c + d).max((a + b) / aspect) / PART) as f32;
+                let far = nearest + f64::from(*height_m);
+                (0.5 * ((a - b) * right + (c - d) * up) + far * back, far - 0.5 * (nearest + farthest))
+            }
+        };
+        (self.place, self.pivot) = (place, place - depth * back);
     }
 
     /// Turns about a point from now on, and has it in focus.
@@ -164,16 +190,9 @@ mod tests {
 
     /// Ten metres before the origin, looking along −Z.
     fn rig() -> Rig {
-        let projection = scene::Projection::Pinhole { tan_half_fov: 0.5 };
-        let compiled = scene::Camera {
-            origin: Vec3::new(0.0, 0.0, 10.0),
-            right: Vec3::X,
-            up: Vec3::Y,
-            forward: Vec3::NEG_Z,
-            projection,
-        };
         let vertical_fov = 2.0 * libm::atan(0.5) as f32;
-        Rig::new(&compiled, Camera::Pinhole { vertical_fov }, 10.0)
+        let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
+        Rig::new(DVec3::new(0.0, 0.0, 10.0), axes, Camera::Pinhole { vertical_fov }, 10.0)
     }
 
     #[test]
@@ -210,6 +229,37 @@ mod tests {
         rig.camera = Camera::Orthographic { height_m: 4.0 };
         rig.zoom(2.0);
         assert_eq!((rig.pose().from.z, &rig.camera), (5.0, &Camera::Orthographic { height_m: 2.0 }));
+    }
+
+    /// A box is seen from aslant: its corners are within the picture, and one is at the border that was left.
+    #[test]
+    fn what_is_fitted_fills_the_picture() {
+        for (aspect, parallel) in [(1.5, false), (0.5, false), (4.0, false), (1.5, true)] {
+            let mut rig = rig();
+            if parallel {
+                rig.camera = Camera::Orthographic { height_m: 1.0 };
+            }
+            rig.orbit([0.2, 0.1]);
+            let corners: Vec<DVec3> = (0..8)
+                .map(|i| {
+                    DVec3::new(f64::from(i & 1) * 3.0, f64::from(i >> 1 & 1), f64::from(i >> 2) * 7.0 - 20.0)
+                })
+                .collect();
+            rig.fit(aspect, |direction| {
+                corners.iter().map(|corner| corner.dot(direction)).fold(f64::MIN, f64::max)
+            });
+            let largest = corners.iter().map(|corner| {
+                let seen = rig.axes.transpose() * (*corner - rig.place);
+                assert!(seen.z < 0.0, "{seen}");
+                let half = match rig.camera {
+                    Camera::Orthographic { height_m } => 0.5 * f64::from(height_m),
+                    _ => -0.5 * seen.z,
+                };
+                (seen.x / (aspect * half)).abs().max((seen.y / half).abs())
+            });
+            let largest = largest.fold(0.0, f64::max);
+            assert!((largest - 0.92).abs() < 1e-3, "{aspect}: {largest}");
+        }
     }
 
     #[test]

@@ -4,15 +4,15 @@ use std::collections::HashMap;
 
 use hecs::Entity;
 
+use super::{Parent, Transform, World};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use crate::world::{Parent, Transform, World};
 
 /// Local to world of every entity, in double precision: rounded once, when geometry is made.
 pub type WorldTransforms = HashMap<Entity, DAffine3>;
 
 /// Follows every entity to its root. Errors: a parent cycle, a matrix without an inverse.
-pub fn compile(world: &World, order: &[Entity]) -> Result<WorldTransforms, CompileError> {
+pub fn to_world(world: &World, order: &[Entity]) -> Result<WorldTransforms, CompileError> {
     let mut done = WorldTransforms::with_capacity(order.len());
     for &entity in order {
         resolve(world, entity, &mut done)?;
@@ -53,7 +53,7 @@ fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<
 }
 
 /// A [`CompileError::Entity`].
-pub(super) fn entity_error(world: &World, entity: Entity, reason: impl Into<String>) -> CompileError {
+pub(crate) fn entity_error(world: &World, entity: Entity, reason: impl Into<String>) -> CompileError {
     CompileError::Entity { entity: world.name_of(entity), reason: reason.into() }
 }
 
@@ -89,22 +89,22 @@ fn rotation_matrix(q: DQuat) -> DMat3 {
 }
 
 /// A point of single precision through a matrix of double precision.
-pub(super) fn point(matrix: &DAffine3, p: Vec3) -> Vec3 {
+pub(crate) fn point(matrix: &DAffine3, p: Vec3) -> Vec3 {
     matrix.transform_point3(p.as_dvec3()).as_vec3()
 }
 
 /// A direction, made unit length.
-pub(super) fn direction(matrix: &DAffine3, d: Vec3) -> Vec3 {
+pub(crate) fn direction(matrix: &DAffine3, d: Vec3) -> Vec3 {
     matrix.transform_vector3(d.as_dvec3()).normalize().as_vec3()
 }
 
 /// How normals transform: the inverse transpose.
-pub(super) fn normal_matrix(matrix: &DAffine3) -> DMat3 {
+pub(crate) fn normal_matrix(matrix: &DAffine3) -> DMat3 {
     matrix.matrix3.inverse().transpose()
 }
 
 /// The scale of a rotation with uniform scale (perhaps mirrored); none for any other matrix.
-pub(super) fn uniform_scale(matrix: &DAffine3) -> Option<f64> {
+pub(crate) fn uniform_scale(matrix: &DAffine3) -> Option<f64> {
     let m = matrix.matrix3;
     let lengths = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.length());
     let largest = lengths.into_iter().fold(0.0, f64::max);
@@ -132,7 +132,7 @@ mod tests {
         let quarter = Quat::from_xyzw(0.0, 0.0, 0.5f32.sqrt(), 0.5f32.sqrt());
         let parent = world.entities.spawn((trs(Vec3::Y, quarter, Vec3::splat(2.0)),));
         world.entities.insert_one(child, Parent(parent)).unwrap();
-        let all = compile(&world, &world.in_order()).unwrap();
+        let all = to_world(&world, &world.in_order()).unwrap();
         // X is scaled to 2, turned onto Y, moved up by 1.
         let origin = point(&all[&child], Vec3::ZERO);
         assert!((origin - Vec3::new(0.0, 3.0, 0.0)).length() < 1e-6, "{origin}");
@@ -144,7 +144,7 @@ mod tests {
         let a = world.entities.spawn((Name("a".into()),));
         let b = world.entities.spawn((Name("b".into()), Parent(a)));
         world.entities.insert_one(a, Parent(b)).unwrap();
-        let error = compile(&world, &world.in_order()).unwrap_err().to_string();
+        let error = to_world(&world, &world.in_order()).unwrap_err().to_string();
         assert!(error.contains("circle"), "{error}");
     }
 
@@ -155,7 +155,7 @@ mod tests {
         for _ in 0..20_000 {
             last = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE), Parent(last)));
         }
-        let all = compile(&world, &world.in_order()).unwrap();
+        let all = to_world(&world, &world.in_order()).unwrap();
         assert_eq!(point(&all[&last], Vec3::ZERO).x, 20_001.0);
     }
 

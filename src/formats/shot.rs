@@ -1,0 +1,118 @@
+//! Where cameras stand that nobody has put anywhere, and those that shall look from elsewhere; a floor.
+
+use super::extent::Extent;
+use super::names::TakenNames;
+use super::{Edits, LoadOptions};
+use crate::error::LoadError;
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::world::transforms;
+use crate::world::{BlinnPhong, Camera, ColorInput, Material, Parent, Rig, Shape, Transform, World};
+
+/// Marks a camera that was added, and where that was: as long as it is there it goes to where the picture holds all.
+pub(super) struct Added(pub Transform);
+
+/// How far to each side a floor goes, in diameters of what stands on it.
+const FLOOR: f64 = 100.0;
+
+/// Puts cameras and a floor where they are wanted. What moves does not move them: `at_rest` reads the scene as it is
+/// without time.
+pub(super) fn arrange(
+    world: &mut World,
+    options: &LoadOptions,
+    at_rest: impl FnOnce() -> Result<World, LoadError>,
+) -> Result<(), LoadError> {
+    let Edits { orbit, zoom, ground, .. } = options.edits;
+    let is_added = world.entities.query::<&Added>().iter().next().is_some();
+    if !is_added && orbit.is_none() && zoom.is_none() && !ground {
+        return Ok(());
+    }
+    let moves = world.moves && options.time_s.is_some();
+    let rest = if moves { Some(at_rest()?) } else { None };
+    let extent = Extent::of(rest.as_ref().unwrap_or(world));
+    let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], Extent::bounds);
+    let cameras = cameras(world, extent.as_ref(), options, (0.5 * (least + most), (most - least).length()));
+    for (entity, transform, camera) in cameras {
+        // In the world's space: what it hangs on does not move it any more. It is known to be there.
+        let _ = world.entities.remove_one::<Parent>(entity);
+        let _ = world.entities.insert(entity, (transform, camera));
+    }
+    if ground {
+        add_floor(world, [least, most]);
+    }
+    Ok(())
+}
+
+/// Cameras that go elsewhere. The scene has a middle and a diameter.
+fn cameras(
+    world: &World,
+    extent: Option<&Extent>,
+    options: &LoadOptions,
+    (middle, diameter): (DVec3, f64),
+) -> Vec<(hecs::Entity, Transform, Camera)> {
+    let Edits { look_at, orbit, zoom, .. } = &options.edits;
+    let looked_at = look_at.as_ref().and_then(|[_, to]| point(to));
+    // Whatever is wrong is found when the scene is compiled.
+    let Ok(transforms) = transforms::to_world(world, &world.in_order()) else { return Vec::new() };
+    let mut query = world.entities.query::<(hecs::Entity, &Camera, Option<&Transform>, Option<&Added>)>();
+    let elsewhere = |(entity, camera, transform, added): (hecs::Entity, &Camera, _, Option<&Added>)| {
+        let is_added = added.is_some_and(|added| transform == Some(&added.0));
+        if !is_added && orbit.is_none() && zoom.is_none() {
+            return None;
+        }
+        let matrix = transforms.get(&entity)?;
+        let axis = |axis: DVec3| (matrix.matrix3 * axis).normalize();
+        let forward = axis(DVec3::NEG_Z);
+        let right = forward.cross(axis(DVec3::Y)).normalize();
+        let ahead = (looked_at.unwrap_or(middle) - matrix.translation).dot(forward);
+        let depth = match camera {
+            Camera::ThinLens { focus_distance_m, .. } if looked_at.is_none() => f64::from(*focus_distance_m),
+            _ if ahead > 0.01 * diameter => ahead,
+            _ => diameter.max(1e-3),
+        };
+        let axes = [right, right.cross(forward), forward];
+        let mut rig = Rig::new(matrix.translation, axes, *camera, depth);
+        if let Some([yaw, pitch]) = orbit {
+            // Half a turn for a hand's way of an image's height.
+            rig.orbit([-yaw / 180.0, pitch / 180.0]);
+        }
+        if is_added {
+            let [width, height] = world.settings.size.map(f64::from);
+            let unit = |direction: DVec3| direction.abs().element_sum();
+            rig.fit(width / height, |direction| match extent {
+                Some(extent) => extent.along(direction),
+                None => unit(direction),
+            });
+        }
+        if let Some(zoom) = zoom {
+            rig.zoom(*zoom);
+        }
+        Some((entity, rig.transform().ok()?, rig.camera))
+    };
+    query.iter().filter_map(elsewhere).collect()
+}
+
+/// Three numbers.
+fn point(text: &str) -> Option<DVec3> {
+    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    Some(DVec3::from_array(numbers.try_into().ok()?))
+}
+
+/// A grey floor under everything.
+fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
+    let diameter = (most - least).length().max(1e-6);
+    let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
+    // What is flat below shall not lie in it.
+    let height = least.y - 1e-4 * diameter;
+    let corner = |x: f64, z: f64| {
+        Vec3::new((middle.x + x * reach) as f32, height as f32, (middle.z + z * reach) as f32)
+    };
+    let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+    let grey = BlinnPhong {
+        diffuse: ColorInput::Constant(Rgb::splat(0.4)),
+        specular: ColorInput::Constant(Rgb::BLACK),
+        ..BlinnPhong::default()
+    };
+    let name = TakenNames::of(world).unique("ground");
+    let material = world.assets.add_material(Some("ground".into()), Material::BlinnPhong(grey));
+    world.entities.spawn((name, Transform::IDENTITY, Shape::Plane { corners }, material));
+}

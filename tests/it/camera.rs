@@ -1,0 +1,91 @@
+//! Where cameras stand that the command line, or nobody, has put somewhere.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use rayfront::compile::compile;
+use rayfront::formats::{LoadOptions, load_with};
+use rayfront::math::Vec3;
+use rayfront::scene::Camera;
+
+const SCENE: &str = r#"(
+    settings: (size: (24, 16), samples: 2),
+    materials: {"paper": (diffuse: (0.8, 0.4, 0.2))},
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 45), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))),
+        (shape: Sphere, material: "paper"),
+        (light: Point(power_w: 300), transform: (translate: (2, 4, 3))),
+    ],
+)"#;
+
+fn film(folder: &Path, line: &str) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    command.current_dir(folder).args(["scene.ron", "--json"]).args(line.split_whitespace());
+    let output = command.stdin(Stdio::null()).output().expect("the program runs");
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    told["film_hash"].as_str().expect("a hash").to_owned()
+}
+
+#[test]
+fn cameras_turn_about_what_they_see_and_come_nearer() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+    let film = |line: &str| film(folder.path(), line);
+    let as_is = film("");
+    for (options, written) in [
+        ("--orbit 90,0", "--look-at 5,0,0 0,0,0"),
+        ("--orbit=-90,0 --zoom 2", "--look-at -2.5,0,0 0,0,0"),
+        ("--orbit 0,30", "--look-at 0,2.5,4.33013 0,0,0"),
+        // About what is looked at.
+        ("--look-at 1,0,5 1,0,1 --orbit 180,0", "--look-at 1,0,-3 1,0,1"),
+    ] {
+        assert_eq!(film(options), film(written), "{options}");
+        assert_ne!(film(options), as_is, "{options}");
+    }
+    assert_ne!(film("--ground"), as_is);
+    let mut refused = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    refused.current_dir(folder.path()).args(["scene.ron", "--zoom", "0"]);
+    let output = refused.output().expect("the program runs");
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The camera of a scene as a picture of some size has it.
+fn camera(path: &Path, size: [u32; 2], time_s: Option<f32>) -> Camera {
+    let options = LoadOptions { size: Some(size), time_s, ..LoadOptions::default() };
+    let world = load_with(path, &options).expect("a world");
+    compile(&world, None).expect("a scene").camera
+}
+
+/// What has no camera fills the picture, of whatever shape: its outermost vertex is where a margin of 8 % begins.
+#[test]
+fn a_mesh_by_itself_fills_the_picture() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let vertices = [[0, 0, 0], [9, 0, 0], [9, 2, 0], [0, 2, -5], [4, 1, 3]];
+    let mut text: String = vertices.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
+    // Which no face uses: it is not seen.
+    text += "v 100 100 100\nf 1 2 3\nf 1 3 4\nf 1 4 5\n";
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, text).expect("a mesh");
+    for size in [[160, 90], [90, 160], [400, 40]] {
+        let camera = camera(&path, size, None);
+        let slope = 20_f32.to_radians().tan();
+        let outermost = vertices.map(|vertex| {
+            let to = Vec3::from(vertex.map(|c| c as f32)) - camera.origin;
+            let half = slope * to.dot(camera.forward);
+            let aspect = size[0] as f32 / size[1] as f32;
+            (to.dot(camera.right) / (half * aspect)).abs().max((to.dot(camera.up) / half).abs())
+        });
+        let outermost = outermost.into_iter().fold(0.0, f32::max);
+        assert!((outermost - 0.92).abs() < 1e-3, "{size:?}: {outermost}");
+    }
+}
+
+#[test]
+fn what_moves_does_not_move_the_camera() {
+    let Some(corpus) = std::env::var_os("RAYFRONT_CORPUS") else { return };
+    let path =
+        Path::new(&corpus).join("khronos-sample-assets/Models/BoxAnimated/glTF-Binary/BoxAnimated.glb");
+    let [rest, first, last] = [None, Some(0.0), Some(2.5)].map(|time| camera(&path, [64, 48], time));
+    assert_eq!((first.origin, last.origin), (rest.origin, rest.origin));
+}
