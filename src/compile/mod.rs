@@ -7,6 +7,7 @@ mod emitters;
 mod environment;
 mod geometry;
 mod glow;
+mod ignored;
 pub mod light_tree;
 mod lights;
 mod made;
@@ -21,7 +22,7 @@ use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::assets::NamedMaterial;
-use crate::world::{self, Light, Settings, Sharing, Transport, World, transforms};
+use crate::world::{self, Sharing, Transport, World, transforms};
 use made::Made;
 
 pub use camera::camera_names;
@@ -154,7 +155,7 @@ fn set_presence(
 /// What a person should know before waiting for the image.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
-    warnings.extend(ignored(world));
+    warnings.extend(ignored::by_transport(world));
     warnings.extend(unshared(world));
     warnings.extend(opaque_glass(scene));
     warnings.extend(idle_scattering(world));
@@ -188,8 +189,9 @@ fn idle_scattering(world: &World) -> Option<String> {
     let count = world.assets.materials.iter().filter(is_clear).count();
     (count > 0).then(|| {
         format!(
-            "{count} materials have a multiscatter_color and scatter nothing: that takes an attenuation_color below \
-             1, an attenuation_distance_m, and a transmission or diffuse_transmission"
+            "{} a multiscatter_color and nothing is scattered: that takes an attenuation_color below 1, an \
+             attenuation_distance_m, and a transmission or diffuse_transmission",
+            if count == 1 { "1 material has".into() } else { format!("{count} materials have") }
         )
     })
 }
@@ -203,68 +205,10 @@ fn unshared(world: &World) -> Option<String> {
     Some(format!("paths are not shared: {why} is about each path for itself (leave one of both out)"))
 }
 
-/// What the world says that its transport has no use for.
-fn ignored(world: &World) -> Option<String> {
-    let (settings, usual) = (&world.settings, Settings::default());
-    let mut names: Vec<&str> = Vec::new();
-    let mut note = |name: &'static str, is_said: bool| names.extend(is_said.then_some(name));
-    let (transport, other) = match settings.transport {
-        Transport::Whitted => {
-            settings.depth_limits.given().for_each(|(name, _)| note(name, true));
-            note("roulette_depth", settings.roulette_depth != usual.roulette_depth);
-            note("clamp", settings.clamp.is_some());
-            note("sampler", settings.sampler != usual.sampler);
-            note("sharing", matches!(settings.sharing, Sharing::Groups(_)));
-            let lights = &mut world.entities.query::<&Light>();
-            let wide = |light: &Light| matches!(light, Light::Directional { angle, .. } if *angle > 0.0);
-            note("the angle of directional lights", lights.iter().any(wide));
-            ("Whitted", "Path")
-        }
-        Transport::Path => {
-            note("ambient", !settings.ambient.is_black());
-            note("min_throughput", settings.min_throughput != usual.min_throughput);
-            note("pixel_pattern", settings.pixel_pattern != usual.pixel_pattern);
-            ("path", "Whitted")
-        }
-    };
-    let list = names.join(", ");
-    (!names.is_empty())
-        .then(|| format!("the {transport} transport makes no use of {list} (transport: {other} does)"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Rgb;
     use crate::world::{Camera, Transform};
-
-    #[test]
-    fn what_a_transport_ignores_it_says() {
-        let said = |change: fn(&mut World)| {
-            let mut world = World::default();
-            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
-            change(&mut world);
-            let warnings = compile(&world, None).expect("a scene").warnings;
-            warnings.into_iter().find(|warning| warning.contains("makes no use of"))
-        };
-        assert_eq!(said(|_| ()), None);
-        assert_eq!(said(|world| world.settings.transport = Transport::Path), None);
-        let whitted = said(|world| {
-            world.settings.clamp = Some(3.0);
-            world.settings.depth_limits.glossy = Some(1);
-            let sun = Light::Directional { irradiance: Rgb::WHITE, angle: 0.01 };
-            world.entities.spawn((sun, Transform::IDENTITY));
-        });
-        let expected = "the Whitted transport makes no use of glossy_depth, clamp, the angle of directional \
-                        lights (transport: Path does)";
-        assert_eq!(whitted.as_deref(), Some(expected));
-        let path = said(|world| {
-            world.settings.transport = Transport::Path;
-            world.settings.ambient = Rgb::WHITE;
-        });
-        let expected = "the path transport makes no use of ambient (transport: Whitted does)";
-        assert_eq!(path.as_deref(), Some(expected));
-    }
 
     #[test]
     fn metal_glass_is_told() {

@@ -26,28 +26,47 @@ impl Losses {
         if self.animations {
             lines.push("animations: nodes stand as the file has them (--time shows a moment)".to_owned());
         }
+        // Of one, of several, and what is so of them.
         let counted = [
-            (self.points_and_lines, "primitives without triangles (points, lines) are left out"),
-            (self.flat_nodes, "nodes have a scale of 0 and are left out with their children"),
-            (self.glosses, "materials share a texture of gloss with others: only their factors count"),
+            (
+                self.points_and_lines,
+                [
+                    "primitive without triangles (points, lines) is",
+                    "primitives without triangles (points, lines) are",
+                ],
+                "left out",
+            ),
+            (
+                self.flat_nodes,
+                ["node has a scale of 0 and is left out", "nodes have a scale of 0 and are left out"],
+                "with all below",
+            ),
+            (
+                self.glosses,
+                ["material shares", "materials share"],
+                "a texture of gloss with others: only the factor counts",
+            ),
             (
                 self.other_sets,
-                "textures use a third set of coordinates or a later one: they are looked up by the first",
+                ["texture uses", "textures use"],
+                "a third set of coordinates or a later one: the first is used instead",
             ),
             (
                 self.hollow_bodies,
-                "closed meshes are of glass without a volume (Blender exports it so): light goes straight through \
-                 (--solid-glass bends it)",
+                ["closed mesh is", "closed meshes are"],
+                "of glass without a volume (Blender exports it so): light goes straight through (--solid-glass bends it)",
             ),
             (
                 self.inside_out,
-                "closed meshes are inside out: seen from outside only their far inner sides are there, where no light \
-                 comes to (--double-sided shows both sides)",
+                ["closed mesh is", "closed meshes are"],
+                "inside out: seen from outside only far inner sides are there, where no light comes to (--double-sided \
+                 shows both sides)",
             ),
         ];
-        lines.extend(
-            counted.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")),
-        );
+        let found = counted.iter().filter(|(count, ..)| *count > 0);
+        lines.extend(found.map(|(count, [one, several], what)| {
+            format!("{count} {} {what}", if *count == 1 { one } else { several })
+        }));
         lines.into_iter()
     }
 }

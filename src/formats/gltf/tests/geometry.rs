@@ -131,7 +131,7 @@ fn primitives_of_a_mesh_are_merged_with_their_materials() {
         .map(|id| read.assets.materials[id.0 as usize].name.as_deref())
         .collect();
     assert_eq!(names, [None, Some("paint"), Some("paint")]);
-    assert!(read.warnings[0].contains("1 primitives without triangles"), "{:?}", read.warnings);
+    assert!(read.warnings[0].contains("1 primitive without triangles"), "{:?}", read.warnings);
 }
 
 #[test]

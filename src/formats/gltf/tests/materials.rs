@@ -262,7 +262,7 @@ fn pictures_that_are_missing_are_told() {
 fn a_third_set_of_coordinates_is_told() {
     let slot = json!({"index": 0, "texCoord": 2});
     let read = read_material(json!({"pbrMetallicRoughness": {"baseColorTexture": slot}}));
-    assert!(read.warnings[0].contains("1 textures use a third set"), "{:?}", read.warnings);
+    assert!(read.warnings[0].contains("1 texture uses a third set"), "{:?}", read.warnings);
 }
 
 /// Glass without a volume is a sheet, which is seldom meant where it encloses something.
@@ -284,7 +284,7 @@ fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
         let options = LoadOptions { solid_glass, ..LoadOptions::default() };
         let read = read_with(file.to_string().as_bytes(), &options).unwrap();
         let told =
-            read.warnings.iter().any(|line| line.contains("1 closed meshes are of glass without a volume"));
+            read.warnings.iter().any(|line| line.contains("1 closed mesh is of glass without a volume"));
         (told, read.material().volume.is_some())
     };
     let clear = json!({"KHR_materials_transmission": {"transmissionFactor": 1}});
@@ -322,7 +322,7 @@ fn closed_meshes_that_are_inside_out_are_told_and_can_be_seen() {
         file["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
         let options = LoadOptions { double_sided: all, ..LoadOptions::default() };
         let read = read_with(file.to_string().as_bytes(), &options).unwrap();
-        let told = read.warnings.iter().any(|line| line.contains("1 closed meshes are inside out"));
+        let told = read.warnings.iter().any(|line| line.contains("1 closed mesh is inside out"));
         (told, read.material().double_sided)
     };
     assert_eq!(seen(false, false, false, false), (false, false));
