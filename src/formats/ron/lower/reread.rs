@@ -62,9 +62,11 @@ pub fn reread(
 ) -> Result<(), LoadError> {
     let source = Source::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
     let raw: Raw = source.root()?;
-    let named = world.assets.materials.iter().enumerate();
-    let materials: HashMap<String, MaterialId> =
-        named.filter_map(|(number, named)| Some((named.name.clone()?, MaterialId(number as u32)))).collect();
+    // Nothing but an entity's material names materials; a statement may be about a hundred thousand entities.
+    let materials = match (component, material) {
+        (Component::Material, None) => material_names(world),
+        _ => HashMap::new(),
+    };
     let assets = AssetCache::new(Path::new(""), files).with_numbers();
     let mut lowering = Lowering { source: &source, world: std::mem::take(world), assets, materials };
     let read = lowering.component(component, entity, material, raw);
@@ -72,6 +74,11 @@ pub fn reread(
     let images = assets.read_images(&source, &mut changed);
     *world = changed;
     read.and(images)
+}
+
+fn material_names(world: &World) -> HashMap<String, MaterialId> {
+    let named = world.assets.materials.iter().enumerate();
+    named.filter_map(|(number, named)| Some((named.name.clone()?, MaterialId(number as u32)))).collect()
 }
 
 /// Reads settings again.
