@@ -21,8 +21,15 @@ const WORTH: f32 = 1.0;
 /// Pixels along the longer side of the image that are asked whether anything is there.
 const LOOKED_AT: u32 = 128;
 
-/// What is to be said of a finished image; `exposure_ev` are the stops that it is exposed by.
-pub fn of_image(frame: &Frame, tonemap: Tonemap, exposure_ev: f32, film: &Film) -> Option<Finding> {
+/// What is to be said of a finished image; `exposure_ev` are the stops that it is exposed by. `told`: what the scene's rules
+/// have found has been told.
+pub fn of_image(
+    frame: &Frame,
+    tonemap: Tonemap,
+    exposure_ev: f32,
+    film: &Film,
+    told: bool,
+) -> Option<Finding> {
     let radiance = film.radiance();
     let seen = seen(frame, film, &radiance);
     if seen.is_empty() {
@@ -48,7 +55,13 @@ pub fn of_image(frame: &Frame, tonemap: Tonemap, exposure_ev: f32, film: &Film) 
         let black = 100.0 * black;
         if unlit > TOO_MUCH {
             let what = format!("{black:.0} % of what is seen is black: no light gets there");
-            return Some(Finding::new(None, what, "rayfront check says why"));
+            let remedy = match told {
+                true => "the warnings before this one may say why",
+                false => {
+                    "rayfront view, and a click on a pixel, shows where its light ends; --env studio lights everything"
+                }
+            };
+            return Some(Finding::new(None, what, remedy));
         }
         if stops > WORTH {
             let what = format!(

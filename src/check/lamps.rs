@@ -167,6 +167,13 @@ impl Lamp {
     /// Whether a ray from it gets to the side that is seen of some place.
     fn reaches_anything(&self, checked: &Checked, tracer: &mut Tracer) -> bool {
         checked.probes.seen().any(|(features, place)| {
+            // Means of what is nearer and farther are nowhere.
+            const UNMIXED: f32 = 0.95;
+            let is_one_place =
+                features.coverage == 1.0 && Vec3::from_array(features.normal).length() > UNMIXED;
+            if !is_one_place {
+                return false;
+            }
             let to = place - self.place;
             let (distance, direction) = (to.length(), to.normalize_or_zero());
             let is_before = Vec3::from_array(features.normal).dot(direction) < 0.0;

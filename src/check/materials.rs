@@ -3,12 +3,12 @@
 use super::{Checked, Finding};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, NamedMaterial, Texels};
-use crate::world::{AlphaMode, ColorInput, Material, Principled, TextureId, World};
+use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, TextureId, World};
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let world = checked.world;
     for (number, named) in world.assets.materials.iter().enumerate().skip(1) {
-        let name = named.name.clone().unwrap_or_else(|| format!("material {number}"));
+        let name = named.name.clone().unwrap_or_else(|| worn_by(world, number));
         let mut find = |what: String, remedy: String| findings.push(Finding::new(Some(&name), what, remedy));
         if let Some((key, color)) = too_bright(named) {
             let most = color.max_component();
@@ -30,6 +30,17 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
             );
         }
         color_spaces(world, material, &mut find);
+    }
+}
+
+/// What a material without a name is called by: the first entity that has it.
+fn worn_by(world: &World, number: usize) -> String {
+    let has_it = |entity: &hecs::Entity| {
+        world.entities.get::<&MaterialId>(*entity).is_ok_and(|material| material.0 as usize == number)
+    };
+    match world.in_order().into_iter().find(has_it) {
+        Some(entity) => world.name_of(entity),
+        None => format!("material {number}"),
     }
 }
 

@@ -114,6 +114,10 @@ fn of_scene(error: &CompileError) -> Fault {
 fn of_file(error: &LoadError) -> Fault {
     match error {
         LoadError::TooLarge { .. } => Fault::Limit,
+        // What is called as an option is one: edits of the command line are read as files are.
+        LoadError::Invalid { file, .. } if file.as_os_str().as_encoded_bytes().starts_with(b"--") => {
+            Fault::CommandLine
+        }
         LoadError::Io { .. } | LoadError::At { .. } | LoadError::Invalid { .. } => Fault::File,
     }
 }

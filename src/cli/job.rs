@@ -35,6 +35,8 @@ pub struct Job {
     pub frame: Arc<Frame>,
     /// Entities' names, where they are wanted.
     pub names: HashMap<u32, String>,
+    /// What of the scene is probably not as it was meant.
+    findings: Vec<String>,
     /// How long it took up to here.
     pub phases: Phases,
     /// What other moments of it have in common with this one.
@@ -65,10 +67,13 @@ impl Job {
             compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
         if reuse.paranoid && reuse.before.is_some() {
             prove(path, &view.at(0), &compiled, &change)?;
+            if !quiet {
+                output::tell("--paranoid: the same as compiled by itself");
+            }
         }
+        let findings: Vec<String> = findings.iter().map(Finding::to_string).collect();
         if !quiet {
-            let findings = findings.iter().map(Finding::to_string);
-            let all = compiled.scene.warnings.iter().cloned().chain(findings);
+            let all = compiled.scene.warnings.iter().cloned().chain(findings.iter().cloned());
             let new = all.filter(|warning| reuse.told.insert(warning.clone()));
             new.for_each(|warning| output::tell(format_args!("warning: {warning}")));
         }
@@ -99,7 +104,7 @@ impl Job {
             moments_hash: None,
             note: Note { command: command_line::typed(), ..Note::default() },
         };
-        Ok(Job { header, frame, names, phases, reuse: reuse.clone(), moment: 0 })
+        Ok(Job { header, frame, names, findings, phases, reuse: reuse.clone(), moment: 0 })
     }
 
     /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
@@ -326,7 +331,7 @@ fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
 
 /// Writes the images and says what was done.
 fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> Result<(), Failure> {
-    let Job { header, names, mut phases, .. } = job;
+    let Job { header, names, mut findings, mut phases, .. } = job;
     let start = Instant::now();
     let denoised = if wanted.output.denoise { session.denoised() } else { None };
     phases.denoise = start.elapsed();
@@ -348,7 +353,14 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     let clean = clean.transpose()?;
     phases.save += start.elapsed();
     let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
+    if !wanted.work.quiet && session.is_done() {
+        for fault in faults(&header, session, picture.exposure_ev, !findings.is_empty()) {
+            output::tell(format_args!("warning: {fault}"));
+            findings.push(fault);
+        }
+    }
     let report = RenderReport {
+        findings: &findings,
         header: &header,
         outputs: images,
         film: wanted.outputs.film.as_deref(),
@@ -357,9 +369,6 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         denoised,
         phases,
     };
-    if !wanted.work.quiet && session.is_done() {
-        tell_faults(&header, session, picture.exposure_ev);
-    }
     let text = match (wanted.work.json, wanted.work.quiet) {
         (true, _) => format!("{}\n", report.json()),
         (false, false) => report.text(),
@@ -368,16 +377,15 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     output::say(&text, wanted.outputs.takes_stdout())
 }
 
-/// What of a finished image is probably not as it was meant.
-fn tell_faults(header: &Header, session: &Session, exposure_ev: f32) {
-    let finding = check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film());
-    if let Some(finding) = finding {
-        output::tell(format_args!("warning: {finding}"));
-    }
-    for outlier in check::outliers(session) {
+/// What of a finished image is probably not as it was meant. `told`: its scene has been told of.
+fn faults(header: &Header, session: &Session, exposure_ev: f32, told: bool) -> Vec<String> {
+    let finding =
+        check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film(), told);
+    let outliers = check::outliers(session).into_iter().map(|outlier| {
         let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);
-        output::tell(format_args!("warning: {outlier} ({replay} tells how)"));
-    }
+        format!("{outlier} ({replay} tells how)")
+    });
+    finding.map(|finding| finding.to_string()).into_iter().chain(outliers).collect()
 }
 
 /// Takes what a film has.

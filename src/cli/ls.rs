@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::args::ModelOptions;
 use super::{Failure, output};
-use crate::formats::ron::query::{Query, Selected, select};
+use crate::formats::ron::query::{Query, Selected, nothing_meant, select};
 use crate::formats::ron::{Portrait, portrait};
 
 /// `rayfront ls`.
@@ -46,6 +46,9 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
             order.filter(|(entity, _)| meant.contains(entity)).map(|(_, portrait)| portrait).collect()
         }
     };
+    if found.is_empty() && arguments.query.is_some() && !arguments.json {
+        output::tell(nothing_meant(&world, &query));
+    }
     if arguments.json {
         let one = |(name, keys): &(String, Vec<(&str, String)>)| {
             let keys: serde_json::Map<String, Value> =

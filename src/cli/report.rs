@@ -47,6 +47,8 @@ pub fn noise_line(noise: f64, samples: f64) -> String {
 
 /// All that is known after a rendering.
 pub struct RenderReport<'a> {
+    /// What is probably not as it was meant, as it has been told.
+    pub findings: &'a [String],
     /// What its film says of itself.
     pub header: &'a Header,
     /// Images that were written.
@@ -203,7 +205,7 @@ impl RenderReport<'_> {
             "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
             "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
         });
-        json!({
+        let mut object = json!({
             "program": "rayfront",
             "version": env!("CARGO_PKG_VERSION"),
             "scene": self.header.scene.path,
@@ -245,6 +247,10 @@ impl RenderReport<'_> {
             "film_hash": format!("{:032x}", self.session.film().hash()),
             "denoised": denoised,
             "warnings": scene.warnings,
-        })
+        });
+        // (More would be too many for the macro.)
+        object["findings"] = self.findings.into();
+        object["transport"] = format!("{:?}", self.header.settings.transport).to_lowercase().into();
+        object
     }
 }

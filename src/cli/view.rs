@@ -25,7 +25,7 @@ pub struct View {
     #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// The page's port on this machine [default: 8421, or any that is free]
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub port: u16,
     /// Do not open the page in a browser
     #[arg(long)]

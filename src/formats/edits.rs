@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Files;
-use super::ron::query::{Query, QueryError, set};
+use super::ron::query::{Query, QueryError, nothing_meant, set};
 use crate::error::LoadError;
 use crate::world::{Light, Shape, World};
 
@@ -46,8 +46,14 @@ impl Edits {
         let wrong =
             |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
         if let Some([from, to]) = &self.look_at {
-            let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
-            set(world, &statement, files).map_err(|error| wrong("--look-at", error))?;
+            let looking = |up: &str| format!("Camera.transform = LookAt(from: ({from}), to: ({to}){up})");
+            let read = set(world, &looking(""), files);
+            // Straight down, or up: north is at the top then.
+            let read = read.or_else(|error| match error.to_string().contains("is parallel") {
+                true => set(world, &looking(", up: (0, 0, -1)"), files),
+                false => Err(error),
+            });
+            read.map_err(|error| wrong("--look-at", error))?;
         }
         for statement in &self.set {
             set(world, statement, files).map_err(|error| wrong("--set", error))?;
@@ -64,9 +70,15 @@ impl Edits {
         }
         if !self.hide.is_empty() {
             let queries = self.queries(&self.hide).map_err(|error| wrong("--hide", error))?;
+            let mut hides = false;
             for entity in meant(world, &queries, "--hide", &self.hide)? {
-                let _ = world.entities.remove_one::<Shape>(entity);
-                let _ = world.entities.remove_one::<Light>(entity);
+                hides |= world.entities.remove_one::<Shape>(entity).is_ok();
+                hides |= world.entities.remove_one::<Light>(entity).is_ok();
+            }
+            if !hides {
+                world
+                    .warnings
+                    .push("--hide: nothing of that is a shape or a light, so nothing is hidden".into());
             }
         }
         Ok(())
@@ -87,7 +99,7 @@ fn meant(
     let order = world.in_order();
     for (query, text) in queries.iter().zip(texts) {
         if !order.iter().any(|entity| query.takes(world, *entity)) {
-            let reason = format!("nothing in the scene is {text}: see rayfront ls");
+            let reason = format!("{text}: {}", nothing_meant(world, query));
             return Err(LoadError::invalid(Path::new(option), reason));
         }
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::names::TakenNames;
 use super::shot::Added;
+use super::surroundings::Surroundings;
 use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
@@ -27,7 +28,7 @@ pub(super) fn load_mesh(
     let id = world.assets.add_mesh(mesh);
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
     add_camera(&mut world);
-    if options.surroundings.is_some() {
+    if options.surroundings.as_ref().is_some_and(|around| *around != Surroundings::None) {
         // What comes from all around lights surfaces under this transport alone.
         world.settings.transport = Transport::Path;
     } else {

@@ -129,6 +129,8 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         let mut files = Files { sources: sources.clone(), ..Files::default() };
         options.edits.apply(&mut world, &mut files)?;
     }
+    // What was put around it and changed counts, too.
+    world.choose_transport();
     world.settings.size = options.size.unwrap_or(world.settings.size);
     shot::arrange(&mut world, options, || {
         let Edits { set, only, hide, .. } = options.edits.clone();

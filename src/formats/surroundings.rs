@@ -7,13 +7,15 @@ use serde::{Deserialize, Serialize};
 
 use super::names::TakenNames;
 use super::{AssetFiles, Files, studio};
-use crate::error::LoadError;
+use crate::error::{LoadError, did_you_mean};
 use crate::math::Rgb;
 use crate::world::{Light, SourceFiles, Transform, World};
 
 /// What `--env` names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Surroundings {
+    /// Nothing.
+    None,
     /// A photographer's.
     Studio,
     /// With its sun.
@@ -57,8 +59,10 @@ impl FromStr for Surroundings {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "studio" {
-            return Ok(Self::Studio);
+        match text {
+            "none" => return Ok(Self::None),
+            "studio" => return Ok(Self::Studio),
+            _ => {}
         }
         let Some(place) = text.strip_prefix("sky") else { return Ok(Self::Picture(text.into())) };
         let mut sky = Sky::default();
@@ -84,7 +88,12 @@ impl Surroundings {
     pub fn named(text: &str) -> Result<Self, String> {
         match text.parse()? {
             Self::Picture(path) if path.as_os_str().is_empty() => {
-                Err("expected studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
+                Err("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
+            }
+            // What looks like no file, and is none, was probably meant to be one of the names.
+            Self::Picture(path) if path.extension().is_none() && !path.exists() => {
+                let hint = did_you_mean(text, ["none", "studio", "sky"]);
+                Err(format!("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file{hint}"))
             }
             Self::Picture(path) => Ok(Self::Picture(std::path::absolute(&path).unwrap_or(path))),
             other => Ok(other),
@@ -104,6 +113,7 @@ pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result
     }
     let around = |image| Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
     let (name, light) = match surroundings {
+        Surroundings::None => return Ok(()),
         Surroundings::Studio => ("studio", around(world.assets.add_made_image(studio::image()))),
         Surroundings::Sky(sky) => ("sky", sky.light(Rgb::WHITE)),
         Surroundings::Picture(path) => ("environment", around(read(world, path)?)),

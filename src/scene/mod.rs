@@ -24,8 +24,9 @@ use std::sync::Arc;
 
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::bvh::Bvh;
-use crate::math::{Aabb, Rgb, Vec3};
+use crate::bvh::{Asker, Bvh, Stack, closest_ray};
+use crate::math::{Aabb, Ray, Rgb, Vec3, Vector};
+use crate::simd::Level;
 use emitters::kind;
 
 /// All that rendering needs to know of a world.
@@ -106,14 +107,44 @@ impl CompiledScene {
             match kind {
                 kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
                 kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
-                // What has no extent is seen by the light that it throws.
+                // What has no extent is seen by the light that it throws on what is near it.
                 kind::POINT | kind::SPOT | kind::PHOTOMETRIC if row[9] > 0.0 => {
-                    note(light / (far * far), light / (far * far))
+                    let near = self.nearest_to(vector(0)).clamp(1e-5 * far, far);
+                    let (most, least) = (light / (near * near), light / (far * far));
+                    // A scene may be far larger than what is lit in it; what touches a lamp does not make it bright.
+                    note(most.min(least.max(1.0)), least)
                 }
                 _ => note(light, light),
             }
         }
         (brightest, usual)
+    }
+
+    /// About how near something is to a place: by rays along axes and diagonals; infinity if none of them hits.
+    fn nearest_to(&self, place: Vec3) -> f32 {
+        let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
+        let mut stack = Stack::new(&self.bvh);
+        let mut nearest = f32::INFINITY;
+        let signs = [-1.0, 0.0, 1.0];
+        for x in signs {
+            for y in signs {
+                for z in signs {
+                    let direction = Vec3::new(x, y, z).normalize_or_zero();
+                    let ray = Ray {
+                        origin: vector(place),
+                        direction: vector(direction),
+                        t_min: 0.0,
+                        t_max: nearest,
+                    };
+                    if direction != Vec3::ZERO {
+                        let found =
+                            closest_ray(Level::PORTABLE, &self.bvh, &ray, Asker::CREDULOUS, &mut stack);
+                        nearest = if found.is_miss() { nearest } else { found.t };
+                    }
+                }
+            }
+        }
+        nearest
     }
 
     /// The first of its parts in which it differs from another scene, to the last bit. Takes its time.

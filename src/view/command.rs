@@ -79,8 +79,17 @@ impl Wish {
         match self {
             Wish::Orbit(way) => rig.orbit(finite(way)?),
             Wish::Pan(way) => rig.pan(finite(way)?),
+            Wish::Zoom(factor) if factor <= 0.0 => return refuse("a zoom is more than 0".into()),
             Wish::Zoom(factor) => rig.zoom(finite([factor])?[0]),
+            Wish::FovDeg(degrees) if !(0.0..180.0).contains(&degrees) || degrees == 0.0 => {
+                return refuse(format!(
+                    "an angle of view lies between 0 and 180 degrees, {degrees} does not"
+                ));
+            }
             Wish::FovDeg(degrees) => rig.set_fov(finite([degrees])?[0]),
+            Wish::LensRadiusM(radius) if radius < 0.0 => {
+                return refuse("a lens's radius is not below 0".into());
+            }
             Wish::LensRadiusM(radius) => rig.set_lens(finite([radius])?[0]),
             Wish::Focus(pixel) => {
                 let [x, y] = pixel;

@@ -305,8 +305,12 @@ impl LiveScene {
     pub fn save_camera(&mut self) -> Result<String, SceneError> {
         let (path, refused) = (self.path.clone(), |reason: &str| SceneError::Refused(reason.into()));
         let number = self.camera_in_file().filter(|_| self.can_save());
-        let number =
-            number.ok_or_else(|| refused("the camera is not in a .ron file: copy its line instead"))?;
+        let number = number.ok_or_else(|| {
+            refused(match self.authored.depends {
+                true => "the camera hangs on something, or comes with a model, so what the file says of it is not where it is: copy its line instead",
+                false => "the camera is not in a .ron file: copy its line instead",
+            })
+        })?;
         let [camera, transform] = self.camera_texts(&self.rig())?;
         let bytes = std::fs::read(&path).map_err(LoadError::io(&path))?;
         if !self.lock_files().is_as_read(&path, &bytes) {

@@ -201,7 +201,8 @@ fn flows_json(flows: &Flows) -> Value {
         .iter()
         .zip(&flows.stages)
         .map(|(stage, flow)| {
-            let share = |part: f64| if part.is_finite() { part } else { 0.0 };
+            // What goes by counts, as samples into pixels do, has neither room nor lanes.
+            let share = |part: f64| if part.is_finite() && flow.has_lanes() { part } else { 0.0 };
             json!({
                 "name": stage.name(),
                 "calls": flow.calls,

@@ -35,6 +35,8 @@ pub struct World {
     pub warnings: Vec<String>,
     /// Whether its files say that anything changes with time.
     pub moves: bool,
+    /// Whether its transport is [`World::fitting_transport`], since no file says which.
+    pub transport_is_chosen: bool,
 }
 
 impl World {
@@ -74,6 +76,21 @@ impl World {
         let placed = Placed(self.fingerprint(entity));
         // One that is not there needs no mark.
         let _ = self.entities.insert_one(entity, placed);
+    }
+
+    /// What is said of a scene for which the path transport was chosen.
+    pub const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, which glTF files, principled materials and \
+         surroundings are made for (settings: (transport: Path) says so, too)";
+
+    /// Has a scene that says nothing of it rendered by the transport that takes all of it at its word.
+    pub fn choose_transport(&mut self) {
+        self.warnings.retain(|warning| warning != Self::PATH_IS_CHOSEN);
+        if self.transport_is_chosen {
+            self.settings.transport = self.fitting_transport();
+            if self.settings.transport == Transport::Path {
+                self.warnings.push(Self::PATH_IS_CHOSEN.into());
+            }
+        }
     }
 
     /// The transport that renders all of it: what glTF files, principled materials and surroundings say

@@ -27,7 +27,7 @@ fn told(world: &World) -> Vec<String> {
     session.advance(settings.samples);
     let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
     let exposure_ev = own_ev + settings.exposure_ev;
-    let image = of_image(session.frame(), settings.tonemap, exposure_ev, session.film());
+    let image = of_image(session.frame(), settings.tonemap, exposure_ev, session.film(), false);
     told.extend(image.iter().map(Finding::to_string));
     told
 }
@@ -87,6 +87,19 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             "a lamp in a ball beside one that shines",
             scene(&[EYE, BALL, FLOOR, LAMP, "(name: \"core\", light: Point(power_w: 600))"]),
             vec!["core", "it is inside \"ball\""],
+        ),
+        (
+            "a lamp in a ball, not in its middle, under Whitted's transport",
+            settings(
+                "transport: Whitted",
+                &[
+                    EYE,
+                    BALL,
+                    FLOOR,
+                    &lamp("light: Point(power_w: 600), transform: (translate: (0.3, 0.1, 0))"),
+                ],
+            ),
+            vec!["lamp", "it is inside \"ball\"", "emission"],
         ),
         (
             "a spot that shines past everything",
@@ -279,7 +292,8 @@ fn findings(path: &Path) -> Vec<String> {
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     session.advance(settings.samples);
     let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
-    let image = of_image(session.frame(), settings.tonemap, own_ev + settings.exposure_ev, session.film());
+    let image =
+        of_image(session.frame(), settings.tonemap, own_ev + settings.exposure_ev, session.film(), false);
     told.extend(image.iter().map(Finding::to_string));
     told
 }

@@ -108,7 +108,10 @@ impl LightOptions {
         limits.diffuse = self.diffuse_depth.or(limits.diffuse);
         limits.glossy = self.glossy_depth.or(limits.glossy);
         limits.transmission = self.transmission_depth.or(limits.transmission);
-        settings.transport = self.transport.map_or(settings.transport, |name| name.among(fitting));
+        if let Some(name) = self.transport {
+            settings.transport = name.among(fitting);
+            world.warnings.retain(|warning| warning != World::PATH_IS_CHOSEN);
+        }
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
@@ -138,7 +141,7 @@ pub struct ModelOptions {
     /// Surfaces of glTF files are there from both sides, whatever the files say
     #[arg(long)]
     pub double_sided: bool,
-    /// What is around the scene, in place of its own environment: a picture, or studio, sky, sky:ELEVATION,AZIMUTH
+    /// What is around the scene, in place of its own environment: a picture, or none, studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
     pub env: Option<Surroundings>,
     /// What is changed of it.
@@ -171,16 +174,26 @@ pub struct EditOptions {
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
-    /// What rays see that hit nothing: a colour, as scene files have it, such as 0.2 or '"#ff8000"'
+    /// What rays see that hit nothing: a colour, as scene files have it, such as 0.2, '#ff8000' or 0.1,0.2,0.4
     #[arg(long, value_name = "COLOUR")]
     pub background: Option<String>,
+}
+
+/// A colour as scene files have it, of one that may lack what a command line makes hard to type.
+fn as_in_files(color: &str) -> String {
+    let color = color.trim();
+    match color {
+        hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
+        list if list.contains(',') && !list.contains('(') => format!("({list})"),
+        other => other.to_owned(),
+    }
 }
 
 impl EditOptions {
     /// As loaders take them.
     pub fn edits(&self) -> Edits {
         let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self.clone();
-        set.extend(background.map(|color| format!("settings.background = {color}")));
+        set.extend(background.map(|color| format!("settings.background = {}", as_in_files(&color))));
         Edits { set, only, hide, look_at: look_at.try_into().ok(), orbit, zoom, ground }
     }
 }

@@ -71,6 +71,11 @@ impl StageFlow {
         self.entering as f64 / self.room.max(1) as f64
     }
 
+    /// Whether its items are looked at in groups of lanes.
+    pub fn has_lanes(&self) -> bool {
+        self.lanes.iter().any(|groups| *groups > 0)
+    }
+
     /// Lanes of a group that hold an item, 0 to 1: all but those of the last group do.
     pub fn occupied(&self) -> f64 {
         let groups: u64 = self.lanes.iter().sum();

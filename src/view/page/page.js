@@ -593,11 +593,12 @@ function fillRow(row, label, number, title, shares) {
 
 function showStage(row, { name, calls, entering, leaving, room, lanes, active }) {
   const full = room > 0 ? entering / room : 0;
+  const rooms = room > 0 ? `; room for ${count(room)}: ${percent(full)} full` : "";
+  const shares =
+    lanes > 0 ? ` Lanes that held an item: ${percent(lanes)}; whose item went on: ${percent(active)}.` : "";
   const title =
-    `${name}: ran ${count(calls)} times; ${count(entering)} items came, ${count(leaving)} went on; ` +
-    `room for ${count(room)}: ${percent(full)} full. ` +
-    `Lanes that held an item: ${percent(lanes)}; whose item went on: ${percent(active)}.`;
-  fillRow(row, name, percent(full), title, { full, lanes, active });
+    `${name}: ran ${count(calls)} times; ${count(entering)} items came, ${count(leaving)} went on${rooms}.${shares}`;
+  fillRow(row, name, room > 0 ? percent(full) : shortCount(entering), title, { full, lanes, active });
 }
 
 function showBounce(row, { bounce, rays, hits, shadow, blocked, ends }, most) {

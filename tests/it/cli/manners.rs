@@ -267,3 +267,46 @@ fn progress_is_not_for_the_quiet_nor_for_what_is_quick() {
         assert!(error.is_empty() || !arguments.contains(&"--quiet"), "{error}");
     }
 }
+
+/// What is put around a scene that says nothing of its transport lights its surfaces.
+#[test]
+fn surroundings_from_the_command_line_choose_the_transport() {
+    let folder = folder();
+    let transport = |arguments: &[&str]| {
+        let all = [&["scene.ron", "--json", "--spp", "1", "-o", "a.png"], arguments].concat();
+        json(folder.path(), &all)["transport"].as_str().map(str::to_owned)
+    };
+    assert_eq!(transport(&[]).as_deref(), Some("whitted"));
+    assert_eq!(transport(&["--env", "studio"]).as_deref(), Some("path"));
+    assert_eq!(transport(&["--env", "none"]).as_deref(), Some("whitted"));
+    let output =
+        run(folder.path(), &["scene.ron", "--env", "studio", "--transport", "whitted", "-o", "a.png"]);
+    assert!(!text(&output.stderr).contains("was chosen"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn mistakes_in_options_are_the_command_lines() {
+    let folder = folder();
+    for (option, value) in [
+        ("--set", "\"ball\".shape = Cone"),
+        ("--set", "\"bal\".shape = Sphere"),
+        ("--only", "\"bal\""),
+        ("--hide", "Light["),
+        ("--background", "Srgb(2)"),
+        ("--env", "studo"),
+    ] {
+        let output = run(folder.path(), &["scene.ron", option, value, "-o", "a.png"]);
+        assert_eq!(output.status.code(), Some(2), "{option} {value}: {}", text(&output.stderr));
+    }
+    for (option, value) in [
+        ("--background", "#ff8000"),
+        ("--background", "0.1,0.2,0.4"),
+        ("--background", "Srgb(0.1, 0.2, 0.4)"),
+        ("--set", "\"ball\".transform.translate += (0, 1, 0)"),
+    ] {
+        let output = run(folder.path(), &["scene.ron", "--spp", "1", option, value, "-o", "a.png"]);
+        assert_eq!(output.status.code(), Some(0), "{option} {value}: {}", text(&output.stderr));
+    }
+    // Straight down there is an up as well.
+    stdout(folder.path(), &["scene.ron", "--spp", "1", "--look-at", "0,5,0", "0,0,0", "-o", "a.png"]);
+}

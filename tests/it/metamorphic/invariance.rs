@@ -193,6 +193,32 @@ fn a_sheet_in_two_is_the_sheet() {
     }
 }
 
+/// What is far away and seen by nobody takes no light: a film's unit goes by what lamps are near to, not by how far the
+/// scene reaches.
+#[test]
+fn what_is_far_away_dims_nothing() {
+    for transport in stage::BOTH {
+        let seen = |far: Option<f32>| {
+            // One lamp, which has no extent.
+            let mut world = room(transport, 0, &[0, 1, 2, 3, 6]);
+            if let Some(far) = far {
+                place(
+                    &mut world,
+                    Shape::Sphere { radius_m: 0.3 },
+                    stage::matte(0.5),
+                    stage::at(0.0, far, 0.0),
+                );
+            }
+            Seen::of(&world)
+        };
+        let mut all = Relations::default();
+        let plain = seen(None);
+        for far in [1e3, 1e5, 1e6] {
+            all.same(&plain, &seen(Some(far)), &format!("{transport:?}: a ball {far} m away"));
+        }
+    }
+}
+
 /// All light times a power of two: the picture times that, to the last bits.
 #[test]
 fn light_has_no_scale() {

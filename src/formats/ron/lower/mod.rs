@@ -24,7 +24,7 @@ use super::schema;
 use super::source::Source;
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
-use crate::world::{MaterialId, Transport, World};
+use crate::world::{MaterialId, World};
 
 /// What lowering carries along.
 struct Lowering<'s, 'a> {
@@ -62,17 +62,7 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
         query::set(&mut world, &statement, files).map_err(|error| source.error(raw.0, error.to_string()))?;
     }
     world.moves |= source.clock().asked.get();
-    if transport.is_none() {
-        choose_transport(&mut world);
-    }
+    world.transport_is_chosen = transport.is_none();
+    world.choose_transport();
     Ok(world)
-}
-
-/// Has a scene that says nothing of it rendered by the transport that takes all of it at its word.
-fn choose_transport(world: &mut World) {
-    world.settings.transport = world.fitting_transport();
-    if world.settings.transport == Transport::Path {
-        let what = "the path transport was chosen, which glTF files, principled materials and surroundings are made for";
-        world.warnings.push(format!("{what} (settings: (transport: Path) says so, too)"));
-    }
 }

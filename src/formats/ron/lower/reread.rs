@@ -86,7 +86,10 @@ pub fn reread_settings(world: &mut World, text: &str) -> Result<(), LoadError> {
     let source = Source::new(text, Path::new(""), 0.0);
     let (settings, transport) = settings::settings(&source, source.root()?)?;
     world.settings = settings;
-    world.settings.transport = transport.unwrap_or(world.fitting_transport());
+    match transport {
+        Some(transport) => (world.settings.transport, world.transport_is_chosen) = (transport, false),
+        None => world.settings.transport = world.fitting_transport(),
+    }
     Ok(())
 }
 

@@ -197,6 +197,7 @@ fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadErro
 fn background<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Background, LoadError> {
     match source.variant(raw) {
         None => Ok(Background::Constant(source.color(raw, "a radiance")?)),
+        Some(variant) if variant.name == "Srgb" => Ok(Background::Constant(source.color(raw, "a radiance")?)),
         Some(variant) if variant.name == "Gradient" => {
             let read: schema::Gradient = source.variant_fields(variant)?;
             Ok(Background::Gradient {
@@ -204,6 +205,6 @@ fn background<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Background, LoadE
                 top: source.color(read.top, "a radiance")?,
             })
         }
-        Some(variant) => Err(source.unknown(variant.name, "background", &["Gradient"])),
+        Some(variant) => Err(source.unknown(variant.name, "background", &["Gradient", "Srgb"])),
     }
 }

@@ -20,7 +20,7 @@ use crate::error::did_you_mean;
 use crate::formats::ron::locate::{self, find_unclosed};
 
 pub use select::{Selected, select};
-pub use set::set;
+pub use set::{nothing_meant, set};
 
 /// What of a query is wrong, with the place marked below it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

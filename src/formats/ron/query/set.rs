@@ -76,7 +76,7 @@ pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<
 }
 
 /// Why nothing is meant, and what there is.
-fn nothing_meant(world: &World, query: &Query) -> String {
+pub fn nothing_meant(world: &World, query: &Query) -> String {
     let names: Vec<String> = match query {
         Query::Atom(super::Kind::Material, _) => {
             world.assets.materials.iter().filter_map(|named| named.name.clone()).collect()
@@ -89,6 +89,15 @@ fn nothing_meant(world: &World, query: &Query) -> String {
     };
     let hint = did_you_mean(&wanted, names.iter().map(String::as_str));
     format!("nothing in the scene is that{hint}: see rayfront ls")
+}
+
+/// What numbers are that files mostly say nothing of.
+fn default_of(name: &str) -> Option<&'static str> {
+    match name {
+        "translate" => Some("(0, 0, 0)"),
+        "scale" | "radiance" => Some("1"),
+        _ => None,
+    }
 }
 
 fn statement<'a>(text: &'a str, mut reader: Reader<'a>) -> Result<Statement<'a>, QueryError> {
@@ -169,7 +178,13 @@ impl Statement<'_> {
         let Some(old) = old else {
             return Err(whole(format!("{name} has no {}", component.name())));
         };
-        let new = self.edited(&old)?;
+        let new = match self.edited(&old) {
+            Ok(new) => new,
+            Err(error) if self.operator == Operator::Set => return Err(error),
+            Err(error) => {
+                return Err(self.not_there(world, (component, entity, material), &old, files, error));
+            }
+        };
         reread(world, component, entity, material, &new, files).map_err(|error| self.explained(&error))
     }
 
@@ -200,19 +215,45 @@ impl Statement<'_> {
                     let Some(at) = at else { return Ok(format!("{old}({name}: {})", self.value)) };
                     return Ok(format!("{}{name}: {}, {}", &old[..=at], self.value, &old[at + 1..]));
                 }
+                None if is_last && default_of(name).is_some() => {
+                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
+                    let new = self.combined(default_of(name).unwrap_or_default())?;
+                    return Ok(match at {
+                        Some(at) => format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]),
+                        None => format!("{old}({name}: {new})"),
+                    });
+                }
                 None => {
                     let keys: Vec<&str> = locate::items(brackets)
                         .into_iter()
                         .filter_map(|item| locate::key_and_value(item).map(|(key, _)| key))
                         .collect();
                     let hint = did_you_mean(name, keys.iter().copied());
-                    let reason =
-                        format!("nothing is said of \"{name}\" here{hint}: say what it shall be, with =");
+                    let reason = format!(
+                        "nothing is said of \"{name}\" here{hint}: it is at its default; say what it shall be, with ="
+                    );
                     return Err(self.error(name, reason));
                 }
             }
         }
         Ok(self.value.to_owned())
+    }
+
+    /// Why a value that is not there cannot be changed: there is none of that name, or it is at its default.
+    fn not_there(
+        &self,
+        world: &mut World,
+        (component, entity, material): (Component, Option<Entity>, Option<MaterialId>),
+        old: &str,
+        files: &mut dyn AssetFiles,
+        error: QueryError,
+    ) -> QueryError {
+        let set = Statement { operator: Operator::Set, path: self.path.clone(), ..*self };
+        let read = set.edited(old).map(|new| reread(world, component, entity, material, &new, files));
+        match read {
+            Ok(Err(unknown)) if unknown.to_string().contains("unknown") => self.explained(&unknown),
+            _ => error,
+        }
     }
 
     /// The new value: numbers and colours are changed part by part.

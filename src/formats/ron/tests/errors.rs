@@ -101,7 +101,7 @@ fn unknown_variants() {
         "camera: ^Pinhol()",
         "unknown camera \"Pinhol\" (did you mean \"Pinhole\"?); cameras: Pinhole, ThinLens, Orthographic",
     );
-    settings_fail("background: ^Sky()", "unknown background \"Sky\"; backgrounds: Gradient");
+    settings_fail("background: ^Sky()", "unknown background \"Sky\"; backgrounds: Gradient, Srgb");
 }
 
 #[test]
