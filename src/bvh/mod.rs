@@ -36,6 +36,7 @@ mod prepare;
 pub mod presence;
 pub mod primitives;
 pub mod query;
+mod race;
 mod ray;
 pub mod reference;
 mod shaft;

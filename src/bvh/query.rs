@@ -1,6 +1,7 @@
 //! Queries over queues of rays, and which kernel answers which queue.
 
 use std::marker::PhantomData;
+use std::time::Instant;
 
 use super::answers::{Answers, Occluded, Shifted};
 use super::direction_classes::DirectionClasses;
@@ -8,7 +9,8 @@ use super::few_leaves::{self, FewLeaves};
 use super::flight::{self, Flight};
 use super::packet::{self, Packet, Verdict};
 use super::prepare::Prepared;
-use super::stream::{self, Density, Stream};
+use super::race::Race;
+use super::stream::{self, Stream};
 use super::traverse;
 use super::{Asker, Bvh, HitsMut, Rays};
 use crate::math::{Hit, Ray};
@@ -27,6 +29,26 @@ pub enum Coherence {
     Scattered,
 }
 
+/// Ways to answer a queue, or a part of it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Way {
+    /// Packets where rays run side by side.
+    Packets,
+    /// Streams, or in flight.
+    Scattered,
+    Streams,
+    InFlight,
+}
+
+/// Two ways that are compared.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Contest {
+    /// Packets and none; whether the caller has said that rays run side by side.
+    Packets(bool),
+    /// Streams and rays in flight.
+    Flight,
+}
+
 /// Rays of which a query makes the most: longer queues are answered in parts.
 pub const QUEUE: usize = stream::RAYS;
 
@@ -41,11 +63,14 @@ pub struct Stack {
     /// Fewer rays go in flight.
     pub(super) least_stream: usize,
     packet: Box<Packet>,
-    /// How many packets to pass over after one that was not worth it, and how many streams; if
-    /// the nearest hit is asked for, and if any.
+    /// How many packets to pass over after one that was not worth it; if the nearest hit is asked
+    /// for, and if any.
     packet_pause: [usize; 2],
+    /// Whether packets have taken much of the last queue that was looked at.
+    in_packets: [bool; 2],
     fan_pause: Pause,
-    stream_pause: [Pause; 2],
+    /// By [`Contest`]; if the nearest hit is asked for, and if any.
+    races: [[Race; 2]; 3],
 }
 
 impl Stack {
@@ -61,8 +86,9 @@ impl Stack {
             least_stream: stream::FEWEST,
             packet: Box::new(Packet::new(bvh)),
             packet_pause: [0; 2],
+            in_packets: [false; 2],
             fan_pause: Pause::default(),
-            stream_pause: [Pause::default(); 2],
+            races: [[Race::NEW; 2]; 3],
         }
     }
 }
@@ -180,12 +206,23 @@ impl<A: Answers> Kernel for Query<'_, A> {
             let (rays, classes, answers) = (&self.rays, &mut self.stack.classes, &mut self.answers);
             return L::outlined(few_leaves::FewQuery { few, rays, classes, answers });
         }
+        if !is_wide::<L>() || self.coherence == Coherence::Scattered {
+            return self.scattered::<L>(0, count);
+        }
+        let race = Contest::Packets(self.coherence == Coherence::Coherent);
+        self.best_of_two::<L>(race, 0, count);
+    }
+}
+
+impl<A: Answers> Query<'_, A> {
+    /// Rays side by side in packets, and all others as [`Query::scattered`].
+    #[inline(always)]
+    fn in_packets<L: Lanes>(&mut self, mut first: usize, end: usize) {
+        let (all, mut taken) = (end - first, 0);
         // The first ray that no packet has taken.
-        let mut behind = 0;
-        let packets = is_wide::<L>() && self.coherence != Coherence::Scattered;
-        let mut first = if packets { 0 } else { count };
-        while first < count {
-            let size = (count - first).min(packet::RAYS);
+        let mut behind = first;
+        while first < end {
+            let size = (end - first).min(packet::RAYS);
             let Stack { single, packet, .. } = &mut *self.stack;
             let (bvh, rays, answers) = (self.bvh, &self.rays, &mut self.answers);
             let query = packet::PacketQuery { packet, bvh, rays, first, count: size, keys: single, answers };
@@ -193,6 +230,7 @@ impl<A: Answers> Kernel for Query<'_, A> {
             if verdict != Verdict::Refused {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
+                taken += size;
             }
             let pause = &mut self.stack.packet_pause[usize::from(A::ANY)];
             *pause = match verdict {
@@ -202,7 +240,8 @@ impl<A: Answers> Kernel for Query<'_, A> {
             };
             first += size + *pause * packet::RAYS;
         }
-        self.scattered::<L>(behind, count);
+        self.stack.in_packets[usize::from(A::ANY)] = taken > all / 4;
+        self.scattered::<L>(behind, end);
     }
 }
 
@@ -273,25 +312,91 @@ impl<A: Answers> Query<'_, A> {
             return;
         }
         for first in (first..end).step_by(stream::RAYS) {
-            let rays = self.rays.range(first..end.min(first + stream::RAYS));
-            let mut answers = Shifted { answers: &mut self.answers, by: first };
-            let Stack { single, prepared, flight, classes, stream, least_stream, stream_pause, .. } =
-                &mut *self.stack;
-            let pause = &mut stream_pause[usize::from(A::ANY)];
-            if rays.len() >= *least_stream && !pause.goes_on() {
-                let (bvh, rays, answers) = (self.bvh, &rays, &mut answers);
-                let density =
-                    L::outlined(stream::StreamQuery { stream, bvh, rays, classes, keys: single, answers });
-                pause.begin(density == Density::Dense);
-                if density != Density::Refused {
-                    continue;
-                }
+            self.best_of_two::<L>(Contest::Flight, first, end.min(first + stream::RAYS));
+        }
+    }
+
+    /// Rays in the faster one of two ways, as far as is known; now and then in the other one.
+    #[inline(always)]
+    fn best_of_two<L: Lanes>(&mut self, contest: Contest, first: usize, end: usize) {
+        let nearest_or_any = usize::from(A::ANY);
+        let (ways, place) = match contest {
+            Contest::Packets(coherent) => ([Way::Packets, Way::Scattered], usize::from(coherent)),
+            Contest::Flight => ([Way::Streams, Way::InFlight], 2),
+        };
+        let takes_off = Flight::holds(self.bvh);
+        let (is_choice, otherwise) = match contest {
+            // Where packets take nothing, to try them is all the same.
+            Contest::Packets(_) => (self.stack.in_packets[nearest_or_any], Way::Packets),
+            Contest::Flight => (takes_off, if takes_off { Way::InFlight } else { Way::Streams }),
+        };
+        // Few rays say little about how fast a kernel is.
+        if end - first < self.stack.least_stream || !is_choice {
+            return self.answer::<L>(otherwise, first, end);
+        }
+        let mut first = first;
+        while first < end {
+            let race = self.stack.races[place][nearest_or_any];
+            let (way, count) = (race.next(), end - first);
+            let is_slower = way != race.faster();
+            let count = if is_slower { count.min(contest.slower_gets()) } else { count };
+            let start = Instant::now();
+            self.answer::<L>(ways[way], first, first + count);
+            let took = start.elapsed().as_nanos() as f32 / count as f32;
+            self.stack.races[place][nearest_or_any].has_taken(way, took);
+            first += count;
+        }
+    }
+
+    /// A part of the rays in one of two ways, where that can be.
+    #[inline(always)]
+    fn answer<L: Lanes>(&mut self, way: Way, first: usize, end: usize) {
+        L::outlined(WayQuery { query: self, way, first, end });
+    }
+}
+
+impl Contest {
+    /// The most rays of a queue that the slower way answers, to see whether it still is. Without packets rays that run
+    /// side by side take several times as long, but streams are the faster the more rays they have.
+    fn slower_gets(self) -> usize {
+        match self {
+            Contest::Packets(_) => 2048,
+            Contest::Flight => usize::MAX,
+        }
+    }
+}
+
+/// Some rays of a query in one way.
+struct WayQuery<'q, 'a, A> {
+    query: &'q mut Query<'a, A>,
+    way: Way,
+    first: usize,
+    end: usize,
+}
+
+impl<A: Answers> Kernel for WayQuery<'_, '_, A> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { query, way, first, end } = self;
+        match way {
+            Way::Packets => return query.in_packets::<L>(first, end),
+            Way::Scattered => return query.scattered::<L>(first, end),
+            Way::Streams | Way::InFlight => {}
+        }
+        let (bvh, rays) = (query.bvh, query.rays.range(first..end));
+        let answers = &mut Shifted { answers: &mut query.answers, by: first };
+        let Stack { single, prepared, flight, classes, stream, .. } = &mut *query.stack;
+        if way == Way::Streams {
+            let (keys, rays, answers) = (&mut *single, &rays, &mut *answers);
+            if L::outlined(stream::StreamQuery { stream, bvh, rays, classes, keys, answers }) {
+                return;
             }
-            if Flight::holds(self.bvh) {
-                L::outlined(flight::FlightQuery { flight, bvh: self.bvh, rays, answers: &mut answers });
-            } else {
-                traverse::each::<L, _>(self.bvh, rays, prepared, single, &mut answers);
-            }
+        }
+        if Flight::holds(bvh) {
+            L::outlined(flight::FlightQuery { flight, bvh, rays, answers });
+        } else {
+            traverse::each::<L, _>(bvh, rays, prepared, single, answers);
         }
     }
 }

@@ -10,8 +10,7 @@
 //! beforehand.)
 //!
 //! What a list's rays are at is read once for all of them, and nothing waits for a single
-//! ray's decision. Where a list gets short, its rays go on one by one; how many do tells
-//! whether streams are the right kernel for such rays ([`Density`]).
+//! ray's decision. Where a list gets short, its rays go on one by one.
 
 mod leaves;
 mod rows;
@@ -35,24 +34,9 @@ pub(super) const FEWEST: usize = 512;
 const LONE: usize = 6;
 /// Rays that meet what is in a leaf one by one.
 const LONE_AT_LEAF: usize = 4;
-/// Boxes that rays have entered by themselves, for each ray, from which on rays in flight are faster; with
-/// eight lanes and with more. (Measured: second bounces in the atrium have 1.5, first ones 0.7, first and second
-/// ones on a million triangles 0.5 and 0.7.)
-const SPARSE: [f32; 2] = [0.6, 0.9];
 /// Far distances grow by this much, so that they are no less than those by the exact factor for far
 /// planes: see [`super::ray::slab_scales`].
 const FARTHER: f32 = 1.0 + 3.0 * PADDING;
-
-/// Whether rays were dense enough for a stream.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Density {
-    /// They were.
-    Dense,
-    /// Another kernel would have been faster.
-    Sparse,
-    /// Nothing has been answered: there are directions at the ends of the floats among them.
-    Refused,
-}
 
 /// 16 rays of a list as boxes meet them.
 #[derive(Clone, Copy)]
@@ -92,9 +76,10 @@ pub(super) struct StreamQuery<'a, 'r, A> {
 }
 
 impl<A: Answers> Kernel for StreamQuery<'_, '_, A> {
-    type Output = Density;
+    /// Whether it is answered; if not, there are directions at the ends of the floats among them.
+    type Output = bool;
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Density {
+    fn run<L: Lanes>(self) -> bool {
         self.stream.trace::<L, A>(self.bvh, self.rays, self.classes, self.keys, self.answers)
     }
 }
@@ -109,8 +94,6 @@ struct StreamWalk {
     near: Vec<f32>,
     /// The list that is being looked at.
     groups: Vec<StreamGroup>,
-    /// Rays that went on by themselves, once for each box.
-    lone: usize,
 }
 
 /// What a walk goes through.
@@ -131,9 +114,8 @@ impl Stream {
         classes: &mut DirectionClasses,
         keys: &mut NodeStack,
         answers: &mut A,
-    ) -> Density {
+    ) -> bool {
         let count = rays.len();
-        self.walk.lone = 0;
         if self.rows.len() < ROW * count + 3 {
             self.rows.resize(ROW * count + 3, [0.0; 4]);
         }
@@ -147,7 +129,7 @@ impl Stream {
         let mut next = starts(&ends);
         for at in (0..count).step_by(L::Queue::WIDTH) {
             if !load::<L::Queue>(rays, at, classes.classes(), &mut next, rows, &mut self.places) {
-                return Density::Refused;
+                return false;
             }
         }
         let mut first = 0;
@@ -170,8 +152,7 @@ impl Stream {
                 answer::<L::Queue, A>(rows, &self.places[at..count], at, answers);
             }
         }
-        let sparse = SPARSE[usize::from(L::Queue::WIDTH > 8)];
-        if self.walk.lone as f32 > sparse * count as f32 { Density::Sparse } else { Density::Dense }
+        true
     }
 }
 
@@ -332,7 +313,6 @@ impl StreamWalk {
         keys: &mut NodeStack,
     ) {
         let StreamScene { bvh, rays, .. } = scene;
-        self.lone += count;
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
             let t_min = row[1][3];
