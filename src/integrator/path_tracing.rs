@@ -21,6 +21,7 @@ use crate::shading::emitter::{EmitterSample, SHADOW_END};
 use crate::shading::facing::facing;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
+use crate::shading::principled::parameters::Has;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
 use crate::simd::{Float, Int, Mask};
@@ -146,21 +147,58 @@ pub fn hit<F: Float>(
     if record.unlit || !here.any() {
         return out;
     }
-    let bsdf = bsdf(frame, path, &point, key, here);
-    let bodies = Bodies::new(path, &surface, record, material);
-    let light = to_light(frame, path, &surface, &bodies, &bsdf, key, here);
-    out.shadow = light.0;
-    let drawn = drawn(frame, path, &bsdf, key, here);
-    let (mut next, goes_on) = reflected(frame, path, &surface, &bodies, &drawn, key, width);
-    next.facing = faces(frame, &surface, &bsdf);
-    out.next = if flight.scattered.any() { Path::select(here, &next, &out.next) } else { next };
-    out.goes_on = out.goes_on | goes_on;
-    if frame.sharing.is_some() {
-        let light = (out.shadow.ray.direction, light.1);
-        let vertex = lend::Vertex { point: &point, bsdf: &bsdf, light, drawn: &drawn };
-        out.shared = Some(lend::shared(path, &vertex, here));
+    let has = point.has();
+    let vertex = ScatteringVertex {
+        frame,
+        path,
+        bodies: Bodies::new(path, &surface, record, material),
+        surface: &surface,
+        point: &point,
+        key,
+        here,
+        width,
+    };
+    let has_scattered = flight.scattered.any();
+    // What most surfaces are takes a third of the time if the compiler knows what they are not.
+    if has.is_matte() {
+        vertex.scatter(Has::MATTE, has_scattered, &mut out);
+    } else {
+        vertex.scatter(has, has_scattered, &mut out);
     }
     out
+}
+
+/// Where a surface scatters light.
+struct ScatteringVertex<'a, F: Float> {
+    frame: &'a Frame,
+    path: &'a Path<F>,
+    bodies: Bodies<F>,
+    surface: &'a Surface<F>,
+    point: &'a ShadingPoint<'a, F>,
+    key: Key<F::Int>,
+    here: F::Mask,
+    width: F,
+}
+
+impl<F: Float> ScatteringVertex<'_, F> {
+    /// One light and one way on, from a surface with such lobes; `has_scattered`: other lanes have their way on already.
+    #[inline(always)]
+    fn scatter(&self, has: Has, has_scattered: bool, out: &mut VertexOutcome<F>) {
+        let Self { frame, path, surface, point, key, here, width, .. } = *self;
+        let bsdf = bsdf_of(has, frame, path, point, key, here);
+        let light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
+        out.shadow = light.0;
+        let drawn = drawn(frame, path, &bsdf, key, here);
+        let (mut next, goes_on) = reflected(frame, path, surface, &self.bodies, &drawn, key, width);
+        next.facing = faces(frame, surface, &bsdf);
+        out.next = if has_scattered { Path::select(here, &next, &out.next) } else { next };
+        out.goes_on = out.goes_on | goes_on;
+        if frame.sharing.is_some() {
+            let light = (out.shadow.ray.direction, light.1);
+            let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
+            out.shared = Some(lend::shared(path, &vertex, here));
+        }
+    }
 }
 
 /// The absorbing bodies on both sides of a surface.
@@ -197,7 +235,20 @@ pub(super) fn bsdf<F: Float>(
     key: Key<F::Int>,
     mask: F::Mask,
 ) -> Bsdf<F> {
-    let (has, mut parameters) = point.parameters();
+    bsdf_of(point.has(), frame, path, point, key, mask)
+}
+
+/// The same where it is known which lobes there are.
+#[inline(always)]
+fn bsdf_of<F: Float>(
+    has: Has,
+    frame: &Frame,
+    path: &Path<F>,
+    point: &ShadingPoint<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> Bsdf<F> {
+    let mut parameters = point.parameters(has);
     if has.dispersion {
         // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));

@@ -237,6 +237,9 @@ impl<F: Float> Bsdf<F> {
     /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
     #[inline(always)]
     pub fn evaluate(&self, direction: Vector<F>, mask: F::Mask) -> (Color<F>, F) {
+        if self.has.is_matte() {
+            return self.value(direction, mask);
+        }
         F::outlined(Evaluate { bsdf: self, direction, mask })
     }
 

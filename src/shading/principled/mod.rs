@@ -32,14 +32,13 @@ use thin_film::ThinFilm;
 const NARROWEST: f32 = 1e-4;
 
 impl<F: Float> ShadingPoint<'_, F> {
-    /// Which lobes there are, and their parameters.
+    /// What the lobes that there are are made from.
     #[inline(always)]
-    pub fn parameters(&self) -> (Has, Parameters<F>) {
+    pub fn parameters(&self, has: Has) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
         let (one, zero) = (F::one(), F::zero());
         let base = self.base_color();
         let (frame, vertex_frame) = self.frames();
-        let has = self.has();
         let mut p = Parameters {
             frame,
             geometric_normal: self.surface.geometric_normal,
@@ -89,7 +88,9 @@ impl<F: Float> ShadingPoint<'_, F> {
             p.sheen.color = color(&m.sheen_color, textures, &self.at, self.mask);
             p.sheen.roughness = scalar(&m.sheen_roughness, textures, &self.at, self.mask);
         }
-        if let Some(film) = &m.film {
+        if has.film
+            && let Some(film) = &m.film
+        {
             let thickness = scalar(&film.thickness, textures, &self.at, self.mask);
             p.film = ThinFilm {
                 weight: scalar(&film.factor, textures, &self.at, self.mask).clamp(0.0, 1.0),
@@ -97,11 +98,12 @@ impl<F: Float> ShadingPoint<'_, F> {
                 ior: F::splat(film.ior),
             };
         }
-        (has, p)
+        p
     }
 
+    /// Which lobes its material has.
     #[inline(always)]
-    fn has(&self) -> Has {
+    pub fn has(&self) -> Has {
         let m = self.material;
         let transmission = !m.transmission.is_zero();
         Has {

@@ -36,6 +36,31 @@ pub struct Has {
     pub film: bool,
 }
 
+impl Has {
+    /// Lambert's lobe and nothing else.
+    pub const MATTE: Has = Has {
+        diffuse: true,
+        specular: false,
+        stretched: false,
+        metallic: false,
+        constant_fresnel: false,
+        transmission: false,
+        solid: false,
+        dispersion: false,
+        back: false,
+        coat: false,
+        sheen: false,
+        film: false,
+    };
+
+    /// Whether it is [`Has::MATTE`]: what the mirror lobe is like does not matter where there is none.
+    #[inline(always)]
+    pub fn is_matte(&self) -> bool {
+        let Has { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;
+        diffuse && !(specular || transmission || back || coat || sheen || film)
+    }
+}
+
 /// What is known of a clear layer.
 #[derive(Clone, Copy)]
 pub struct Coat<F: Float> {
