@@ -34,9 +34,11 @@ pub enum Coherence {
 enum Way {
     /// Packets where rays run side by side.
     Packets,
-    /// Streams, or in flight.
+    /// Streams, or in flight, whichever is faster.
     Scattered,
+    /// Streams, but for directions at the ends of the floats.
     Streams,
+    /// In flight, where the tree is not too deep.
     InFlight,
 }
 

@@ -95,6 +95,7 @@ impl CompiledScene {
     pub fn levels(&self) -> (f32, f32) {
         let far = self.bounds.size().length().max(1e-6);
         let (mut brightest, mut usual) = self.environment.levels();
+        let mut lamps = Vec::new();
         let mut note = |bright: f32, lit: f32| {
             (brightest, usual) = (brightest.max(bright), usual.max(lit));
         };
@@ -107,23 +108,28 @@ impl CompiledScene {
             match kind {
                 kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
                 kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
-                // What has no extent is seen by the light that it throws on what is near it.
+                // What has no extent is seen by the light that it throws.
                 kind::POINT | kind::SPOT | kind::PHOTOMETRIC if row[9] > 0.0 => {
-                    let near = self.nearest_to(vector(0)).clamp(1e-5 * far, far);
-                    let (most, least) = (light / (near * near), light / (far * far));
-                    // A scene may be far larger than what is lit in it; what touches a lamp does not make it bright.
-                    note(most.min(least.max(1.0)), least)
+                    lamps.push((light, vector(0)));
+                    note(light / (far * far), light / (far * far))
                 }
                 _ => note(light, light),
+            }
+        }
+        // A scene may be far larger than what its lamps light; but what touches a lamp does not make it bright.
+        let mut stack = Stack::new(&self.bvh);
+        for (light, place) in lamps {
+            if brightest < 1.0 {
+                let near = self.nearest_to(place, &mut stack).clamp(1e-5 * far, far);
+                brightest = brightest.max((light / (near * near)).min(1.0));
             }
         }
         (brightest, usual)
     }
 
     /// About how near something is to a place: by rays along axes and diagonals; infinity if none of them hits.
-    fn nearest_to(&self, place: Vec3) -> f32 {
+    fn nearest_to(&self, place: Vec3, stack: &mut Stack) -> f32 {
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
-        let mut stack = Stack::new(&self.bvh);
         let mut nearest = f32::INFINITY;
         let signs = [-1.0, 0.0, 1.0];
         for x in signs {
@@ -137,8 +143,7 @@ impl CompiledScene {
                         t_max: nearest,
                     };
                     if direction != Vec3::ZERO {
-                        let found =
-                            closest_ray(Level::PORTABLE, &self.bvh, &ray, Asker::CREDULOUS, &mut stack);
+                        let found = closest_ray(Level::PORTABLE, &self.bvh, &ray, Asker::CREDULOUS, stack);
                         nearest = if found.is_miss() { nearest } else { found.t };
                     }
                 }
