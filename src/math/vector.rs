@@ -40,11 +40,8 @@ impl<F: Float> Vector<F> {
     /// Three consecutive entries of a table from `first` on.
     #[inline(always)]
     pub fn gather_flat(table: &[f32], first: F::Int, mask: F::Mask) -> Self {
-        Self::new(
-            F::gather(table, first, mask),
-            F::gather(table, first + F::Int::splat(1), mask),
-            F::gather(table, first + F::Int::splat(2), mask),
-        )
+        let [x, y, z] = F::gather_three(table, first, mask);
+        Self::new(x, y, z)
     }
     /// a · b, summed x, y, z.
     #[inline(always)]

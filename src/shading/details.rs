@@ -31,14 +31,9 @@ impl<F: Float> HitCorners<F> {
     #[inline(always)]
     fn new(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Self {
         let is_triangle = (hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
-        let indices = geometry.triangles.as_flattened();
         let first = hit.primitive * F::Int::splat(3);
         Self {
-            vertices: [
-                F::Int::gather(indices, first, is_triangle),
-                F::Int::gather(indices, first + F::Int::splat(1), is_triangle),
-                F::Int::gather(indices, first + F::Int::splat(2), is_triangle),
-            ],
+            vertices: F::Int::gather_three(geometry.triangles.as_flattened(), first, is_triangle),
             part: F::Int::gather(&geometry.triangle_parts, hit.primitive, is_triangle),
             weights: [F::one() - hit.u - hit.v, hit.u, hit.v],
             is_triangle,

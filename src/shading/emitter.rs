@@ -248,6 +248,11 @@ impl<F: Float> EmitterRows<F> for Gathered<'_, F> {
     fn number(&self, at: u32) -> F {
         F::gather(self.table, self.first + F::Int::splat(at), self.mask)
     }
+
+    #[inline(always)]
+    fn vector(&self, at: u32) -> Vector<F> {
+        Vector::gather_flat(self.table, self.first + F::Int::splat(at), self.mask)
+    }
 }
 
 /// One row for all lanes.

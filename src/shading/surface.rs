@@ -138,25 +138,20 @@ pub fn leave<F: Float>(position: Vector<F>, normal: Vector<F>, offset: F, direct
 #[inline(always)]
 fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> LocalHit<F> {
     let id = hit.primitive;
-    let indices = geometry.triangles.as_flattened();
-    let first = id * F::Int::splat(3);
-    let vertices = [
-        F::Int::gather(indices, first, mask),
-        F::Int::gather(indices, first + F::Int::splat(1), mask),
-        F::Int::gather(indices, first + F::Int::splat(2), mask),
-    ];
+    let vertices = F::Int::gather_three(geometry.triangles.as_flattened(), id * F::Int::splat(3), mask);
     let part = F::Int::gather(&geometry.triangle_parts, id, mask);
+    let parts = PartLanes::new(part, mask);
     let weights = [F::one() - hit.u - hit.v, hit.u, hit.v];
 
     let p = corners(&geometry.positions, vertices, mask);
     let terms = [p[0] * weights[0], p[1] * weights[1], p[2] * weights[2]];
     let position = terms[0] + terms[1] + terms[2];
     let error = (terms[0].abs() + terms[1].abs() + terms[2].abs()) * F::splat(gamma(7));
-    let sign = F::gather(&geometry.parts.sign, part, mask);
+    let sign = parts.number(&geometry.parts.sign);
     let flat = unit_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
 
     let none = F::Int::splat(NONE);
-    let base = F::Int::gather(&geometry.parts.normals, part, mask);
+    let base = parts.base(&geometry.parts.normals, geometry.normals.is_empty());
     let smooth = mask & !base.eq(none);
     let normal = if smooth.any() {
         let n = interpolate(&geometry.normals, vertices, base, weights, smooth);
@@ -166,7 +161,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
         flat
     };
 
-    let base = F::Int::gather(&geometry.parts.uvs, part, mask);
+    let base = parts.base(&geometry.parts.uvs, geometry.uvs.is_empty());
     let mapped = mask & !base.eq(none);
     let mut uv = (hit.u, hit.v);
     if mapped.any() {
@@ -180,7 +175,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
         uv = (F::select(mapped, u, uv.0), F::select(mapped, v, uv.1));
     }
 
-    let base = F::Int::gather(&geometry.parts.colors, part, mask);
+    let base = parts.base(&geometry.parts.colors, geometry.colors.is_empty());
     let colored = mask & !base.eq(none);
     let white = Vector::new(F::one(), F::one(), F::one());
     let color = if colored.any() {
@@ -189,6 +184,43 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
         white
     };
     LocalHit { position, error, geometric_normal: flat, normal, uv, color, part }
+}
+
+/// The parts of a mesh that lanes have hit: mostly the same one, and then one number is read for all.
+struct PartLanes<F: Float> {
+    part: F::Int,
+    mask: F::Mask,
+    same: Option<usize>,
+}
+
+impl<F: Float> PartLanes<F> {
+    #[inline(always)]
+    fn new(part: F::Int, mask: F::Mask) -> Self {
+        let mut parts = [0; 16];
+        part.store(&mut parts);
+        let first = parts[mask.bits().trailing_zeros() as usize % 16];
+        let is_same = mask.any() && !(mask & !part.eq(F::Int::splat(first))).any();
+        Self { part, mask, same: is_same.then_some(first as usize) }
+    }
+
+    /// What a column says of them.
+    #[inline(always)]
+    fn number(&self, column: &[f32]) -> F {
+        match self.same {
+            Some(part) => F::splat(column[part]),
+            None => F::gather(column, self.part, self.mask),
+        }
+    }
+
+    /// Where their entries in another table begin, [`NONE`] where they have none, as all where it is empty.
+    #[inline(always)]
+    fn base(&self, column: &[u32], is_empty: bool) -> F::Int {
+        match self.same {
+            _ if is_empty => F::Int::splat(NONE),
+            Some(part) => F::Int::splat(column[part]),
+            None => F::Int::gather(column, self.part, self.mask),
+        }
+    }
 }
 
 /// An entry of a table for each vertex.

@@ -1,11 +1,14 @@
 //! Sixteen lanes: AVX-512.
 
+mod rows;
+
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::avx2::F32x8;
 use super::sixteen::{self, Sixteen};
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
+use rows::{four_rows, three_entries, transpose};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
 pub(super) struct Set;
@@ -185,6 +188,16 @@ impl Float for F32x16 {
             let zero = _mm512_setzero_ps();
             Self(_mm512_mask_i32gather_ps::<4>(zero, mask.0, index.0, table.as_ptr()))
         }
+    }
+    #[inline(always)]
+    fn gather_three(table: &[f32], first: I32x16, mask: M32x16) -> [Self; 3] {
+        if !mask.any() {
+            return [Float::splat(0.0); 3];
+        }
+        assert_in_range(table.len().saturating_sub(2), first, mask);
+        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // the operators.
+        unsafe { three_entries(table.as_ptr(), first, mask).map(Self) }
     }
     #[inline(always)]
     fn load_rows(table: &[[f32; 4]], index: I32x16) -> [Self; 4] {
@@ -398,6 +411,19 @@ impl Int for I32x16 {
         }
     }
     #[inline(always)]
+    fn gather_three(table: &[u32], first: Self, mask: M32x16) -> [Self; 3] {
+        if !mask.any() {
+            return [Self::splat(0); 3];
+        }
+        assert_in_range(table.len().saturating_sub(2), first, mask);
+        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // the operators.
+        unsafe {
+            let [a, b, c] = three_entries(table.as_ptr().cast(), first, mask);
+            [Self(_mm512_castps_si512(a)), Self(_mm512_castps_si512(b)), Self(_mm512_castps_si512(c))]
+        }
+    }
+    #[inline(always)]
     fn shl<const N: i32>(self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_sllv_epi32(self.0, _mm512_set1_epi32(N))) }
@@ -406,6 +432,20 @@ impl Int for I32x16 {
     fn shr<const N: i32>(self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_srlv_epi32(self.0, _mm512_set1_epi32(N))) }
+    }
+    #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        // SAFETY: as for the operators.
+        unsafe {
+            // Halves of bytes by tables, then the bytes.
+            let low = _mm512_set1_epi8(0x0f);
+            let upwards = _mm512_broadcast_i32x4(super::avx2::half_bytes_in_reverse(4));
+            let downwards = _mm512_broadcast_i32x4(super::avx2::half_bytes_in_reverse(0));
+            let upper = _mm512_and_si512(_mm512_srli_epi32::<4>(self.0), low);
+            let lower = _mm512_shuffle_epi8(upwards, _mm512_and_si512(self.0, low));
+            let bytes = _mm512_or_si512(lower, _mm512_shuffle_epi8(downwards, upper));
+            Self(_mm512_shuffle_epi8(bytes, _mm512_broadcast_i32x4(super::avx2::bytes_in_reverse())))
+        }
     }
     #[inline(always)]
     fn eq(self, other: Self) -> M32x16 {
@@ -439,41 +479,4 @@ impl Int for I32x16 {
 fn assert_in_range(length: usize, index: I32x16, mask: M32x16) {
     let length = I32x16::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
-}
-
-/// The rows at places i, i + 4, i + 8 and i + 12, side by side.
-///
-/// # Safety
-///
-/// As for [`run`], and the places must lie in the table.
-#[inline(always)]
-unsafe fn four_rows(table: &[[f32; 4]], places: &[u32; 16], i: usize) -> __m512 {
-    // SAFETY: by the caller.
-    unsafe {
-        let table = table.as_ptr();
-        let four = _mm512_castps128_ps512(_mm_loadu_ps(table.add(places[i] as usize).cast()));
-        let four = _mm512_insertf32x4::<1>(four, _mm_loadu_ps(table.add(places[i + 4] as usize).cast()));
-        let four = _mm512_insertf32x4::<2>(four, _mm_loadu_ps(table.add(places[i + 8] as usize).cast()));
-        _mm512_insertf32x4::<3>(four, _mm_loadu_ps(table.add(places[i + 12] as usize).cast()))
-    }
-}
-
-/// Four by four, in each quarter of the registers.
-///
-/// # Safety
-///
-/// As for [`run`].
-#[inline(always)]
-unsafe fn transpose([a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
-    // SAFETY: by the caller.
-    unsafe {
-        let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
-        let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
-        [
-            _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
-            _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
-            _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
-            _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-        ]
-    }
 }

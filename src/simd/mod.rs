@@ -81,6 +81,17 @@ pub trait Float:
     fn compress(self, mask: Self::Mask, out: &mut [f32]);
     /// `table[index]` in the lanes of `mask`, zero in the others. Panics when out of range.
     fn gather(table: &[f32], index: Self::Int, mask: Self::Mask) -> Self;
+    /// Three entries each that follow each other: `table[first]`, `table[first + 1]` and `table[first + 2]` in the lanes of
+    /// `mask`, zero in the others. Panics when out of range.
+    #[inline(always)]
+    fn gather_three(table: &[f32], first: Self::Int, mask: Self::Mask) -> [Self; 3] {
+        let (second, third) = (first + Self::Int::splat(1), first + Self::Int::splat(2));
+        [
+            Self::gather(table, first, mask),
+            Self::gather(table, second, mask),
+            Self::gather(table, third, mask),
+        ]
+    }
     /// Rows as columns: lane i of column c is `table[index[i]][c]`. Panics when out of range.
     fn load_rows(table: &[[f32; 4]], index: Self::Int) -> [Self; 4];
     /// The inverse of [`Float::load_rows`] for the rows at the front of `out`, which has room for `WIDTH`.
@@ -163,11 +174,31 @@ pub trait Int:
     fn compress(self, mask: Self::Mask, out: &mut [u32]);
     /// As [`Float::gather`].
     fn gather(table: &[u32], index: Self, mask: Self::Mask) -> Self;
+    /// As [`Float::gather_three`].
+    #[inline(always)]
+    fn gather_three(table: &[u32], first: Self, mask: Self::Mask) -> [Self; 3] {
+        let (second, third) = (first + Self::splat(1), first + Self::splat(2));
+        [
+            Self::gather(table, first, mask),
+            Self::gather(table, second, mask),
+            Self::gather(table, third, mask),
+        ]
+    }
 
     /// Shifted left by `N` bits.
     fn shl<const N: i32>(self) -> Self;
     /// Shifted right by `N` bits; zeros come in.
     fn shr<const N: i32>(self) -> Self;
+    /// The bits in reverse.
+    #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        let x = self.shl::<16>() | self.shr::<16>();
+        // Both sides masked after the shift: a shift each and one bitwise selection.
+        let x = (x.shl::<8>() & Self::splat(0xff00_ff00)) | (x.shr::<8>() & Self::splat(0x00ff_00ff));
+        let x = (x.shl::<4>() & Self::splat(0xf0f0_f0f0)) | (x.shr::<4>() & Self::splat(0x0f0f_0f0f));
+        let x = (x.shl::<2>() & Self::splat(0xcccc_cccc)) | (x.shr::<2>() & Self::splat(0x3333_3333));
+        (x.shl::<1>() & Self::splat(0xaaaa_aaaa)) | (x.shr::<1>() & Self::splat(0x5555_5555))
+    }
     /// `self == other`.
     fn eq(self, other: Self) -> Self::Mask;
     /// `self < other`, unsigned.

@@ -15,7 +15,7 @@ impl Kernel for Everything<'_> {
     type Output = Vec<[u32; 16]>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let mut out = vec![[0; 16]; 24];
+        let mut out = vec![[0; 16]; 29];
         each::<L::Queue>(&self, &mut out);
         out
     }
@@ -29,6 +29,14 @@ fn each<F: Float>(input: &Everything, out: &mut [[u32; 16]]) {
         let small = i & F::Int::splat(31);
         let all = F::Mask::first(F::WIDTH);
         let truth = |m: F::Mask| F::Int::select(m, F::Int::splat(1), F::Int::splat(0));
+        // Up to the table's very end.
+        let first = F::Int::select(small.lt(F::Int::splat(29)), small, F::Int::splat(29));
+        let three = F::gather_three(input.table, first, all & a.lt(b));
+        let mut words = [0; 32];
+        for (word, value) in words.iter_mut().zip(input.table) {
+            *word = value.to_bits();
+        }
+        let words = F::Int::gather_three(&words, first, all & !a.lt(b));
         let results = [
             (a + b).to_bits(),
             (a - b).to_bits(),
@@ -50,10 +58,15 @@ fn each<F: Float>(input: &Everything, out: &mut [[u32; 16]]) {
             i | j,
             i ^ j,
             i.shl::<5>() ^ i.shr::<7>(),
+            i.reverse_bits(),
             truth(i.lt(j)),
             truth(i.eq(j) | !i.lt(j)),
             i.to_float().to_bits(),
             F::gather(input.table, small, all & a.lt(b)).to_bits(),
+            three[0].to_bits(),
+            three[2].to_bits(),
+            words[0],
+            words[1],
         ];
         for (row, result) in out.iter_mut().zip(results) {
             result.store(&mut row[start..]);

@@ -1,7 +1,7 @@
 //! Stages of the path transport: hits are shaded material by material.
 
 use super::queue::{HitQueue, PathQueue, ShadowQueue};
-use super::stages::lanes;
+use super::stages::{lanes, numbered};
 use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};
 use crate::math::Color;
@@ -106,8 +106,14 @@ impl Kernel for ShadePathsStage<'_> {
             for at in (first as usize..end as usize).step_by(width) {
                 let valid = lanes::<L::Queue>(end as usize - at);
                 let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
-                let path = self.paths.gather::<L::Queue>(places, valid);
-                let hit = self.hits.gather::<L::Queue>(places, valid);
+                // Where a material is all there is for a while its hits lie side by side, and nothing need be gathered.
+                let begin = self.groups.order[at] as usize;
+                let side_by_side = !(valid & !places.eq(numbered(begin))).any();
+                let (path, hit) = if side_by_side {
+                    (self.paths.load(begin), self.hits.load(begin))
+                } else {
+                    (self.paths.gather(places, valid), self.hits.gather(places, valid))
+                };
                 let outcome = path_tracing::hit(self.frame, &path, &hit, material, valid);
                 let goes_on: <L::Queue as Float>::Int =
                     Int::select(outcome.goes_on, Int::splat(1), Int::splat(0));

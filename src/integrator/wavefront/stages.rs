@@ -18,7 +18,7 @@ pub(super) fn lanes<F: Float>(count: usize) -> F::Mask {
 
 /// The numbers `first`, `first + 1`, …
 #[inline(always)]
-fn numbered<I: Int>(first: usize) -> I {
+pub(super) fn numbered<I: Int>(first: usize) -> I {
     const STEPS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
     I::load(&STEPS) + I::splat(first as u32)
 }
