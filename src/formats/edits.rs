@@ -46,14 +46,8 @@ impl Edits {
         let wrong =
             |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
         if let Some([from, to]) = &self.look_at {
-            let looking = |up: &str| format!("Camera.transform = LookAt(from: ({from}), to: ({to}){up})");
-            let read = set(world, &looking(""), files);
-            // Straight down, or up: north is at the top then.
-            let read = read.or_else(|error| match error.to_string().contains("is parallel") {
-                true => set(world, &looking(", up: (0, 0, -1)"), files),
-                false => Err(error),
-            });
-            read.map_err(|error| wrong("--look-at", error))?;
+            let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
+            set(world, &statement, files).map_err(|error| wrong("--look-at", error))?;
         }
         for statement in &self.set {
             set(world, statement, files).map_err(|error| wrong("--set", error))?;

@@ -88,7 +88,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
         return Decision { fate: Fate::Unlit, ..decision };
     }
     let key = path.only_key(frame.seed);
-    let bsdf = path_tracing::bsdf(frame, path, &point, key, true);
+    let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, key, true);
     if !scene.emitters.is_empty() && bsdf.scatters() {
         let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
         decision.light = Some((lit.emitter.0, lit.share));

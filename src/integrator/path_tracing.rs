@@ -185,7 +185,7 @@ impl<F: Float> ScatteringVertex<'_, F> {
     #[inline(always)]
     fn scatter(&self, has: Has, has_scattered: bool, out: &mut VertexOutcome<F>) {
         let Self { frame, path, surface, point, key, here, width, .. } = *self;
-        let bsdf = bsdf_of(has, frame, path, point, key, here);
+        let bsdf = bsdf(has, frame, path, point, key, here);
         let light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
         out.shadow = light.0;
         let drawn = drawn(frame, path, &bsdf, key, here);
@@ -226,21 +226,9 @@ impl<F: Float> Bodies<F> {
     }
 }
 
-/// What the surface does to light, of the wavelength that the path follows if it follows one.
+/// What the surface, which has such lobes, does to light, of the wavelength that the path follows if it follows one.
 #[inline(always)]
 pub(super) fn bsdf<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    point: &ShadingPoint<F>,
-    key: Key<F::Int>,
-    mask: F::Mask,
-) -> Bsdf<F> {
-    bsdf_of(point.has(), frame, path, point, key, mask)
-}
-
-/// The same where it is known which lobes there are.
-#[inline(always)]
-fn bsdf_of<F: Float>(
     has: Has,
     frame: &Frame,
     path: &Path<F>,

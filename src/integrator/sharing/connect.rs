@@ -359,7 +359,7 @@ impl Connect<'_> {
         let surface = Surface::new(&frame.scene.geometry, &path.ray(), &hit, mask);
         let width = path.width + path.spread * hit.t;
         let point = ShadingPoint::new(&frame.scene, material, &hit, &surface, path.direction, width, mask);
-        let bsdf = bsdf(frame, &path, &point, path.only_key(frame.seed), mask);
+        let bsdf = bsdf(point.has(), frame, &path, &point, path.only_key(frame.seed), mask);
         let normal = surface.geometric_normal;
         // No light goes through: all rays leave on the viewer's side.
         let origin = leave(surface.position, normal, surface.offset, normal);

@@ -285,6 +285,15 @@ fn surroundings_from_the_command_line_choose_the_transport() {
 }
 
 #[test]
+fn programs_are_told_what_people_are() {
+    let folder = folder();
+    let report =
+        json(folder.path(), &["scene.ron", "--hide", "Light", "--spp", "1", "--json", "-o", "a.png"]);
+    let findings = report["findings"].to_string();
+    assert!(findings.contains("there is no light"), "{findings}");
+}
+
+#[test]
 fn mistakes_in_options_are_the_command_lines() {
     let folder = folder();
     for (option, value) in [

@@ -103,17 +103,20 @@ fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, L
     let read: schema::LookAt = source.variant_fields(variant)?;
     let from = source.vec3(read.from)?;
     let to = source.vec3(read.to)?;
-    let up = read.up.map_or(Ok(Vec3::Y), |raw| source.vec3(raw))?;
+    let up = read.up.map(|raw| source.vec3(raw)).transpose()?;
     let up_place = read.up.unwrap_or(read.to);
-    Transform::look_at(from, to, up).map_err(|fault| match fault {
+    let looking = match (Transform::look_at(from, to, up.unwrap_or(Vec3::Y)), up) {
+        // Straight down, or up, and nobody says which way is up in the picture.
+        (Err(LookAtFault::Parallel), None) => Transform::look_at(from, to, Vec3::NEG_Z),
+        (looking, _) => looking,
+    };
+    looking.map_err(|fault| match fault {
         LookAtFault::SamePoint => {
             source.error(read.to.0, "LookAt needs two different points in \"from\" and \"to\"")
         }
         LookAtFault::NoUp => source.error(up_place.0, "\"up\" has no direction"),
         LookAtFault::Parallel => {
-            let remedy =
-                if read.up.is_some() { "choose another" } else { "give one, such as up: (0, 0, -1)" };
-            source.error(up_place.0, format!("\"up\" is parallel to the direction of view: {remedy}"))
+            source.error(up_place.0, "\"up\" is parallel to the direction of view: choose another")
         }
     })
 }

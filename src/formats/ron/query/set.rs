@@ -209,19 +209,12 @@ impl Statement<'_> {
                     return Ok(format!("{}{new}{}", &old[..start], &old[start + value.len()..]));
                 }
                 Some(value) => body = value,
-                None if is_last && self.operator == Operator::Set => {
+                None if is_last && (self.operator == Operator::Set || default_of(name).is_some()) => {
                     // What is at its default is not written.
-                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
-                    let Some(at) = at else { return Ok(format!("{old}({name}: {})", self.value)) };
-                    return Ok(format!("{}{name}: {}, {}", &old[..=at], self.value, &old[at + 1..]));
-                }
-                None if is_last && default_of(name).is_some() => {
-                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
                     let new = self.combined(default_of(name).unwrap_or_default())?;
-                    return Ok(match at {
-                        Some(at) => format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]),
-                        None => format!("{old}({name}: {new})"),
-                    });
+                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
+                    let Some(at) = at else { return Ok(format!("{old}({name}: {new})")) };
+                    return Ok(format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]));
                 }
                 None => {
                     let keys: Vec<&str> = locate::items(brackets)

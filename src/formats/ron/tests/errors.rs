@@ -300,10 +300,6 @@ fn transforms_without_an_inverse() {
         "LookAt needs two different points in \"from\" and \"to\"",
     );
     entity_fails(
-        "transform: LookAt(from: (0, 1, 0), to: ^(0, 2, 0))",
-        "\"up\" is parallel to the direction of view: give one, such as up: (0, 0, -1)",
-    );
-    entity_fails(
         "transform: LookAt(from: (0, 0, 0), to: (1, 1, 1), up: ^(-2, -2, -2))",
         "\"up\" is parallel to the direction of view: choose another",
     );
