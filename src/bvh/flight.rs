@@ -11,13 +11,13 @@
 use std::hint::select_unpredictable;
 
 use super::answers::Answers;
-use super::layout::{Bvh, Child, ChildKind, Node, SphereBlock, TriangleBlock, WIDTH};
+use super::layout::{Bvh, Child, ChildKind, Node, Order, TriangleBlock, WIDTH, front_to_back};
 use super::leaf::{self, Visit};
-use super::prepare::{BATCH, Fill, Prepared};
-use super::ray::{LocalRay, Slabs, is_finite, to_local};
+use super::prepare::{BATCH, Fill, Prepared, Row};
+use super::ray::{LocalRay, is_finite, to_local};
 use super::traverse::LEAVE_INSTANCE;
-use super::triangle::{Exact, Shear};
-use super::{HitsMut, Rays, triangle};
+use super::triangle::Exact;
+use super::{HitsMut, Rays};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::sixteen::{key, key_distance};
 use crate::simd::{Kernel, Lanes, Sixteen, prefetch};
@@ -26,17 +26,60 @@ use crate::simd::{Kernel, Lanes, Sixteen, prefetch};
 const RAYS: usize = 32;
 /// At the bottom of every stack, so that a window of eight keys can always be read.
 const WINDOW: usize = 8;
-/// Keys on a stack, and room for those of a node, which are written sixteen at a time. With
-/// this number a ray takes an odd number of cache lines, so that not all stacks begin in
-/// the same set of the cache.
-const KEYS: usize = 496;
+/// 32-bit entries of a cache line.
+const LINE: usize = 16;
 /// The child word of a ray that has ended.
 const END: u32 = u32::MAX - 1;
 
 /// A thread's rays and their stacks.
 pub(super) struct Flight {
     rays: Box<[InFlight; RAYS]>,
+    stacks: Stacks,
     prepared: Box<Prepared>,
+}
+
+/// What each ray has still to visit.
+struct Stacks {
+    /// Where the nearest hit is asked for.
+    keys: Vec<u64>,
+    /// Where any hit will do, and no distance is needed: child words.
+    words: Vec<u32>,
+    /// Entries of a ray.
+    each: usize,
+}
+
+impl Stacks {
+    fn new(bvh: &Bvh) -> Self {
+        // Below an instance the world's entries stay where they are; and there is room for a node's, which are written
+        // sixteen at a time.
+        let trees = if bvh.instances.is_empty() { 1 } else { 2 };
+        let needed = WINDOW + trees * bvh.stack_size + 2 + WIDTH;
+        // An odd number of cache lines, so that not all begin in the same set of the cache.
+        let each = LINE * (needed.div_ceil(LINE) | 1);
+        Self { keys: vec![key(0.0, END); RAYS * each], words: vec![END; RAYS * each], each }
+    }
+
+    /// Those of a ray.
+    #[inline(always)]
+    fn of(&mut self, ray: usize) -> NodeStack<'_> {
+        let first = ray * self.each;
+        NodeStack { keys: &mut self.keys, words: &mut self.words, first }
+    }
+}
+
+/// A ray's stack.
+struct NodeStack<'a> {
+    keys: &'a mut [u64],
+    words: &'a mut [u32],
+    first: usize,
+}
+
+impl NodeStack<'_> {
+    /// A place on it.
+    #[inline(always)]
+    fn at(&self, place: u32) -> usize {
+        self.first + place as usize
+    }
 }
 
 /// [`Flight::trace`].
@@ -59,8 +102,7 @@ impl<A: Answers> Kernel for FlightQuery<'_, '_, A> {
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct InFlight {
-    slabs: Slabs,
-    shear: Shear,
+    row: Row,
     /// Where it is: the node or block, and where the ray enters that.
     current: u64,
     /// Keys on its stack.
@@ -72,196 +114,139 @@ struct InFlight {
     instance: u32,
     /// Hits count beyond.
     t_min: f32,
-    keys: [u64; KEYS],
 }
 
-const _: () = assert!(size_of::<InFlight>() / 64 % 2 == 1);
+/// Numbers of rays.
+#[derive(Clone, Copy)]
+struct List {
+    rays: [u8; 256],
+    length: u8,
+}
 
-/// Numbers of rays, in one list for each kind of what is next, and one for those that go on
-/// with what is on their stack.
+impl List {
+    const EMPTY: List = List { rays: [0; 256], length: 0 };
+
+    /// How many there are; from now on it is written anew: nothing is added to it faster than it is read.
+    #[inline(always)]
+    fn take(&mut self) -> u8 {
+        std::mem::take(&mut self.length)
+    }
+
+    #[inline(always)]
+    fn get(&self, i: u8) -> usize {
+        usize::from(self.rays[usize::from(i)]) % RAYS
+    }
+
+    /// Adds a ray if `wanted`.
+    #[inline(always)]
+    fn append(&mut self, ray: usize, wanted: bool) {
+        self.rays[usize::from(self.length)] = ray as u8;
+        self.length = self.length.wrapping_add(u8::from(wanted));
+    }
+}
+
+/// Where rays are: at nodes, at triangles, elsewhere.
 struct Lists {
-    items: [[u8; RAYS]; LISTS],
-    length: [usize; LISTS],
-    /// For each kind the address of the array that it is in, and the size of its items.
-    base: [usize; 4],
-    size: [usize; 4],
+    nodes: List,
+    triangles: List,
+    others: List,
+    /// Where the arrays are.
+    base: [usize; 2],
+    orders: usize,
 }
-
-const NODES: usize = ChildKind::Node as usize;
-const TRIANGLES: usize = ChildKind::Triangles as usize;
-const SPHERES: usize = ChildKind::Spheres as usize;
-/// Into and out of instances, and rays that have ended.
-const PLACES: usize = ChildKind::Instance as usize;
-const POPS: usize = 4;
-const CANDIDATES: usize = 5;
-const LISTS: usize = 6;
 
 impl Lists {
     fn new(bvh: &Bvh) -> Self {
-        let (nodes, blocks) = (bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize);
+        let base = [bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize];
         Self {
-            items: [[0; RAYS]; LISTS],
-            length: [0; LISTS],
-            base: [nodes, blocks, bvh.spheres.as_ptr() as usize, nodes],
-            size: [size_of::<Node>(), size_of::<TriangleBlock>(), size_of::<SphereBlock>(), 0],
+            nodes: List::EMPTY,
+            triangles: List::EMPTY,
+            others: List::EMPTY,
+            base,
+            orders: bvh.orders.as_ptr() as usize,
         }
-    }
-
-    /// The rays of a list, and how many they are. From now on it is written anew: nothing is
-    /// added to it faster than it is read.
-    #[inline(always)]
-    fn take(&mut self, list: usize) -> usize {
-        std::mem::take(&mut self.length[list])
-    }
-
-    #[inline(always)]
-    fn get(&self, list: usize, i: usize) -> usize {
-        usize::from(self.items[list][i % RAYS])
-    }
-
-    /// Adds a ray to a list.
-    #[inline(always)]
-    fn append(&mut self, list: usize, ray: usize) {
-        let length = self.length[list];
-        // One ray is in one list once, so there is room.
-        self.items[list][length % RAYS] = ray as u8;
-        self.length[list] = length + 1;
     }
 
     /// Puts a ray where its next step is and asks for that step's memory.
     #[inline(always)]
-    fn send(&mut self, ray: usize, current: u64) {
-        self.append((current as u32 >> 30) as usize, ray);
-        self.fetch(current);
-    }
-
-    /// Asks for the memory of a node or block.
-    #[inline(always)]
-    fn fetch(&self, current: u64) {
-        let (kind, index) = ((current as u32 >> 30) as usize, Child(current as u32).index());
-        prefetch(self.base[kind] + index * self.size[kind], 7);
+    fn send<A: Answers>(&mut self, ray: usize, current: u64) {
+        let word = current as u32;
+        let (node, block) = (word >> 30 == ChildKind::Node as u32, word >> 30 == ChildKind::Triangles as u32);
+        self.nodes.append(ray, node);
+        self.triangles.append(ray, block);
+        self.others.append(ray, !node & !block);
+        let index = Child(word).index();
+        let address = self.base[0].wrapping_add(index.wrapping_mul(size_of::<Node>()));
+        let block_address = self.base[1].wrapping_add(index.wrapping_mul(size_of::<TriangleBlock>()));
+        prefetch(select_unpredictable(block, block_address, address), 7);
+        if !A::ANY {
+            prefetch(self.orders.wrapping_add(index.wrapping_mul(size_of::<Order>())), 1);
+        }
     }
 }
 
 impl Flight {
-    /// Whether its stacks are deep enough for a tree.
-    pub fn holds(bvh: &Bvh) -> bool {
-        WINDOW + 2 * bvh.stack_size + 2 + WIDTH <= KEYS
-    }
-
-    /// Empty.
-    pub fn new() -> Self {
+    /// For queries on `bvh`.
+    pub fn new(bvh: &Bvh) -> Self {
         let ray = InFlight {
-            slabs: Slabs::default(),
-            shear: Shear::default(),
+            row: Row::default(),
             current: 0,
             top: 0,
             index: 0,
             best: Hit::MISS,
             instance: NONE,
             t_min: 0.0,
-            keys: [key(0.0, END); KEYS],
         };
-        Self { rays: Box::new([ray; RAYS]), prepared: Box::default() }
+        Self { rays: Box::new([ray; RAYS]), stacks: Stacks::new(bvh), prepared: Box::default() }
     }
 
     /// Answers a queue.
     #[inline(always)]
     fn trace<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: Rays, answers: &mut A) {
         let mut lists = Lists::new(bvh);
-        let flight = &mut *self.rays;
+        let (flight, stacks) = (&mut *self.rays, &mut self.stacks);
         let mut queue = Queue { bvh, rays, next: 0, prepared: &mut self.prepared };
         for (i, f) in flight.iter_mut().enumerate() {
             queue.refill::<L, A>(i, f, answers, &mut lists);
         }
-        while lists.length.iter().sum::<usize>() > 0 {
-            if A::ANY {
-                first_hit_round::<L, A>(bvh, &queue.rays, flight, &mut lists);
-            } else {
-                nearest_hit_round::<L, A>(bvh, &queue.rays, flight, &mut lists);
+        loop {
+            for i in 0..lists.nodes.take() {
+                let ray = lists.nodes.get(i);
+                let f = &mut flight[ray];
+                f.step::<L, A>(bvh, &mut stacks.of(ray));
+                lists.send::<A>(ray, f.current);
             }
-            for i in 0..lists.take(SPHERES) {
-                let ray = lists.get(SPHERES, i);
-                flight[ray % RAYS].test_spheres::<L>(bvh, &queue.rays);
-                lists.append(POPS, ray);
+            for i in 0..lists.triangles.take() {
+                let ray = lists.triangles.get(i);
+                let f = &mut flight[ray];
+                if A::ANY {
+                    f.look_for_triangles::<L, A>(bvh, &queue.rays);
+                } else {
+                    f.test_triangles::<L>(bvh, &queue.rays);
+                }
+                f.pop::<L, A>(&stacks.of(ray));
+                lists.send::<A>(ray, f.current);
             }
-            for i in 0..lists.take(POPS) {
-                let ray = lists.get(POPS, i);
-                let f = &mut flight[ray % RAYS];
-                f.pop::<L, A>();
-                lists.send(ray, f.current);
-            }
-            for i in 0..lists.take(PLACES) {
-                let ray = lists.get(PLACES, i);
-                let f = &mut flight[ray % RAYS];
+            for i in 0..lists.others.take() {
+                let ray = lists.others.get(i);
+                let f = &mut flight[ray];
                 if f.child().0 == END {
                     answers.put(f.index as usize, &f.best);
                     queue.refill::<L, A>(ray, f, answers, &mut lists);
-                } else {
-                    f.change_place::<L, A>(bvh, &queue.rays);
-                    lists.send(ray, f.current);
+                    continue;
                 }
+                if f.child().kind() == ChildKind::Spheres {
+                    f.test_spheres::<L>(bvh, &queue.rays);
+                    f.pop::<L, A>(&stacks.of(ray));
+                } else {
+                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks.of(ray));
+                }
+                lists.send::<A>(ray, f.current);
+            }
+            if lists.nodes.length + lists.triangles.length + lists.others.length == 0 {
+                break;
             }
         }
-    }
-}
-
-/// A round of all rays at nodes and at triangles, if the nearest hit is asked for.
-///
-/// Each kind of work has a loop of its own, and the shorter the better: the processor looks
-/// some 200 operations ahead, which is two steps through a node, but seven pops.
-#[inline(always)]
-fn nearest_hit_round<L: Lanes, A: Answers>(
-    bvh: &Bvh,
-    rays: &Rays,
-    flight: &mut [InFlight; RAYS],
-    lists: &mut Lists,
-) {
-    for i in 0..lists.take(NODES) {
-        let ray = lists.get(NODES, i);
-        let f = &mut flight[ray % RAYS];
-        let entered = f.step::<L, A>(bvh);
-        let list = select_unpredictable(entered, (f.current as u32 >> 30) as usize, POPS);
-        lists.append(list, ray);
-        lists.fetch(f.current);
-    }
-    for i in 0..lists.take(TRIANGLES) {
-        let ray = lists.get(TRIANGLES, i);
-        let f = &flight[ray % RAYS];
-        let found = triangle::may_hit::<L::Block>(&bvh.triangles[f.child().index()], &f.shear);
-        lists.append(select_unpredictable(found, CANDIDATES, POPS), ray);
-    }
-    for i in 0..lists.take(CANDIDATES) {
-        let ray = lists.get(CANDIDATES, i);
-        flight[ray % RAYS].test_triangles::<L>(bvh, rays);
-        lists.append(POPS, ray);
-    }
-}
-
-/// The same if any hit will do. What is next on a stack is then one load away, and a block's hits
-/// need no ordering, so that there is nothing to be gained from loops of their own.
-#[inline(always)]
-fn first_hit_round<L: Lanes, A: Answers>(
-    bvh: &Bvh,
-    rays: &Rays,
-    flight: &mut [InFlight; RAYS],
-    lists: &mut Lists,
-) {
-    for i in 0..lists.take(NODES) {
-        let ray = lists.get(NODES, i);
-        let f = &mut flight[ray % RAYS];
-        let (waiting, below) = f.peek::<L, A>();
-        let entered = f.step::<L, A>(bvh);
-        f.current = select_unpredictable(entered, f.current, waiting);
-        f.top = select_unpredictable(entered, f.top, below);
-        lists.send(ray, f.current);
-    }
-    for i in 0..lists.take(TRIANGLES) {
-        let ray = lists.get(TRIANGLES, i);
-        let f = &mut flight[ray % RAYS];
-        f.look_for_triangles::<L, A>(bvh, rays);
-        f.pop::<L, A>();
-        lists.send(ray, f.current);
     }
 }
 
@@ -271,29 +256,34 @@ impl InFlight {
         Child(self.current as u32)
     }
 
-    /// One step through a node; whether there is a next one.
+    /// One step through a node, to the nearest of its children or to what is next on the stack.
     #[inline(always)]
-    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh) -> bool {
+    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut NodeStack) {
+        let (waiting, below) = self.peek::<L, A>(stack);
         let node = &bvh.nodes[self.current as u32 as usize];
-        let (near, bits) = self.slabs.enter_children::<L::Node>(node, self.best.t);
-        let room = self.keys.get_mut(self.top as usize..).and_then(|keys| keys.first_chunk_mut::<WIDTH>());
-        let Some(room) = room else { return false };
-        self.current = if A::ANY {
-            <L::Node as Sixteen>::take_first(&node.child, bits, room)
+        let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
+        let top = stack.at(self.top);
+        let (next, count) = if A::ANY {
+            let Some(room) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return };
+            let (word, count) = <L::Node as Sixteen>::take_entered(near, far, &node.child, room);
+            (key(0.0, word), count)
         } else {
-            near.take_nearest(&node.child, bits, room)
+            let Some(room) = stack.keys[top..].first_chunk_mut::<WIDTH>() else { return };
+            let order = front_to_back(&bvh.orders[self.current as u32 as usize], self.row.octant());
+            Sixteen::take_in_order(near, far, &node.child, order, room)
         };
-        self.top += bits.count_ones().saturating_sub(1);
-        bits != 0
+        let entered = count != 0;
+        self.current = select_unpredictable(entered, next, waiting);
+        self.top = select_unpredictable(entered, (self.top + count).wrapping_sub(1), below);
     }
 
-    /// The canonical test, for a block of which the filter says that it may be hit.
+    /// The canonical test.
     #[inline(always)]
     fn test_triangles<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
         let block = &bvh.triangles[self.child().index()];
         let visit = self.visit(bvh, rays);
         let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
-        leaf::triangles::<L, HitsMut>(block, &source, &self.shear, visit, &mut self.best);
+        leaf::nearest_triangle::<L>(block, &source, &self.row.shear(), visit, &mut self.best);
     }
 
     /// Whether there is a hit in a block, without a branch on it.
@@ -302,7 +292,7 @@ impl InFlight {
         let block = &bvh.triangles[self.child().index()];
         let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
         let visit = self.visit(bvh, rays);
-        let found = leaf::hits_triangles::<L, A>(block, &source, &self.shear, visit, self.best.t);
+        let found = leaf::hits_triangles::<L, A>(block, &source, &self.row.shear(), visit, self.best.t);
         self.best.primitive = select_unpredictable(found, 0, self.best.primitive);
     }
 
@@ -316,13 +306,13 @@ impl InFlight {
     /// the best one are passed over; where all eight on top are, the last of them is taken:
     /// it is in vain, but does no harm.
     #[inline(always)]
-    fn peek<L: Lanes, A: Answers>(&self) -> (u64, u32) {
+    fn peek<L: Lanes, A: Answers>(&self, stack: &NodeStack) -> (u64, u32) {
         if A::ANY {
             let below = self.top.wrapping_sub(1);
-            return (self.keys[below as usize % KEYS], below);
+            return (key(0.0, stack.words[stack.at(below)]), below);
         }
         let first = self.top.wrapping_sub(WINDOW as u32);
-        let window = self.keys.get(first as usize..).and_then(|keys| keys.first_chunk::<WINDOW>());
+        let window = stack.keys[stack.at(first)..].first_chunk::<WINDOW>();
         let Some(window) = window else { return (key(0.0, END), 0) };
         let place = <L::Node as Sixteen>::last_within(window, self.best.t);
         (window[place % WINDOW], first + place as u32)
@@ -330,8 +320,8 @@ impl InFlight {
 
     /// Goes to the next key, or ends.
     #[inline(always)]
-    fn pop<L: Lanes, A: Answers>(&mut self) {
-        let (waiting, below) = self.peek::<L, A>();
+    fn pop<L: Lanes, A: Answers>(&mut self, stack: &NodeStack) {
+        let (waiting, below) = self.peek::<L, A>(stack);
         let ended = A::ANY && !self.best.is_miss();
         self.current = select_unpredictable(ended, key(0.0, END), waiting);
         self.top = below;
@@ -347,7 +337,7 @@ impl InFlight {
 
     /// The way into or out of an instance.
     #[inline(always)]
-    fn change_place<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays) {
+    fn change_place<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &mut NodeStack) {
         let world = rays.get(self.index as usize);
         if self.child().0 == LEAVE_INSTANCE {
             self.enter(&LocalRay::new(world), world.t_min, NONE);
@@ -356,20 +346,22 @@ impl InFlight {
             let ray = to_local(&world, placed);
             if is_finite(&ray) {
                 let near = key_distance(self.current);
-                self.keys[self.top as usize % KEYS] = key(0.0, LEAVE_INSTANCE);
+                let top = stack.at(self.top);
+                stack.keys[top] = key(0.0, LEAVE_INSTANCE);
+                stack.words[top] = LEAVE_INSTANCE;
                 self.top += 1;
                 self.enter(&LocalRay::new(ray), near, self.child().index() as u32);
                 self.current = key(near, placed.root.0);
                 return;
             }
         }
-        self.pop::<L, A>();
+        self.pop::<L, A>(stack);
     }
 
     /// Goes over to another space.
     fn enter(&mut self, local: &LocalRay, floor: f32, instance: u32) {
-        self.slabs = Slabs { floor: floor.max(self.t_min), ..local.slabs };
-        self.shear = local.shear;
+        self.row = Row::new(local);
+        self.row.set_floor(floor.max(self.t_min));
         self.instance = instance;
     }
 }
@@ -419,15 +411,14 @@ impl Queue<'_> {
         }
         let place = self.prepared.take();
         let p = &*self.prepared;
-        f.slabs = p.slabs(place);
-        f.shear = p.shear(place);
-        f.current = p.current[place];
+        p.read(place, &mut f.row);
+        f.current = p.start(place);
         f.top = WINDOW as u32;
         f.index = p.first + place as u32;
-        f.best = Hit { t: p.t_max[place], ..Hit::MISS };
+        f.best = Hit { t: f.row.t_max(), ..Hit::MISS };
         f.instance = NONE;
-        f.t_min = p.t_min[place];
-        lists.send(ray, f.current);
+        f.t_min = f.row.t_min();
+        lists.send::<A>(ray, f.current);
     }
 
     /// Prepares the next rays.

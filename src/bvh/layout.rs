@@ -1,5 +1,7 @@
 //! The flattened tree as it lies in memory.
 
+use std::hint::select_unpredictable;
+
 use super::presence::{Presence, Word};
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
@@ -115,6 +117,17 @@ pub fn order_of_children(node: &Node) -> Order {
         depths.sort_by(|a, b| b.0.total_cmp(&a.0));
         depths.iter().rev().fold(0, |order, (_, slot)| order << 4 | slot)
     })
+}
+
+/// The places of a node's children from front to back, four bits each, the lowest first, for rays of an octant.
+#[inline(always)]
+pub fn front_to_back(order: &Order, octant: u32) -> u64 {
+    let opposite = octant >= 4;
+    let order = order[if opposite { octant ^ 7 } else { octant } as usize % 4];
+    // The other way round.
+    let reversed = order.swap_bytes();
+    let reversed = (reversed >> 4 & 0x0f0f_0f0f_0f0f_0f0f) | (reversed & 0x0f0f_0f0f_0f0f_0f0f) << 4;
+    select_unpredictable(opposite, order, reversed)
 }
 
 /// The places of a node's children from back to front, for rays of an octant: bit i is set where

@@ -1,5 +1,8 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
+use std::hint::select_unpredictable;
+
+use super::HitsMut;
 use super::answers::Answers;
 use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
 use super::presence::{Asker, Candidate, Presence, Word};
@@ -207,6 +210,40 @@ pub(super) fn hits_triangles<L: Lanes, A: Answers>(
         found |= acceptable(&hits, near, t_min, L::Block::splat(limit)).1.any();
     }
     found
+}
+
+/// Tests a block of triangles for the nearest hit, without a branch on whether there is one where all of them are there.
+#[inline(always)]
+pub(super) fn nearest_triangle<L: Lanes>(
+    block: &TriangleBlock,
+    ray: &impl Exact,
+    shear: &Shear,
+    visit: Visit,
+    best: &mut Hit,
+) {
+    if visit.conditional || L::Block::WIDTH < block.words.len() {
+        triangles::<L, HitsMut>(block, ray, shear, visit, best);
+        return;
+    }
+    let asked = Asked::between(visit.t_min, best.t);
+    let hits = triangle::intersect_all::<L::Block>(block, 0, ray, shear, &asked);
+    let (near, t_min) = (L::Block::splat(visit.near), L::Block::splat(visit.t_min));
+    let (t, mask) = acceptable(&hits, near, t_min, L::Block::splat(best.t));
+    let least = L::Block::select(mask, t, L::Block::splat(f32::INFINITY)).least();
+    let bits = (mask & t.eq(L::Block::splat(least))).bits();
+    if (bits & bits.wrapping_sub(1) != 0) | (least == best.t) {
+        accept::<_, HitsMut>(&hits, &block.words, 0, visit, best);
+        return;
+    }
+    let (mut us, mut vs) = ([0.0; 8], [0.0; 8]);
+    hits.u.store(&mut us);
+    hits.v.store(&mut vs);
+    let (found, lane) = (bits != 0, bits.trailing_zeros() as usize % 8);
+    best.t = select_unpredictable(found, least, best.t);
+    best.u = select_unpredictable(found, us[lane], best.u);
+    best.v = select_unpredictable(found, vs[lane], best.v);
+    best.primitive = select_unpredictable(found, Word(block.words[lane]).number(), best.primitive);
+    best.instance = select_unpredictable(found, visit.instance, best.instance);
 }
 
 /// The same as [`triangles`] for spheres.

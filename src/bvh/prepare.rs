@@ -1,36 +1,112 @@
-//! Rays prepared many at a time: what [`super::ray::Local`] computes for one, in lanes.
+//! Rays prepared many at a time: what [`super::ray::LocalRay`] computes for one, in lanes.
 
 use super::Rays;
+use super::direction_classes::padded;
 use super::layout::{Bvh, Root};
-use super::ray::{Slabs, slab_scales};
+use super::ray::{LocalRay, Slabs, slab_scales};
 use super::triangle::{Longest, Shear};
 use crate::simd::sixteen::key;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, prefetch};
 
 /// Rays of a batch.
 pub(super) const BATCH: usize = 16;
 
-type BatchColumn = [f32; BATCH];
+/// How far ahead rays are asked for.
+const AHEAD: usize = 4 * BATCH;
 
-/// A batch of rays, by columns.
+type Quad = [f32; 4];
+
+/// A prepared ray in rows of four numbers.
+///
+/// ```text
+/// origin x y z, floor │ near scale x y z, t_max │ far scale x y z, entry │ near side x y z, longest │
+/// sheared origin x y z, octant │ shear x y z, –
+/// ```
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(32))]
+pub(super) struct Row([Quad; ROWS]);
+
+const ROWS: usize = 6;
+
+impl Row {
+    /// Of a ray that was prepared alone.
+    pub fn new(local: &LocalRay) -> Self {
+        let LocalRay { ray, slabs, shear } = local;
+        let with = |[x, y, z]: [f32; 3], last: f32| [x, y, z, last];
+        Self([
+            with(slabs.origin, slabs.floor),
+            with(slabs.near_scale, ray.t_max),
+            with(slabs.far_scale, 0.0),
+            with(slabs.near_side.map(f32::from_bits), f32::from_bits(shear.axes[2] as u32)),
+            with(shear.origin, f32::from_bits(slabs.octant())),
+            with(shear.shear, 0.0),
+        ])
+    }
+
+    /// For boxes.
+    #[inline(always)]
+    pub fn slabs(&self) -> Slabs {
+        let [origin, near_scale, far_scale, [x, y, z, _], _, _] = &self.0;
+        Slabs {
+            origin: three(origin),
+            near_scale: three(near_scale),
+            far_scale: three(far_scale),
+            near_side: [x.to_bits(), y.to_bits(), z.to_bits()],
+            floor: origin[3],
+        }
+    }
+
+    /// For triangles.
+    #[inline(always)]
+    pub fn shear(&self) -> Shear {
+        let [_, _, _, side, origin, shear] = &self.0;
+        Shear {
+            axes: Shear::AXES[side[3].to_bits() as usize % 4],
+            origin: three(origin),
+            shear: three(shear),
+        }
+    }
+
+    /// Bit i is set where it goes down along axis i.
+    #[inline(always)]
+    pub fn octant(&self) -> u32 {
+        self.0[4][3].to_bits()
+    }
+
+    /// Where it begins.
+    #[inline(always)]
+    pub fn t_min(&self) -> f32 {
+        self.0[0][3]
+    }
+
+    /// Where it ends.
+    #[inline(always)]
+    pub fn t_max(&self) -> f32 {
+        self.0[1][3]
+    }
+
+    /// Nothing is entered before.
+    #[inline(always)]
+    pub fn set_floor(&mut self, floor: f32) {
+        self.0[0][3] = floor;
+    }
+}
+
+#[inline(always)]
+fn three(quad: &Quad) -> [f32; 3] {
+    [quad[0], quad[1], quad[2]]
+}
+
+/// A batch of rays.
 #[derive(Default)]
 pub(super) struct Prepared {
     /// The rays that enter the tree's box and have not been taken, by bits.
     pub waiting: u32,
     /// The queue's number of the first one.
     pub first: u32,
-    /// The tree's root with the distance where the ray enters it.
-    pub current: [u64; BATCH],
-    pub t_min: BatchColumn,
-    pub t_max: BatchColumn,
-    origin: [BatchColumn; 3],
-    near_scale: [BatchColumn; 3],
-    far_scale: [BatchColumn; 3],
-    near_side: [[u32; BATCH]; 3],
-    longest: [u32; BATCH],
-    sheared_origin: [BatchColumn; 3],
-    shear: [BatchColumn; 3],
-    direction: [BatchColumn; 3],
+    /// What is at the top of the tree.
+    root: u32,
+    rows: [[Quad; BATCH]; ROWS],
 }
 
 /// [`Prepared::fill`] as a function of its own.
@@ -65,29 +141,18 @@ impl Prepared {
         place
     }
 
-    /// For boxes.
+    /// One of the rays. (In place: what is written four numbers at a time and moved as a whole waits for memory.)
     #[inline(always)]
-    pub fn slabs(&self, i: usize) -> Slabs {
-        let of = |c: &[BatchColumn; 3]| [c[0][i], c[1][i], c[2][i]];
-        let [x, y, z] = &self.near_side;
-        Slabs {
-            origin: of(&self.origin),
-            near_scale: of(&self.near_scale),
-            far_scale: of(&self.far_scale),
-            near_side: [x[i], y[i], z[i]],
-            floor: self.t_min[i],
+    pub fn read(&self, place: usize, row: &mut Row) {
+        for (to, from) in row.0.iter_mut().zip(&self.rows) {
+            *to = from[place];
         }
     }
 
-    /// For triangles.
+    /// The tree's root with the distance where a ray enters it.
     #[inline(always)]
-    pub fn shear(&self, i: usize) -> Shear {
-        let of = |c: &[BatchColumn; 3]| [c[0][i], c[1][i], c[2][i]];
-        Shear {
-            axes: Shear::AXES[self.longest[i] as usize % 4],
-            origin: of(&self.sheared_origin),
-            shear: of(&self.shear),
-        }
+    pub fn start(&self, place: usize) -> u64 {
+        key(self.rows[2][place][3], self.root)
     }
 
     /// Prepares `count` rays from `first` on.
@@ -96,41 +161,41 @@ impl Prepared {
         self.first = first as u32;
         self.waiting = 0;
         let Some(root) = bvh.root else { return };
-        for axis in 0..3 {
-            copy(&mut self.origin[axis], rays.origin[axis], first, count);
-            copy(&mut self.direction[axis], rays.direction[axis], first, count);
+        self.root = root.child.0;
+        let columns = [rays.origin, rays.direction].into_iter().flatten().chain([rays.t_min, rays.t_max]);
+        for column in columns {
+            prefetch(column.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
         }
-        copy(&mut self.t_min, rays.t_min, first, count);
-        copy(&mut self.t_max, rays.t_max, first, count);
-        let mut near = [0.0; BATCH];
-        for at in (0..BATCH).step_by(F::WIDTH) {
-            self.waiting |= self.lanes::<F>(&root, at, &mut near).bits() << at;
+        for at in (0..count).step_by(F::WIDTH) {
+            self.waiting |= self.lanes::<F>(&root, rays, first + at, at).bits() << at;
         }
         self.waiting &= ((1u64 << count) - 1) as u32;
-        for (current, near) in self.current.iter_mut().zip(near) {
-            *current = key(near, root.child.0);
-        }
     }
 
     /// Prepares the lanes from `at` on; says which of them enter the tree.
     #[inline(always)]
-    fn lanes<F: Float>(&mut self, root: &Root, at: usize, entry: &mut BatchColumn) -> F::Mask {
+    fn lanes<F: Float>(&mut self, root: &Root, rays: &Rays, first: usize, at: usize) -> F::Mask {
         // A NaN stays one, −0 becomes 0.
-        let t_min = F::zero().max(F::load(&self.t_min[at..])) + F::zero();
-        t_min.store(&mut self.t_min[at..]);
+        let t_min = F::zero().max(padded::<F>(&rays.t_min[first..])) + F::zero();
+        let t_max = padded::<F>(&rays.t_max[first..]);
         let mut near = t_min;
         let mut far = F::splat(f32::INFINITY);
         let mut zeros = F::zero();
+        let mut octant = F::Int::splat(0);
         let (mut origin, mut direction, mut reciprocal) = ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
+        let (mut near_scales, mut far_scales, mut sides) = ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
         for axis in 0..3 {
-            let o = F::load(&self.origin[axis][at..]);
-            let d = F::load(&self.direction[axis][at..]);
+            let o = padded::<F>(&rays.origin[axis][first..]);
+            let d = padded::<F>(&rays.direction[axis][first..]);
             let r = F::one() / d;
             let (near_scale, far_scale) = slab_scales(r);
-            near_scale.store(&mut self.near_scale[axis][at..]);
-            far_scale.store(&mut self.far_scale[axis][at..]);
             let side = r.to_bits().shr::<31>();
-            side.store(&mut self.near_side[axis][at..]);
+            octant = octant
+                | match axis {
+                    0 => side,
+                    1 => side.shl::<1>(),
+                    _ => side.shl::<2>(),
+                };
             let backwards = side.eq(F::Int::splat(1));
             let (low, high) = (F::splat(root.bounds.min[axis]), F::splat(root.bounds.max[axis]));
             near = ((o - F::select(backwards, high, low)) * near_scale).max(near);
@@ -138,27 +203,18 @@ impl Prepared {
             // NaN where something is not finite.
             zeros = zeros + o * F::zero() + d * F::zero();
             (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
+            (near_scales[axis], far_scales[axis], sides[axis]) = (near_scale, far_scale, side.reinterpret());
         }
-        near.store(&mut entry[at..]);
         let longest = Longest::new(direction);
-        longest.axis().store(&mut self.longest[at..]);
         let o = longest.rename(origin);
         let d = longest.rename(direction);
         let r = longest.rename(reciprocal);
-        for (column, o) in self.sheared_origin.iter_mut().zip(o) {
-            o.store(&mut column[at..]);
+        let shear = [d[0] * r[2], d[1] * r[2], r[2]];
+        let columns = [origin, near_scales, far_scales, sides, o, shear];
+        let last = [t_min, t_max, near, longest.axis().reinterpret(), octant.reinterpret(), F::zero()];
+        for ((rows, [x, y, z]), last) in self.rows.iter_mut().zip(columns).zip(last) {
+            F::store_rows([x, y, z, last], &mut rows[at..]);
         }
-        (d[0] * r[2]).store(&mut self.shear[0][at..]);
-        (d[1] * r[2]).store(&mut self.shear[1][at..]);
-        r[2].store(&mut self.shear[2][at..]);
-        near.le(far) & near.le(F::load(&self.t_max[at..])) & zeros.eq(F::zero())
-    }
-}
-
-#[inline(always)]
-fn copy(column: &mut BatchColumn, from: &[f32], first: usize, count: usize) {
-    match from[first..].first_chunk::<BATCH>() {
-        Some(whole) => *column = *whole,
-        None => column[..count].copy_from_slice(&from[first..first + count]),
+        near.le(far) & near.le(t_max) & zeros.eq(F::zero())
     }
 }

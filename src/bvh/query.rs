@@ -38,7 +38,7 @@ enum Way {
     Scattered,
     /// Streams, but for directions at the ends of the floats.
     Streams,
-    /// In flight, where the tree is not too deep.
+    /// In flight.
     InFlight,
 }
 
@@ -83,7 +83,7 @@ impl Stack {
             few: FewLeaves::new(bvh),
             classes: DirectionClasses::default(),
             prepared: Box::default(),
-            flight: Flight::new(),
+            flight: Flight::new(bvh),
             stream: Stream::default(),
             least_stream: stream::FEWEST,
             packet: Box::new(Packet::new(bvh)),
@@ -326,11 +326,10 @@ impl<A: Answers> Query<'_, A> {
             Contest::Packets(coherent) => ([Way::Packets, Way::Scattered], usize::from(coherent)),
             Contest::Flight => ([Way::Streams, Way::InFlight], 2),
         };
-        let takes_off = Flight::holds(self.bvh);
         let (is_choice, otherwise) = match contest {
             // Where packets take nothing, to try them is all the same.
             Contest::Packets(_) => (self.stack.in_packets[nearest_or_any], Way::Packets),
-            Contest::Flight => (takes_off, if takes_off { Way::InFlight } else { Way::Streams }),
+            Contest::Flight => (true, Way::InFlight),
         };
         // Few rays say little about how fast a kernel is.
         if end - first < self.stack.least_stream || !is_choice {
@@ -388,18 +387,14 @@ impl<A: Answers> Kernel for WayQuery<'_, '_, A> {
         }
         let (bvh, rays) = (query.bvh, query.rays.range(first..end));
         let answers = &mut Shifted { answers: &mut query.answers, by: first };
-        let Stack { single, prepared, flight, classes, stream, .. } = &mut *query.stack;
+        let Stack { single, flight, classes, stream, .. } = &mut *query.stack;
         if way == Way::Streams {
             let (keys, rays, answers) = (&mut *single, &rays, &mut *answers);
             if L::outlined(stream::StreamQuery { stream, bvh, rays, classes, keys, answers }) {
                 return;
             }
         }
-        if Flight::holds(bvh) {
-            L::outlined(flight::FlightQuery { flight, bvh, rays, answers });
-        } else {
-            traverse::each::<L, _>(bvh, rays, prepared, single, answers);
-        }
+        L::outlined(flight::FlightQuery { flight, bvh, rays, answers });
     }
 }
 

@@ -94,6 +94,13 @@ impl Slabs {
         }
     }
 
+    /// Bit i is set where the ray goes down along axis i.
+    #[inline(always)]
+    pub fn octant(&self) -> u32 {
+        let [x, y, z] = self.near_side;
+        x | y << 1 | z << 2
+    }
+
     /// Where the ray enters a box, if it does.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "the axis indexes five arrays")]
@@ -109,13 +116,13 @@ impl Slabs {
         (near <= far).then_some(near)
     }
 
-    /// Where the ray enters a node's children, and the bits of those that it enters no farther
-    /// than `limit`.
+    /// Where the ray enters and leaves a node's children, no farther than `limit`; what it does not enter it leaves
+    /// before it enters.
     ///
     /// A child's box lies in its parent's and rounding is monotonous, so a ray never enters it
     /// before its parent: the entry is a function of the ray and the child's box alone.
     #[inline(always)]
-    pub fn enter_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, u32) {
+    pub fn meet_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, S) {
         let (mut near, mut far) = (S::splat(self.floor), S::splat(limit));
         for axis in 0..3 {
             let side = self.near_side[axis] as usize & 1;
@@ -124,7 +131,7 @@ impl Slabs {
             near = ((origin - S::load(&planes[side])) * S::splat(self.near_scale[axis])).max(near);
             far = ((origin - S::load(&planes[side ^ 1])) * S::splat(self.far_scale[axis])).min(far);
         }
-        (near, near.le(far))
+        (near, far)
     }
 }
 

@@ -1,9 +1,9 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
 use super::answers::{Answers, Occluded};
-use super::layout::{Bvh, Child, ChildKind, WIDTH};
+use super::layout::{Bvh, Child, ChildKind, WIDTH, front_to_back};
 use super::leaf::{self, Visit};
-use super::prepare::{BATCH, Fill, Prepared};
+use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::presence::Asker;
 use super::query::Stack;
 use super::ray::{LocalRay, Slabs, is_finite, to_local};
@@ -46,9 +46,13 @@ pub(super) fn each<L: Lanes, A: Answers>(
             let ray = rays.get(first + place);
             let mut best = Hit { t: ray.t_max, ..Hit::MISS };
             if prepared.waiting >> place & 1 == 1 {
-                let local = LocalRay { ray, slabs: prepared.slabs(place), shear: prepared.shear(place) };
-                let (start, asker) = (prepared.current[place], rays.asker(first + place));
-                if walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, &mut best, &mut NoTally) && A::ANY {
+                let mut row = Row::default();
+                prepared.read(place, &mut row);
+                let mut local = LocalRay { ray, slabs: row.slabs(), shear: row.shear() };
+                let (start, asker) = (prepared.start(place), rays.asker(first + place));
+                if walk::<L, A, _>(bvh, &mut local, asker, start, &mut keys.0, &mut best, &mut NoTally)
+                    && A::ANY
+                {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
                 }
@@ -83,9 +87,9 @@ impl<A: Answers> Kernel for Subtree<'_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let local = LocalRay::new(*self.ray);
+        let mut local = LocalRay::new(*self.ray);
         let Self { bvh, asker, start, keys, .. } = self;
-        let found = walk::<L, A, _>(bvh, local, asker, start, &mut keys.0, self.best, &mut NoTally);
+        let found = walk::<L, A, _>(bvh, &mut local, asker, start, &mut keys.0, self.best, &mut NoTally);
         if found {
             // Which one it is, nobody asks.
             self.best.primitive = 0;
@@ -116,9 +120,9 @@ pub(super) fn closest_counted<L: Lanes, T: Tally>(
     tally: &mut T,
 ) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    let local = LocalRay::new(*ray);
+    let mut local = LocalRay::new(*ray);
     if let Some(start) = start(bvh, ray, &local.slabs) {
-        walk::<L, HitsMut, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally);
+        walk::<L, HitsMut, T>(bvh, &mut local, asker, start, &mut stack.single.0, &mut best, tally);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
@@ -133,10 +137,10 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
     tally: &mut T,
 ) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-    let local = LocalRay::new(*ray);
+    let mut local = LocalRay::new(*ray);
     match start(bvh, ray, &local.slabs) {
         Some(start) => {
-            walk::<L, Occluded, T>(bvh, local, asker, start, &mut stack.single.0, &mut best, tally)
+            walk::<L, Occluded, T>(bvh, &mut local, asker, start, &mut stack.single.0, &mut best, tally)
         }
         None => false,
     }
@@ -146,7 +150,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
 #[inline(always)]
 fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
-    mut local: LocalRay,
+    local: &mut LocalRay,
     asker: Asker,
     mut current: u64,
     stack: &mut [u64],
@@ -162,7 +166,8 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
             ChildKind::Node => {
                 let node = &bvh.nodes[child.index()];
                 tally.node();
-                let (near, bits) = local.slabs.enter_children::<L::Node>(node, best.t);
+                let (near, far) = local.slabs.meet_children::<L::Node>(node, best.t);
+                let bits = near.le(far);
                 if bits.is_power_of_two() {
                     // No distance is needed of a node that is visited at once, but of a leaf.
                     let slot = bits.trailing_zeros() as usize & 15;
@@ -174,8 +179,10 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 if bits != 0
                     && let Some(room) = stack[top..].first_chunk_mut::<WIDTH>()
                 {
-                    current = near.take_nearest(&node.child, bits, room);
-                    top += bits.count_ones() as usize - 1;
+                    let order = front_to_back(&bvh.orders[child.index()], local.slabs.octant());
+                    let (next, count) = Sixteen::take_in_order(near, far, &node.child, order, room);
+                    current = next;
+                    top += count as usize - 1;
                     continue;
                 }
             }
@@ -196,7 +203,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 }
             }
             ChildKind::Instance if child.0 == LEAVE_INSTANCE => {
-                local = LocalRay::new(world);
+                *local = LocalRay::new(world);
                 instance = NONE;
             }
             ChildKind::Instance => {
@@ -206,7 +213,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 if is_finite(&ray) {
                     stack[top] = key(0.0, LEAVE_INSTANCE);
                     top += 1;
-                    local = LocalRay::new(ray);
+                    *local = LocalRay::new(ray);
                     local.slabs.floor = key_distance(current);
                     instance = child.index() as u32;
                     current = key(local.slabs.floor, placed.root.0);

@@ -216,6 +216,15 @@ impl Float for F32x8 {
         }
     }
     #[inline(always)]
+    fn least(self) -> f32 {
+        // SAFETY: as for the operators.
+        unsafe {
+            let half = _mm_min_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let pair = _mm_min_ps(half, _mm_movehl_ps(half, half));
+            _mm_cvtss_f32(_mm_min_ss(pair, _mm_shuffle_ps::<1>(pair, pair)))
+        }
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm256_sqrt_ps(self.0)) }

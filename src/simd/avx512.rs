@@ -314,41 +314,57 @@ impl Sixteen for F32x16 {
         Float::le(self, other).bits()
     }
     #[inline(always)]
-    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let (low, high) = keys(self, words);
-        let (low_bits, high_bits) = (bits as __mmask8, (bits >> 8) as __mmask8);
-        // SAFETY: there is room for 16 keys, and no more than 8 + 8 are written; as for the operators.
-        unsafe {
-            let none = _mm512_set1_epi64(-1);
-            let a = _mm512_mask_mov_epi64(none, low_bits, low);
-            let b = _mm512_mask_mov_epi64(none, high_bits, high);
-            // The least of all, in every lane.
-            let m = _mm512_min_epu64(a, b);
-            let m = _mm512_min_epu64(m, _mm512_shuffle_epi32::<0x4e>(m));
-            let m = _mm512_min_epu64(m, _mm512_permutex_epi64::<0x4e>(m));
-            let m = _mm512_min_epu64(m, _mm512_shuffle_i64x2::<0x4e>(m, m));
-            let a_rest = _mm512_mask_cmpneq_epu64_mask(low_bits, a, m);
-            let b_rest = _mm512_mask_cmpneq_epu64_mask(high_bits, b, m);
+    fn take_in_order(
+        near: Self,
+        far: Self,
+        words: &[u32; 16],
+        order: u64,
+        out: &mut [u64; 16],
+    ) -> (u64, u32) {
+        // SAFETY: 16 words are there; there is room for 16 keys, and no more than 8 + 8 are written; as for the
+        // operators.
+        let count = unsafe {
+            let words = _mm512_loadu_si512(words.as_ptr().cast());
+            let (low, high) = (_mm256_set1_epi32(order as i32), _mm256_set1_epi32((order >> 32) as i32));
+            // From the back to the front, for what is visited first lies on top.
+            let places = _mm512_inserti64x4::<1>(_mm512_castsi256_si512(high), low);
+            let shifts = _mm512_set_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28);
+            let places = _mm512_srlv_epi32(places, shifts);
+            let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(
+                _mm512_permutexvar_ps(places, near.0),
+                _mm512_permutexvar_ps(places, far.0),
+            );
+            let pairs = _mm512_set_epi32(0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28);
+            let of = _mm512_set_epi32(16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0);
+            let fifteen = _mm512_set1_epi32(15);
+            let distances = _mm512_castps_si512(near.0);
+            // A word and its distance each.
+            let back = _mm512_srlv_epi32(_mm512_set1_epi32((order >> 32) as i32), pairs);
+            let back = _mm512_or_si512(_mm512_and_si512(back, fifteen), of);
+            let front = _mm512_srlv_epi32(_mm512_set1_epi32(order as i32), pairs);
+            let front = _mm512_or_si512(_mm512_and_si512(front, fifteen), of);
+            let back = _mm512_permutex2var_epi32(words, back, distances);
+            let front = _mm512_permutex2var_epi32(words, front, distances);
             let place = out.as_mut_ptr();
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(a_rest, a));
-            let place = place.add(a_rest.count_ones() as usize);
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(b_rest, b));
-            _mm_cvtsi128_si64(_mm512_castsi512_si128(m)) as u64
-        }
+            let behind = entered as __mmask8;
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(behind, back));
+            let place = place.add(behind.count_ones() as usize);
+            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64((entered >> 8) as __mmask8, front));
+            u32::from(entered).count_ones()
+        };
+        (out[count.wrapping_sub(1) as usize & 15], count)
     }
     #[inline(always)]
-    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let rest = (bits & bits.wrapping_sub(1)) as __mmask16;
-        // SAFETY: 16 words are there, and room for 16 keys; as for the operators.
-        unsafe {
-            let packed = _mm512_maskz_compress_epi32(rest, _mm512_loadu_si512(words.as_ptr().cast()));
-            let place = out.as_mut_ptr();
-            _mm512_storeu_si512(place.cast(), _mm512_cvtepu32_epi64(_mm512_castsi512_si256(packed)));
-            let upper = _mm512_cvtepu32_epi64(_mm512_extracti64x4_epi64::<1>(packed));
-            _mm512_storeu_si512(place.add(8).cast(), upper);
-        }
-        let first = (bits.trailing_zeros() & 15) as usize;
-        std::hint::select_unpredictable(bits != 0, u64::from(words[first]), sixteen::NO_KEY)
+    fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
+        // SAFETY: 16 words are there, and room for 16; as for the operators.
+        let entered = unsafe {
+            let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near.0, far.0);
+            let packed = _mm512_maskz_compress_epi32(entered, _mm512_loadu_si512(words.as_ptr().cast()));
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), packed);
+            u32::from(entered)
+        };
+        let last = 31 - (entered.leading_zeros() & 31);
+        (words[last as usize & 15], entered.count_ones())
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
@@ -358,20 +374,7 @@ impl Sixteen for F32x16 {
             let keys = _mm512_loadu_si512(keys.as_ptr().cast());
             _mm512_cmple_epu64_mask(keys, _mm512_set1_epi64(most as i64))
         };
-        (31 - (u32::from(within) | 1).leading_zeros()) as usize
-    }
-}
-
-/// The keys of the lower and of the upper lanes.
-#[inline(always)]
-fn keys(distances: F32x16, words: &[u32; 16]) -> (__m512i, __m512i) {
-    // SAFETY: 16 words are there; as for the operators.
-    unsafe {
-        let words = _mm512_loadu_si512(words.as_ptr().cast());
-        let distances = _mm512_castps_si512(distances.0);
-        let low = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
-        let high = _mm512_set_epi32(31, 15, 30, 14, 29, 13, 28, 12, 27, 11, 26, 10, 25, 9, 24, 8);
-        (_mm512_permutex2var_epi32(words, low, distances), _mm512_permutex2var_epi32(words, high, distances))
+        (31 - u32::from(within).leading_zeros() as i32).max(0) as usize
     }
 }
 

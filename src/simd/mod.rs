@@ -97,6 +97,14 @@ pub trait Float:
     /// The inverse of [`Float::load_rows`] for the rows at the front of `out`, which has room for `WIDTH`.
     fn store_rows(columns: [Self; 4], out: &mut [[f32; 4]]);
 
+    /// The least lane.
+    #[inline(always)]
+    fn least(self) -> f32 {
+        let mut lanes = [0.0; 16];
+        self.store(&mut lanes);
+        lanes[..Self::WIDTH].iter().copied().fold(f32::INFINITY, <f32 as Float>::min)
+    }
+
     /// √, correctly rounded.
     fn sqrt(self) -> Self;
     /// Without its sign.

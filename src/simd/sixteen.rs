@@ -5,7 +5,7 @@ use std::ops::{Mul, Sub};
 
 use super::{Float, Mask};
 
-/// No key: what [`Sixteen::take_nearest`] returns where there is none.
+/// No key.
 pub const NO_KEY: u64 = u64::MAX;
 
 /// A distance, at least 0, and a word in one integer whose order is that of the distances.
@@ -35,11 +35,14 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn max(self, other: Self) -> Self;
     /// Bit i: `self[i] <= other[i]`.
     fn le(self, other: Self) -> u32;
-    /// The least of the keys (`self[i]`, `words[i]`) for which bit i is set, [`NO_KEY`] if
-    /// there is none. The others go to the front of `out`; behind them it is undetermined.
-    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
-    /// The same for keys (0, `words[i]`): takes the first one in the order of the lanes.
-    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64;
+    /// The keys (`near[i]`, `words[i]`) of those boxes that are entered, where `near[i] <= far[i]`, go to the front of
+    /// `out`, the one to visit first last. Gives that one and how many there are; behind them `out` is undetermined.
+    /// `order` names the boxes from front to back, four bits each, the lowest first: where the machine has no better one.
+    fn take_in_order(near: Self, far: Self, words: &[u32; 16], order: u64, out: &mut [u64; 16])
+    -> (u64, u32);
+    /// The words of those boxes go to the front of `out`, in the order of the lanes. Gives the last of them and how many
+    /// there are.
+    fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32);
     /// The place of the last key whose distance is at most `limit`; 0 if there is none.
     fn last_within(keys: &[u64; 8], limit: f32) -> usize;
 }
@@ -106,12 +109,12 @@ impl Sixteen for Plain {
         bits
     }
     #[inline(always)]
-    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        take_nearest(&self.0, words, bits, out)
+    fn take_in_order(near: Self, far: Self, words: &[u32; 16], _: u64, out: &mut [u64; 16]) -> (u64, u32) {
+        take_in_order(near, far, words, out)
     }
     #[inline(always)]
-    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        take_first(words, bits, out)
+    fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
+        take_entered(near.le(far), words, out)
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
@@ -166,14 +169,12 @@ impl<F: Float> Sixteen for Two<F> {
         self.0.le(other.0).bits() | self.1.le(other.1).bits() << 8
     }
     #[inline(always)]
-    fn take_nearest(self, words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        let mut distances = [0.0; 16];
-        self.store(&mut distances);
-        take_nearest(&distances, words, bits, out)
+    fn take_in_order(near: Self, far: Self, words: &[u32; 16], _: u64, out: &mut [u64; 16]) -> (u64, u32) {
+        take_in_order(near, far, words, out)
     }
     #[inline(always)]
-    fn take_first(words: &[u32; 16], bits: u32, out: &mut [u64; 16]) -> u64 {
-        take_first(words, bits, out)
+    fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
+        take_entered(near.le(far), words, out)
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
@@ -181,9 +182,13 @@ impl<F: Float> Sixteen for Two<F> {
     }
 }
 
-/// See [`Sixteen::take_nearest`].
+/// See [`Sixteen::take_in_order`]: the nearest last, the others in no order.
 #[inline(always)]
-fn take_nearest(distances: &[f32; 16], words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
+fn take_in_order<S: Sixteen>(near: S, far: S, words: &[u32; 16], out: &mut [u64; 16]) -> (u64, u32) {
+    let mut bits = near.le(far);
+    let entered = bits.count_ones();
+    let mut distances = [0.0; 16];
+    near.store(&mut distances);
     let (mut nearest, mut count) = (NO_KEY, 0);
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize & 15;
@@ -194,25 +199,23 @@ fn take_nearest(distances: &[f32; 16], words: &[u32; 16], mut bits: u32, out: &m
         count += usize::from(nearest != NO_KEY);
         nearest = found.min(nearest);
     }
-    nearest
+    out[count & 15] = nearest;
+    (nearest, entered)
 }
 
-/// See [`Sixteen::take_first`].
+/// See [`Sixteen::take_entered`].
 #[inline(always)]
-fn take_first(words: &[u32; 16], mut bits: u32, out: &mut [u64; 16]) -> u64 {
-    let mut first = NO_KEY;
-    let mut count = 0;
+fn take_entered(mut bits: u32, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
+    let count = bits.count_ones();
+    let mut last = 0;
+    let mut place = 0;
     while bits != 0 {
-        let word = words[bits.trailing_zeros() as usize & 15];
+        last = words[bits.trailing_zeros() as usize & 15];
         bits &= bits - 1;
-        if first == NO_KEY {
-            first = key(0.0, word);
-        } else {
-            out[count & 15] = key(0.0, word);
-            count += 1;
-        }
+        out[place & 15] = last;
+        place += 1;
     }
-    first
+    (last, count)
 }
 
 /// See [`Sixteen::last_within`].

@@ -193,3 +193,82 @@ fn a_gather_outside_its_table_panics() {
         assert!(std::panic::catch_unwind(|| dispatch(level, OutOfRange)).is_err(), "{level:?}");
     }
 }
+
+struct Children<'a> {
+    near: &'a [f32; 16],
+    far: &'a [f32; 16],
+    words: &'a [u32; 16],
+    order: u64,
+}
+
+impl Kernel for Children<'_> {
+    /// The keys with the next one, the words with the next one.
+    type Output = ((Vec<u64>, u64), (Vec<u32>, u32));
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let (near, far) = (L::Node::load(self.near), L::Node::load(self.far));
+        let (mut keys, mut words) = ([0; 16], [0; 16]);
+        let (key, count) = Sixteen::take_in_order(near, far, self.words, self.order, &mut keys);
+        let (word, same) = Sixteen::take_entered(near, far, self.words, &mut words);
+        assert_eq!(count, same);
+        ((keys[..count as usize].to_vec(), key), (words[..count as usize].to_vec(), word))
+    }
+}
+
+#[test]
+fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() {
+    let words = std::array::from_fn(|i| 100 + i as u32);
+    // Front to back: 5, 10, 15, 4, …
+    let order = (0..16).fold(0, |order, i| order | ((5 * i + 5) % 16) << (4 * i));
+    for level in Level::available() {
+        for bits in [0u32, 1, 0x8000, 0b1010_0110, 0xff00, 0x00ff, 0xffff, 0x1234, 0xfedc] {
+            let near = std::array::from_fn(|i| (i * 7 % 16) as f32);
+            let far =
+                near.map(|near| if bits >> (near as usize * 7 % 16) & 1 == 1 { near } else { near - 1.0 });
+            let entered: Vec<usize> = (0..16).filter(|i| near[*i] <= far[*i]).collect();
+            let ((mut keys, key), (found, word)) =
+                dispatch(level, Children { near: &near, far: &far, words: &words, order });
+            assert_eq!(found, entered.iter().map(|i| words[*i]).collect::<Vec<_>>(), "{level:?}");
+            if entered.is_empty() {
+                continue;
+            }
+            assert_eq!((Some(&key), Some(&word)), (keys.last(), found.last()), "{level:?}");
+            let first = |by: &dyn Fn(usize) -> usize| entered.iter().copied().min_by_key(|i| by(*i)).unwrap();
+            let nearest = first(&|i| near[i] as usize);
+            let foremost = first(&|i| (0..16).position(|k| order >> (4 * k) & 15 == i as u64).unwrap());
+            assert!(
+                [nearest, foremost].iter().any(|i| key == sixteen::key(near[*i], words[*i])),
+                "{level:?}"
+            );
+            keys.sort();
+            let mut expected: Vec<u64> = entered.iter().map(|i| sixteen::key(near[*i], words[*i])).collect();
+            expected.sort();
+            assert_eq!(keys, expected, "{level:?}");
+        }
+    }
+}
+
+struct Least<'a>(&'a [f32; 16]);
+
+impl Kernel for Least<'_> {
+    type Output = [f32; 2];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [f32; 2] {
+        [L::Block::load(self.0).least(), L::Queue::load(self.0).least()]
+    }
+}
+
+#[test]
+fn the_least_lane_is_found_wherever_it_is() {
+    for level in Level::available() {
+        for place in 0..16 {
+            let values = std::array::from_fn(|i| if i == place { -1.0 } else { i as f32 });
+            for least in dispatch(level, Least(&values)) {
+                // As far as there are lanes.
+                assert!(least == -1.0 || least == 0.0 && place > 0, "{level:?}");
+            }
+        }
+        let [block, queue] = dispatch(level, Least(&[f32::INFINITY; 16]));
+        assert_eq!([block, queue], [f32::INFINITY; 2]);
+    }
+}
