@@ -7,7 +7,7 @@ use std::num::Wrapping;
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::sampling::sobol;
-use crate::simd::{Float, Int};
+use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
 /// Cosines in the table: the nodes are at squares, closer together at grazing angles.
 const COSINES: usize = 40;
@@ -57,8 +57,9 @@ impl Table {
     /// Without entries.
     pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new(), cosines: Vec::new() };
 
-    /// Takes about a quarter of a second.
+    /// Takes some hundredths of a second.
     pub(super) fn new() -> Self {
+        let (level, points) = (Level::detect(), Points::new(SAMPLES));
         let (mut entries, mut means, mut cosines) = (Vec::new(), Vec::new(), Vec::new());
         for r in 0..ROUGHNESSES {
             let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
@@ -67,7 +68,7 @@ impl Table {
                 let node = c as f32 / (COSINES - 1) as f32;
                 let cosine = (node * node).max(1e-4);
                 let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-                let (albedo, cosine) = integrate(w, &Ggx { x: alpha, y: alpha }, SAMPLES);
+                let (albedo, cosine) = integrate(level, w, Ggx { x: alpha, y: alpha }, &points);
                 entries.extend([albedo.straight, albedo.grazing]);
                 cosines.extend(cosine);
             }
@@ -92,30 +93,92 @@ impl Table {
     }
 }
 
+/// Points of the unit square, the same for all entries of a table.
+pub(super) struct Points {
+    u: Vec<f32>,
+    v: Vec<f32>,
+}
+
+impl Points {
+    /// A multiple of the number of lanes.
+    pub fn new(count: u32) -> Self {
+        let points = (0..count).map(|i| sobol::two::<f32>(Wrapping(i), Wrapping(1)));
+        let (u, v) = points.unzip();
+        Self { u, v }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.u.len()
+    }
+
+    /// Those from one place on.
+    #[inline(always)]
+    pub fn load<F: Float>(&self, at: usize) -> (F, F) {
+        (F::load(&self.u[at..]), F::load(&self.v[at..]))
+    }
+}
+
 /// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts; and mean and standard deviation
 /// of the angles' cosines.
-pub(super) fn integrate(w: Vector<f32>, ggx: &Ggx<f32>, samples: u32) -> (Albedo<f32>, [f32; 2]) {
-    let own = 1.0 + ggx.lambda(w);
-    let (mut straight, mut grazing) = (0.0f64, 0.0f64);
-    let (mut first, mut second) = (0.0f64, 0.0f64);
-    for i in 0..samples {
-        let h = ggx.sample(w, sobol::two(Wrapping(i), Wrapping(1)));
-        let cos = w.dot(h).max(0.0);
-        let wi = h * (2.0 * cos) - w;
-        if wi.z > 0.0 {
-            let weight = (own / (own + ggx.lambda(wi))) as f64;
-            let f = (1.0 - cos as f64).powi(5);
-            straight += weight * (1.0 - f);
-            grazing += weight * f;
-            first += weight * cos as f64;
-            second += weight * (cos * cos) as f64;
-        }
+pub(super) fn integrate(
+    level: Level,
+    w: Vector<f32>,
+    ggx: Ggx<f32>,
+    points: &Points,
+) -> (Albedo<f32>, [f32; 2]) {
+    dispatch(level, Integral { w, ggx, points })
+}
+
+struct Integral<'a> {
+    w: Vector<f32>,
+    ggx: Ggx<f32>,
+    points: &'a Points,
+}
+
+impl Kernel for Integral<'_> {
+    type Output = (Albedo<f32>, [f32; 2]);
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        self.sum::<L::Queue>()
     }
-    let (count, whole) = (samples as f64, (straight + grazing).max(1e-9));
-    let mean = first / whole;
-    let deviation = (second / whole - mean * mean).max(0.0).sqrt();
-    let albedo = Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 };
-    (albedo, [mean as f32, deviation as f32])
+}
+
+impl Integral<'_> {
+    #[inline(always)]
+    fn sum<F: Float>(&self) -> (Albedo<f32>, [f32; 2]) {
+        let w = Vector::new(F::splat(self.w.x), F::splat(self.w.y), F::splat(self.w.z));
+        let ggx = Ggx { x: F::splat(self.ggx.x), y: F::splat(self.ggx.y) };
+        let own = F::one() + ggx.lambda(w);
+        let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+        let (mut first, mut second) = (0.0f64, 0.0f64);
+        let count = self.points.count();
+        for at in (0..count).step_by(F::WIDTH) {
+            let h = ggx.sample(w, self.points.load(at));
+            let cos = w.dot(h).max(F::zero());
+            let wi = h * (F::splat(2.0) * cos) - w;
+            let weight = own / (own + ggx.lambda(wi));
+            let weight = F::select(wi.z.gt(F::zero()), weight, F::zero());
+            let (mut weights, mut cosines) = ([0.0; 16], [0.0; 16]);
+            weight.store(&mut weights);
+            cos.store(&mut cosines);
+            // One after the other, so that the sum is the same however many lanes there are.
+            for (weight, cos) in weights[..F::WIDTH].iter().zip(cosines) {
+                let weight = f64::from(*weight);
+                let f = (1.0 - f64::from(cos)).powi(5);
+                straight += weight * (1.0 - f);
+                grazing += weight * f;
+                first += weight * f64::from(cos);
+                second += weight * f64::from(cos * cos);
+            }
+        }
+        let whole = (straight + grazing).max(1e-9);
+        let mean = first / whole;
+        let deviation = (second / whole - mean * mean).max(0.0).sqrt();
+        let count = count as f64;
+        let albedo = Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 };
+        (albedo, [mean as f32, deviation as f32])
+    }
 }
 
 /// The place between two nodes: the lower one and the weight of the upper.

@@ -3,9 +3,9 @@
 
 use super::albedo::between;
 use super::glass::plane;
-use crate::math::elementary::pow;
+use crate::math::elementary::{pow, sin_cos_turns};
 use crate::math::{Color, Vector};
-use crate::simd::{Float, Int};
+use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
 const COSINES: usize = 32;
 const ROUGHNESSES: usize = 32;
@@ -32,35 +32,61 @@ fn lobe<F: Float>(roughness: F, cos_h: F, cos_o: F, cos_i: F) -> F {
 
 /// Albedos of white fibres.
 pub(super) fn table() -> Vec<f32> {
-    let mut table = Vec::new();
+    let (level, mut table) = (Level::detect(), Vec::new());
     for r in 0..ROUGHNESSES {
         for c in 0..COSINES {
             // Closer together at grazing angles, where the lobe is.
             let node = c as f32 / (COSINES - 1) as f32;
-            table.push(integrate((node * node).max(1e-3), r as f32 / (ROUGHNESSES - 1) as f32));
+            let (cos_o, roughness) = ((node * node).max(1e-3), r as f32 / (ROUGHNESSES - 1) as f32);
+            table.push(dispatch(level, Integral { cos_o, roughness }));
         }
     }
     table
 }
 
 /// ∫ D V cos dω over the hemisphere.
-fn integrate(cos_o: f32, roughness: f32) -> f32 {
-    let wo = Vector::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
-    let (rings, sectors) = (96, 32);
-    let mut sum = 0.0f64;
-    for i in 0..rings {
-        // Closer together at grazing angles, where the lobe is.
-        let x = (i as f32 + 0.5) / rings as f32;
-        let cos_i = x * x;
-        let sin_i = (1.0 - cos_i * cos_i).sqrt();
-        for j in 0..sectors {
-            let turns = (j as f32 + 0.5) / sectors as f32;
-            let (sin, cos) = crate::math::elementary::sin_cos_turns(turns);
-            let h = (wo + Vector::new(sin_i * cos, sin_i * sin, cos_i)).normalize();
-            sum += (lobe(roughness, h.z, cos_o, cos_i) * cos_i * 2.0 * x) as f64;
-        }
+struct Integral {
+    cos_o: f32,
+    roughness: f32,
+}
+
+impl Kernel for Integral {
+    type Output = f32;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        self.sum::<L::Queue>()
     }
-    (sum * std::f64::consts::TAU / (rings * sectors) as f64).min(1.0) as f32
+}
+
+impl Integral {
+    #[inline(always)]
+    fn sum<F: Float>(&self) -> f32 {
+        const RINGS: usize = 96;
+        const SECTORS: usize = 32;
+        let Self { cos_o, roughness } = *self;
+        let sin_o = (1.0 - cos_o * cos_o).max(0.0).sqrt();
+        let wo = Vector::new(F::splat(sin_o), F::zero(), F::splat(cos_o));
+        let turns: [f32; SECTORS] = std::array::from_fn(|j| (j as f32 + 0.5) / SECTORS as f32);
+        let mut sum = 0.0f64;
+        for i in 0..RINGS {
+            // Closer together at grazing angles, where the lobe is.
+            let x = (i as f32 + 0.5) / RINGS as f32;
+            let cos_i = x * x;
+            let sin_i = F::splat((1.0 - cos_i * cos_i).sqrt());
+            for at in (0..SECTORS).step_by(F::WIDTH) {
+                let (sin, cos) = sin_cos_turns(F::load(&turns[at..]));
+                let h = (wo + Vector::new(sin_i * cos, sin_i * sin, F::splat(cos_i))).normalize();
+                let value = lobe(F::splat(roughness), h.z, F::splat(cos_o), F::splat(cos_i));
+                let mut lanes = [0.0; 16];
+                (value * F::splat(cos_i) * F::splat(2.0) * F::splat(x)).store(&mut lanes);
+                // One after the other, so that the sum is the same however many lanes there are.
+                for value in &lanes[..F::WIDTH] {
+                    sum += f64::from(*value);
+                }
+            }
+        }
+        (sum * std::f64::consts::TAU / (RINGS * SECTORS) as f64).min(1.0) as f32
+    }
 }
 
 /// Albedo of white fibres for a cosine to the normal.
