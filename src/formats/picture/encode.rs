@@ -205,7 +205,7 @@ mod tests {
         let names: Vec<_> = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
         assert_eq!(names, ["B", "G", "R"]);
         assert!(header.channels.list.iter().all(|c| c.sample_type == exr::meta::attribute::SampleType::F32));
-        assert_eq!(header.compression, exr::compression::Compression::ZIP16);
+        assert_eq!(header.compression, exr::compression::Compression::RLE);
         assert_eq!(header.shared_attributes.chromaticities.unwrap().red, exr::math::Vec2(0.64, 0.33));
         let text = |name: &str| match header.own_attributes.other.get(&exr::prelude::Text::from(name)) {
             Some(AttributeValue::Text(text)) => text.to_string(),

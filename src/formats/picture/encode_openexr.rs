@@ -1,7 +1,8 @@
-//! OpenEXR out: 32-bit float, linear Rec. 709, ZIP.
+//! OpenEXR out: 32-bit float, linear Rec. 709, run lengths.
 
 use std::io::{Cursor, Write};
 
+use exr::compression::Compression;
 use exr::image::write::WritableImage;
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::math::Vec2;
@@ -15,6 +16,10 @@ use crate::formats::whole_file::Writer;
 /// Bytes before the first attribute: magic number and version.
 const ATTRIBUTES_START: usize = 8;
 
+/// Rendered floats hardly get smaller by anything: 1280 × 960 of them, 14.8 MB, are 14.1 MB by ZIP, which takes 0.3 to 0.4 s,
+/// longer than a picture of one sample. Runs take 0.04 to 0.09 s, and shorten backgrounds and identifiers, too.
+const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
+
 /// Returns why it failed.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
     let size = Vec2(output.width as usize, output.height as usize);
@@ -25,8 +30,7 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
             attributes.other.insert(name, AttributeValue::Text(value));
         }
     }
-    let mut image =
-        Image::from_layer(Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels(output)));
+    let mut image = Image::from_layer(Layer::new(size, attributes, ENCODING, channels(output)));
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
