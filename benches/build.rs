@@ -16,7 +16,7 @@ fn build(c: &mut Criterion) {
         for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
             let built = || {
                 let mut bvh = Bvh { quality, ..Bvh::default() };
-                bvh.add_root(&geometry, 0..count, 0..0, &[]);
+                bvh.add_root(&geometry, 0..count, 0..0);
                 bvh
             };
             let bvh = built();

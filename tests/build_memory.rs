@@ -58,7 +58,7 @@ fn building_stays_within_the_bound_that_it_reports() {
                 let mut bvh = Bvh { quality, ..Bvh::default() };
                 let before = HELD.load(Ordering::Relaxed);
                 PEAK.store(before, Ordering::Relaxed);
-                bvh.add_root(&geometry, 0..triangles.len() as u32, 0..spheres.len() as u32, &[]);
+                bvh.add_root(&geometry, 0..triangles.len() as u32, 0..spheres.len() as u32);
                 let peak = PEAK.load(Ordering::Relaxed) - before;
                 // Nodes and blocks are made last, when the references have gone.
                 let (bytes, bound) = (bvh.bytes(), bvh.statistics.peak_bytes);

@@ -8,7 +8,9 @@ use smallvec::SmallVec;
 use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
 use super::collapse::{CollapsePlan, open};
-use super::layout::{Bvh, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad};
+use super::layout::{
+    Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad,
+};
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
 use crate::math::{Aabb, DVec3, Vec3};
@@ -51,18 +53,28 @@ impl Bvh {
     }
 
     /// Adds the world's tree over geometry and over all instances, whose subtrees must
-    /// have been added before, with the box of each in its own space.
-    pub fn add_root(
-        &mut self,
-        geometry: &Geometry,
-        triangles: Range<u32>,
-        spheres: Range<u32>,
-        subtrees: &[Aabb],
-    ) {
-        let instances = self.instances.iter().zip(subtrees);
-        let instances = instances.map(|(instance, bounds)| pad(transformed(bounds, &instance.to_world)));
-        let instances = instances.collect();
+    /// have been added before.
+    pub fn add_root(&mut self, geometry: &Geometry, triangles: Range<u32>, spheres: Range<u32>) {
+        let instances = self.instances.par_iter().map(|instance| self.around(instance)).collect();
         self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
+    }
+
+    /// A padded box in world space around an instance: around the turned boxes of what is below its topmost node, which
+    /// is a good deal less than its own box, turned.
+    fn around(&self, instance: &Instance) -> Aabb {
+        let Root { child, bounds } = instance.root;
+        if child.kind() != ChildKind::Node {
+            return pad(transformed(&bounds, &instance.to_world));
+        }
+        let node = &self.nodes[child.index()];
+        let mut around = Aabb::EMPTY;
+        for slot in 0..WIDTH {
+            let bounds = node.bounds(slot);
+            if !bounds.is_empty() {
+                around = around.union(transformed(&bounds, &instance.to_world));
+            }
+        }
+        pad(around)
     }
 
     fn add(&mut self, primitives: &Primitives) -> Option<Root> {

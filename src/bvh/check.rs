@@ -30,9 +30,9 @@ impl Bvh {
         self.validate_tree(root)?;
         let mut below = std::collections::HashSet::new();
         for instance in &self.instances {
-            if below.insert(instance.root.0) {
+            if below.insert(instance.root.child.0) {
                 let everything = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
-                self.validate_tree(Root { child: instance.root, bounds: everything })?;
+                self.validate_tree(Root { child: instance.root.child, bounds: everything })?;
             }
         }
         Ok(())

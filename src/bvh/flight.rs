@@ -34,6 +34,8 @@ const END: u32 = u32::MAX - 1;
 /// A thread's rays and their stacks.
 pub(super) struct Flight {
     rays: Box<[InFlight; RAYS]>,
+    /// Those that are in an instance, as they are in the world.
+    outside: Box<[Row; RAYS]>,
     stacks: Stacks,
     prepared: Box<Prepared>,
 }
@@ -197,7 +199,12 @@ impl Flight {
             instance: NONE,
             t_min: 0.0,
         };
-        Self { rays: Box::new([ray; RAYS]), stacks: Stacks::new(bvh), prepared: Box::default() }
+        Self {
+            rays: Box::new([ray; RAYS]),
+            outside: Box::new([Row::default(); RAYS]),
+            stacks: Stacks::new(bvh),
+            prepared: Box::default(),
+        }
     }
 
     /// Answers a queue.
@@ -239,7 +246,7 @@ impl Flight {
                     f.test_spheres::<L>(bvh, &queue.rays);
                     f.pop::<L, A>(&stacks.of(ray));
                 } else {
-                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks.of(ray));
+                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks.of(ray), &mut self.outside[ray]);
                 }
                 lists.send::<A>(ray, f.current);
             }
@@ -335,34 +342,35 @@ impl InFlight {
         leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
     }
 
-    /// The way into or out of an instance.
+    /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
     #[inline(always)]
-    fn change_place<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &mut NodeStack) {
-        let world = rays.get(self.index as usize);
+    fn change_place<L: Lanes, A: Answers>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Rays,
+        stack: &mut NodeStack,
+        outside: &mut Row,
+    ) {
         if self.child().0 == LEAVE_INSTANCE {
-            self.enter(&LocalRay::new(world), world.t_min, NONE);
-        } else {
-            let placed = &bvh.instances[self.child().index()];
-            let ray = to_local(&world, placed);
-            if is_finite(&ray) {
-                let near = key_distance(self.current);
-                let top = stack.at(self.top);
-                stack.keys[top] = key(0.0, LEAVE_INSTANCE);
-                stack.words[top] = LEAVE_INSTANCE;
-                self.top += 1;
-                self.enter(&LocalRay::new(ray), near, self.child().index() as u32);
-                self.current = key(near, placed.root.0);
-                return;
-            }
+            self.row.copy(outside);
+            self.instance = NONE;
+            return self.pop::<L, A>(stack);
         }
-        self.pop::<L, A>(stack);
-    }
-
-    /// Goes over to another space.
-    fn enter(&mut self, local: &LocalRay, floor: f32, instance: u32) {
-        self.row = Row::new(local);
-        self.row.set_floor(floor.max(self.t_min));
-        self.instance = instance;
+        let number = self.child().index();
+        let placed = &bvh.instances[number];
+        let ray = to_local(&rays.get(self.index as usize), placed);
+        if !is_finite(&ray) {
+            return self.pop::<L, A>(stack);
+        }
+        let near = key_distance(self.current);
+        let top = stack.at(self.top);
+        stack.keys[top] = key(0.0, LEAVE_INSTANCE);
+        stack.words[top] = LEAVE_INSTANCE;
+        self.top += 1;
+        outside.copy(&self.row);
+        self.row.write(&LocalRay::new(ray), near.max(self.t_min));
+        self.instance = number as u32;
+        self.current = key(near, placed.root.child.0);
     }
 }
 

@@ -219,24 +219,43 @@ impl SphereBlock {
 /// on both sides because directions are not made unit length there.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// World to local, three rows of four.
-    pub to_local: [[f32; 4]; 3],
+    /// World to local for directions, three rows of three. Of points the translation is taken away first: see
+    /// [`Instance::place`].
+    pub to_local: [[f32; 3]; 3],
     /// Local to world, three rows of four.
     pub to_world: [[f32; 4]; 3],
-    /// The subtree; never another instance.
-    pub root: Child,
+    /// The subtree, with its box in its own space; it holds no other instance.
+    pub root: Root,
     /// From where its primitives are there, if that is not their own to say.
     pub presence: Option<Presence>,
 }
 
 impl Instance {
     /// Places a subtree. The transform must have an inverse.
-    pub fn new(to_world: &DAffine3, root: Child) -> Self {
-        let rows = |m: &DAffine3| {
-            let (c, t) = (m.matrix3, m.translation);
-            [0, 1, 2].map(|r| [c.x_axis[r] as f32, c.y_axis[r] as f32, c.z_axis[r] as f32, t[r] as f32])
+    pub fn new(to_world: &DAffine3, root: Root) -> Self {
+        let row = |m: &DAffine3, r: usize| {
+            let c = m.matrix3;
+            [c.x_axis[r] as f32, c.y_axis[r] as f32, c.z_axis[r] as f32]
         };
-        Self { to_local: rows(&to_world.inverse()), to_world: rows(to_world), root, presence: None }
+        let there = |r: usize| {
+            let [a, b, c] = row(to_world, r);
+            [a, b, c, to_world.translation[r] as f32]
+        };
+        let back = to_world.inverse();
+        Self {
+            to_local: [row(&back, 0), row(&back, 1), row(&back, 2)],
+            to_world: [there(0), there(1), there(2)],
+            root,
+            presence: None,
+        }
+    }
+
+    /// Where the origin of its space lies in the world. A point that is near an instance far from the world's origin
+    /// loses nothing when this is taken away from it, but all of its last digits when it is turned first.
+    #[inline(always)]
+    pub fn place(&self) -> [f32; 3] {
+        let [x, y, z] = &self.to_world;
+        [x[3], y[3], z[3]]
     }
 }
 

@@ -29,18 +29,29 @@ pub(super) struct Row([Quad; ROWS]);
 const ROWS: usize = 6;
 
 impl Row {
-    /// Of a ray that was prepared alone.
-    pub fn new(local: &LocalRay) -> Self {
+    /// Takes over another one, four numbers at a time: what is written in parts and moved as a whole waits for memory.
+    #[inline(always)]
+    pub fn copy(&mut self, other: &Row) {
+        for (to, from) in self.0.iter_mut().zip(&other.0) {
+            *to = *from;
+        }
+    }
+
+    /// Becomes a ray that was prepared alone; it enters nothing before `floor`.
+    #[inline(always)]
+    pub fn write(&mut self, local: &LocalRay, floor: f32) {
         let LocalRay { ray, slabs, shear } = local;
-        let with = |[x, y, z]: [f32; 3], last: f32| [x, y, z, last];
-        Self([
-            with(slabs.origin, slabs.floor),
-            with(slabs.near_scale, ray.t_max),
-            with(slabs.far_scale, 0.0),
-            with(slabs.near_side.map(f32::from_bits), f32::from_bits(shear.axes[2] as u32)),
-            with(shear.origin, f32::from_bits(slabs.octant())),
-            with(shear.shear, 0.0),
-        ])
+        let [origin, near_scale, far_scale, side, sheared, slopes] = &mut self.0;
+        for axis in 0..3 {
+            origin[axis] = slabs.origin[axis];
+            near_scale[axis] = slabs.near_scale[axis];
+            far_scale[axis] = slabs.far_scale[axis];
+            side[axis] = f32::from_bits(slabs.near_side[axis]);
+            sheared[axis] = shear.origin[axis];
+            slopes[axis] = shear.shear[axis];
+        }
+        (origin[3], near_scale[3]) = (floor, ray.t_max);
+        (side[3], sheared[3]) = (f32::from_bits(shear.axes[2] as u32), f32::from_bits(slabs.octant()));
     }
 
     /// For boxes.
@@ -83,12 +94,6 @@ impl Row {
     #[inline(always)]
     pub fn t_max(&self) -> f32 {
         self.0[1][3]
-    }
-
-    /// Nothing is entered before.
-    #[inline(always)]
-    pub fn set_floor(&mut self, floor: f32) {
-        self.0[0][3] = floor;
     }
 }
 
@@ -141,7 +146,7 @@ impl Prepared {
         place
     }
 
-    /// One of the rays. (In place: what is written four numbers at a time and moved as a whole waits for memory.)
+    /// One of the rays, to where it is wanted: see [`Row::copy`].
     #[inline(always)]
     pub fn read(&self, place: usize, row: &mut Row) {
         for (to, from) in row.0.iter_mut().zip(&self.rows) {

@@ -51,11 +51,12 @@ impl LocalRay {
 pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
     let (o, d) = (ray.origin, ray.direction);
     let [x, y, z] = &instance.to_local;
-    let direction = |r: &[f32; 4]| r[0] * d.x + r[1] * d.y + r[2] * d.z;
-    let point = |r: &[f32; 4]| r[0] * o.x + r[1] * o.y + r[2] * o.z + r[3];
+    let place = instance.place();
+    let from = Vector { x: o.x - place[0], y: o.y - place[1], z: o.z - place[2] };
+    let turned = |r: &[f32; 3], v: &Vector<f32>| r[0] * v.x + r[1] * v.y + r[2] * v.z;
     Ray {
-        origin: Vector { x: point(x), y: point(y), z: point(z) },
-        direction: Vector { x: direction(x), y: direction(y), z: direction(z) },
+        origin: Vector { x: turned(x, &from), y: turned(y, &from), z: turned(z, &from) },
+        direction: Vector { x: turned(x, &d), y: turned(y, &d), z: turned(z, &d) },
         ..*ray
     }
 }

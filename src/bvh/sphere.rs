@@ -55,6 +55,12 @@ pub fn meet<T: Float>(
     let b = -from_center.dot(direction);
     let nearest = from_center + direction * (b / a);
     let discriminant = radius * radius - nearest.dot(nearest);
+    // NaN radii (unused lanes) and NaN distances compare false.
+    let met = discriminant.ge(T::zero());
+    if !met.any() {
+        let (zero, none) = (T::zero(), T::Mask::from_bits(0));
+        return BlockHits { mask: none, doubtful: none, t: zero, u: zero, v: zero, side: zero, far: zero };
+    }
     let root = (a * discriminant.max(T::zero())).sqrt();
     let q = b + T::select(b.lt(T::zero()), -root, root);
     let c = from_center.dot(from_center) - radius * radius;
@@ -63,8 +69,7 @@ pub fn meet<T: Float>(
     let outside = first.gt(t_min);
     let t = T::select(outside, first, second);
     let side = T::select(outside, T::one(), -T::one());
-    // NaN radii (unused lanes) and NaN distances compare false.
-    let mask = discriminant.ge(T::zero()) & t.eq(t);
+    let mask = met & t.eq(t);
     let doubtful = T::Mask::from_bits(0);
     BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second }
 }

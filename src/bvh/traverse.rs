@@ -216,7 +216,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     *local = LocalRay::new(ray);
                     local.slabs.floor = key_distance(current);
                     instance = child.index() as u32;
-                    current = key(local.slabs.floor, placed.root.0);
+                    current = key(local.slabs.floor, placed.root.child.0);
                     continue;
                 }
             }

@@ -18,7 +18,7 @@ use super::made::{self, Same, bits};
 use super::materials::Sheets;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
-use crate::math::{DAffine3, DMat3, NONE, Vec2, Vec3};
+use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec2, Vec3};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
@@ -343,10 +343,15 @@ impl GeometryBuilder {
                 continue;
             }
             // Where its tree begins is known once that is built.
-            let instance = Instance::new(&matrix, Child::new(ChildKind::Node, 0));
+            let instance =
+                Instance::new(&matrix, Root { child: Child::new(ChildKind::Node, 0), bounds: Aabb::EMPTY });
             let mut rows = [0.0; 24];
             rows[..12].copy_from_slice(instance.to_world.as_flattened());
-            rows[12..].copy_from_slice(instance.to_local.as_flattened());
+            for ((row, turned), place) in
+                rows[12..].chunks_exact_mut(4).zip(instance.to_local).zip(instance.place())
+            {
+                row.copy_from_slice(&[turned[0], turned[1], turned[2], place]);
+            }
             self.geometry.instances.push(rows);
             self.geometry.instance_signs.push(if matrix.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 });
             self.geometry.instance_materials.push(material.0);
@@ -383,13 +388,11 @@ impl GeometryBuilder {
             bvh.add_tree(&shapes, triangles.clone(), spheres.clone())
         };
         let roots: Vec<Option<Root>> = subtrees.iter().map(&mut build).collect();
-        let mut boxes = Vec::with_capacity(instances.len());
         for (number, instance) in instances {
             let Some(root) = &roots[*number] else { continue };
-            bvh.instances.push(Instance { root: root.child, ..instance.clone() });
-            boxes.push(root.bounds);
+            bvh.instances.push(Instance { root: *root, ..instance.clone() });
         }
-        bvh.add_root(&shapes, 0..self.geometry.world_triangles, 0..self.geometry.world_spheres, &boxes);
+        bvh.add_root(&shapes, 0..self.geometry.world_triangles, 0..self.geometry.world_spheres);
         bvh
     }
 
@@ -412,7 +415,7 @@ fn subtrees_in_order(instances: &[Instance]) -> impl Iterator<Item = usize> {
     let mut numbers = HashMap::new();
     instances.iter().map(move |instance| {
         let next = numbers.len();
-        *numbers.entry(instance.root.0).or_insert(next)
+        *numbers.entry(instance.root.child.0).or_insert(next)
     })
 }
 

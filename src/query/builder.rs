@@ -166,18 +166,16 @@ impl SceneBuilder {
             roots[*shape] = bvh.add_tree(&geometry, triangles.clone(), spheres.clone());
         }
         let mut owners = Owners { in_world, ..ordered.owners };
-        let mut boxes = Vec::new();
         for (instance, (shape, to_world)) in self.placed.iter().enumerate() {
             let Some(root) = roots[shape.0 as usize] else { continue };
             if !stays_in_reach(&root.bounds, to_world) {
                 return Err(BuildError::OutOfReach { instance: instance as u32, shape: shape.0 });
             }
-            bvh.instances.push(Instance::new(to_world, root.child));
+            bvh.instances.push(Instance::new(to_world, root));
             owners.instances.push(instance as u32);
-            boxes.push(root.bounds);
         }
         let [triangles, spheres] = ordered.world;
-        bvh.add_root(&geometry, 0..triangles, 0..spheres, &boxes);
+        bvh.add_root(&geometry, 0..triangles, 0..spheres);
         let statistics = Statistics {
             shapes: self.shapes.len(),
             instances: self.placed.len(),

@@ -38,7 +38,8 @@ pub struct Geometry {
     pub world_spheres: u32,
     /// Where the triangles and spheres of each subtree with instances begin and end.
     pub subtrees: Vec<[[u32; 2]; 2]>,
-    /// To-world (12) and to-local (12) matrices of each instance, by rows.
+    /// Of each instance the rows of its matrices: to world, with what is added to points that are turned (12), and to
+    /// local, with what is taken away from points before they are turned (12).
     pub instances: Vec<[f32; 24]>,
     /// 1, or −1 for instances whose transforms turn counter-clockwise into clockwise.
     pub instance_signs: Vec<f32>,

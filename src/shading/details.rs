@@ -534,9 +534,9 @@ mod tests {
         geometry.spheres = vec![[0.5, 0.25, 0.0, 0.5]];
         geometry.sphere_axes = vec![[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]];
         geometry.sphere_parts = vec![1];
-        // Stretched, sheared, moved; and the way back.
+        // Stretched, sheared, moved; and the way back, on which what was moved comes first.
         let there = [2.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 2.0];
-        let back = [0.5, 0.0, 0.0, -0.5, -0.25, 1.0, 0.0, 0.25, 0.0, 0.0, 2.0, -4.0];
+        let back = [0.5, 0.0, 0.0, 1.0, -0.25, 1.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0];
         geometry.instances = vec![[there, back].concat().try_into().unwrap()];
         geometry.instance_signs = vec![1.0];
         geometry.instance_materials = vec![NONE];

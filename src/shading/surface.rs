@@ -301,7 +301,8 @@ pub(super) fn sphere_uv<F: Float>(
     (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0))
 }
 
-/// Three rows of an instance's matrices: from 0 those to world, from 3 those to local.
+/// Three rows of an instance's matrices: from 0 those to world, whose offset is added to points that are turned; from 3
+/// those to local, whose offset is taken away from points before they are turned.
 #[inline(always)]
 pub(super) fn rows<F: Float>(
     geometry: &Geometry,
@@ -324,7 +325,7 @@ pub(super) fn rows<F: Float>(
     }
 }
 
-/// An affine transform.
+/// A matrix and an offset.
 pub(super) struct AffineRows<F> {
     x: Vector<F>,
     y: Vector<F>,
@@ -354,7 +355,7 @@ impl<F: Float> AffineRows<F> {
 #[inline(always)]
 fn to_local<F: Float>(geometry: &Geometry, ray: &Ray<F>, instance: F::Int, placed: F::Mask) -> Ray<F> {
     let rows = rows(geometry, instance, 3, placed);
-    let (origin, direction) = (rows.apply(ray.origin) + rows.offset, rows.apply(ray.direction));
+    let (origin, direction) = (rows.apply(ray.origin - rows.offset), rows.apply(ray.direction));
     Ray {
         origin: Vector::select(placed, origin, ray.origin),
         direction: Vector::select(placed, direction, ray.direction),

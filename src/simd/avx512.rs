@@ -367,6 +367,18 @@ impl Sixteen for F32x16 {
         (words[last as usize & 15], entered.count_ones())
     }
     #[inline(always)]
+    fn in_order(bits: u32, order: u64) -> u32 {
+        // SAFETY: as for the operators.
+        unsafe {
+            let (low, high) = (_mm256_set1_epi32(order as i32), _mm256_set1_epi32((order >> 32) as i32));
+            let places = _mm512_inserti64x4::<1>(_mm512_castsi256_si512(low), high);
+            let shifts = _mm512_set_epi32(28, 24, 20, 16, 12, 8, 4, 0, 28, 24, 20, 16, 12, 8, 4, 0);
+            let places = _mm512_and_si512(_mm512_srlv_epi32(places, shifts), _mm512_set1_epi32(15));
+            let shifted = _mm512_srlv_epi32(_mm512_set1_epi32(bits as i32), places);
+            u32::from(_mm512_test_epi32_mask(shifted, _mm512_set1_epi32(1)))
+        }
+    }
+    #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
         let most = sixteen::key(limit, u32::MAX);
         // SAFETY: 8 keys are there; as for the operators.

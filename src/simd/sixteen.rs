@@ -43,6 +43,11 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     /// The words of those boxes go to the front of `out`, in the order of the lanes. Gives the last of them and how many
     /// there are.
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32);
+    /// Bit i of what comes out is that bit of `bits` which place i of `order` (four bits each) names.
+    #[inline(always)]
+    fn in_order(bits: u32, order: u64) -> u32 {
+        (0..16).fold(0, |ordered, i| ordered | (bits >> (order >> (4 * i) & 15) & 1) << i)
+    }
     /// The place of the last key whose distance is at most `limit`; 0 if there is none.
     fn last_within(keys: &[u64; 8], limit: f32) -> usize;
 }

@@ -1,7 +1,7 @@
 //! The space that the rays of a packet run through.
 
 use super::super::Root;
-use super::super::layout::{Node, PADDING, TriangleBlock};
+use super::super::layout::{Node, PADDING, SphereBlock, TriangleBlock};
 use super::super::presence::Word;
 use super::super::triangle::Shear;
 use super::rays::{Active, Bits, GROUPS, PacketRays, RAYS};
@@ -109,9 +109,11 @@ impl Beam {
         finite.then_some(beam)
     }
 
-    /// Its least depth.
-    pub fn start(&self) -> f32 {
-        self.ends[0]
+    /// Bit i is set where its rays go down along axis i.
+    #[inline(always)]
+    pub fn octant(&self) -> u32 {
+        let [x, y, z] = self.sides;
+        (x | y << 1 | z << 2) as u32
     }
 
     /// The children of a node that it meets.
@@ -136,6 +138,34 @@ impl Beam {
             }
         }
         bits
+    }
+
+    /// The spheres of a block that it meets.
+    #[inline(always)]
+    pub fn meets_spheres<F: Float>(&self, block: &SphereBlock) -> u32 {
+        let mut met = 0;
+        for at in (0..block.words.len()).step_by(F::WIDTH) {
+            let depth = F::load(&block.center[self.axes[2] % 3][at..]);
+            let radius = F::load(&block.radius[at..]) * F::splat(1.0 + 4.0 * PADDING);
+            // By the same scale as the ends.
+            let along = if self.sides[self.axes[2] % 3] == 0 { depth } else { -depth };
+            let mut mask =
+                (along + radius).ge(F::splat(self.ends[0])) & (along - radius).le(F::splat(self.ends[1]));
+            for axis in 0..2 {
+                let center = F::load(&block.center[self.axes[axis] % 3][at..]);
+                for side in 0..2 {
+                    let slope = self.slope[axis][side];
+                    let inner = center - depth * F::splat(slope);
+                    let reach = radius * F::splat((1.0 + slope * slope).sqrt());
+                    let bound = F::splat(self.bound[axis][side]);
+                    mask =
+                        mask & if side == 0 { (inner + reach).ge(bound) } else { (inner - reach).le(bound) };
+                }
+            }
+            // Unused ones have no radius and compare false.
+            met |= mask.bits() << at;
+        }
+        met
     }
 
     /// The triangles of a block that it meets.

@@ -2,6 +2,7 @@
 
 use super::super::Rays;
 use super::super::answers::Hits;
+use super::super::layout::Instance;
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use crate::math::{NONE, Ray, Vector};
@@ -39,6 +40,8 @@ pub struct PacketRays {
     pub near_scale: [PacketColumn<f32>; 3],
     pub far_scale: [PacketColumn<f32>; 3],
     pub t_min: PacketColumn<f32>,
+    /// Nothing is entered before: where the ray begins, or enters the instance.
+    pub floor: PacketColumn<f32>,
     /// The nearest hit so far, at first where the ray ends; below 0 for a ray that is done.
     pub t: PacketColumn<f32>,
     pub u: PacketColumn<f32>,
@@ -109,6 +112,7 @@ impl PacketRays {
             near_scale: [float; 3],
             far_scale: [float; 3],
             t_min: float,
+            floor: float,
             t: float,
             u: float,
             v: float,
@@ -129,6 +133,18 @@ impl PacketRays {
         }
         self.t_min.fill(&rays.t_min[range.clone()]);
         self.t.fill(&rays.t_max[range]);
+        for at in (0..count).step_by(F::WIDTH) {
+            // A NaN stays one, −0 becomes 0.
+            let t_min = F::zero().max(F::load(&self.t_min.0[at..])) + F::zero();
+            t_min.store(&mut self.t_min.0[at..]);
+            t_min.store(&mut self.floor.0[at..]);
+        }
+        self.prepare::<F>(count);
+    }
+
+    /// Computes what follows from origins and directions; nothing has been hit yet.
+    #[inline(always)]
+    fn prepare<F: Float>(&mut self, count: usize) {
         for at in (0..count).step_by(F::WIDTH) {
             let mut reciprocal = [F::zero(); 3];
             let mut class = F::Int::splat(0);
@@ -152,12 +168,62 @@ impl PacketRays {
             (d[0] * r).store(&mut self.shear[0].0[at..]);
             (d[1] * r).store(&mut self.shear[1].0[at..]);
             r.store(&mut self.shear[2].0[at..]);
-            // A NaN stays one, −0 becomes 0.
-            (F::zero().max(F::load(&self.t_min.0[at..])) + F::zero()).store(&mut self.t_min.0[at..]);
             F::zero().store(&mut self.u.0[at..]);
             F::zero().store(&mut self.v.0[at..]);
             F::Int::splat(NONE).store(&mut self.primitive.0[at..]);
             F::Int::splat(NONE).store(&mut self.instance.0[at..]);
+        }
+    }
+
+    /// Takes those of a packet's rays that enter an instance, each from where it does (`near`), to its space, one behind
+    /// the other; says in `places` which they are, and how many.
+    #[inline(always)]
+    pub fn take_to<F: Float>(
+        &mut self,
+        instance: &Instance,
+        (world, near): (&PacketRays, &PacketColumn<f32>),
+        (groups, active): (u32, &Active),
+        places: &mut PacketColumn<u32>,
+    ) -> usize {
+        let mut count = 0;
+        for group in Bits(groups) {
+            let group = group % GROUPS;
+            let at = group * F::WIDTH;
+            let near = F::load(&near.0[at..]);
+            // A lane that does not enter has no distance.
+            let entered = F::Mask::from_bits(active.lanes[group]) & near.ge(F::zero());
+            let mut numbers = [0; 16];
+            for (lane, number) in numbers.iter_mut().enumerate() {
+                *number = (at + lane) as u32;
+            }
+            for axis in 0..3 {
+                let (origin, direction) = (&world.origin[axis].0[at..], &world.direction[axis].0[at..]);
+                F::load(origin).compress(entered, &mut self.origin[axis].0[count..]);
+                F::load(direction).compress(entered, &mut self.direction[axis].0[count..]);
+            }
+            near.compress(entered, &mut self.floor.0[count..]);
+            F::load(&world.t_min.0[at..]).compress(entered, &mut self.t_min.0[count..]);
+            F::load(&world.t.0[at..]).compress(entered, &mut self.t.0[count..]);
+            F::Int::load(&numbers).compress(entered, &mut places.0[count..]);
+            count += entered.count();
+        }
+        for at in (0..count).step_by(F::WIDTH) {
+            self.turn::<F>(instance, at);
+        }
+        self.prepare::<F>(count);
+        count
+    }
+
+    /// The lanes from `at` on in an instance's space: [`super::super::ray::to_local`].
+    #[inline(always)]
+    fn turn<F: Float>(&mut self, instance: &Instance, at: usize) {
+        let ([x, y, z], [dx, dy, dz]) = self.lines::<F>(at / F::WIDTH);
+        let place = instance.place();
+        let (x, y, z) = (x - F::splat(place[0]), y - F::splat(place[1]), z - F::splat(place[2]));
+        for (axis, row) in instance.to_local.iter().enumerate() {
+            let [a, b, c] = [F::splat(row[0]), F::splat(row[1]), F::splat(row[2])];
+            (a * dx + b * dy + c * dz).store(&mut self.direction[axis].0[at..]);
+            (a * x + b * y + c * z).store(&mut self.origin[axis].0[at..]);
         }
     }
 

@@ -268,3 +268,29 @@ proptest! {
         }
     }
 }
+
+/// What is 600 m from the world's origin and 2 mm from the ray is found at 2 mm: turning the ray's origin first and moving
+/// it then would be off by some 0.04 mm.
+#[test]
+fn a_ray_beside_an_instance_that_is_far_away_knows_how_far_it_is() {
+    let mut random = Stream::new(31);
+    let mut soup =
+        Soup { positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], ..Soup::default() };
+    soup.triangles = vec![[0, 1, 2]];
+    let turned = DQuat::from_euler(glam::EulerRot::XYZ, 0.7, -1.1, 0.4);
+    let place = DVec3::new(312.0625, -41.5, 507.25);
+    soup.placed = vec![DAffine3::from_rotation_translation(turned, place)];
+    let bvh = soup.build();
+    let normal = turned * DVec3::Z;
+    for _ in 0..200 {
+        let inside = turned * DVec3::new(random.random_range(-0.2..0.2), random.random_range(-0.2..0.2), 0.0);
+        let from = (place + inside + normal * 0.002).as_vec3();
+        let to = (-normal + turned * DVec3::X * 0.2).normalize().as_vec3();
+        // Where the ray as it is meets the plane.
+        let exact = (place - from.as_dvec3()).dot(normal) / to.as_dvec3().dot(normal);
+        let ray = ray(from, to, 0.0, f32::INFINITY);
+        let mut stack = Stack::new(&bvh);
+        let hit = closest_ray(Level::PORTABLE, &bvh, &ray, Asker::CREDULOUS, &mut stack);
+        assert!((f64::from(hit.t) - exact).abs() < 1e-6, "{} for {exact}", hit.t);
+    }
+}

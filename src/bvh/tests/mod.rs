@@ -48,14 +48,12 @@ impl Soup {
         let [t, s] = self.world.map(|n| n as u32);
         let mut bvh = Bvh { quality, ..Bvh::default() };
         let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
-        let mut boxes = Vec::new();
         for matrix in &self.placed {
             if let Some(root) = subtree {
-                bvh.instances.push(Instance::new(matrix, root.child));
-                boxes.push(root.bounds);
+                bvh.instances.push(Instance::new(matrix, root));
             }
         }
-        bvh.add_root(&geometry, 0..t, 0..s, &boxes);
+        bvh.add_root(&geometry, 0..t, 0..s);
         bvh.validate().expect("a sound tree");
         bvh
     }

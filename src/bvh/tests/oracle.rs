@@ -34,10 +34,11 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
         let local = match instance {
             NONE => *world,
             placed => {
-                let rows = &bvh.instances[placed as usize].to_local;
-                let (o, d) = (world.origin, world.direction);
-                let point = rows.map(|[a, b, c, t]| a * o.x + b * o.y + c * o.z + t);
-                let direction = rows.map(|[a, b, c, _]| a * d.x + b * d.y + c * d.z);
+                let instance = &bvh.instances[placed as usize];
+                let (o, d, [x, y, z]) = (world.origin, world.direction, instance.place());
+                let rows = &instance.to_local;
+                let point = rows.map(|[a, b, c]| a * (o.x - x) + b * (o.y - y) + c * (o.z - z));
+                let direction = rows.map(|[a, b, c]| a * d.x + b * d.y + c * d.z);
                 ray(Vec3::from_array(point), Vec3::from_array(direction), world.t_min, world.t_max)
             }
         };
@@ -91,7 +92,7 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
                 }
             }
             ChildKind::Instance => {
-                todo.push((bvh.instances[child.index()].root, near, child.index() as u32));
+                todo.push((bvh.instances[child.index()].root.child, near, child.index() as u32));
             }
         }
     }

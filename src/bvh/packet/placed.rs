@@ -1,0 +1,141 @@
+//! A packet's way through an instance: those of its rays that enter it are taken to its space, one behind the other, and
+//! go through its tree as a packet of their own.
+
+use std::marker::PhantomData;
+
+use super::super::answers::Answers;
+use super::super::layout::Child;
+use super::super::traverse::NodeStack;
+use super::beam::Beam;
+use super::rays::{Active, Bits, GROUPS, PacketColumn, RAYS};
+use super::scene::PacketScene;
+use super::walk::{Boxes, PacketWalk, Pass};
+use super::{FEWEST, PASSES};
+use crate::math::NONE;
+use crate::simd::sixteen::key;
+use crate::simd::{Float, Kernel, Lanes};
+
+/// Rays in an instance's space.
+pub struct Placed {
+    walk: PacketWalk,
+    /// Which of the packet's rays they are.
+    places: PacketColumn<u32>,
+}
+
+impl Placed {
+    /// None.
+    pub fn new() -> Self {
+        Self { walk: PacketWalk::new(), places: PacketColumn([0; RAYS]) }
+    }
+}
+
+/// The rays of a packet that enter an instance, all of whose primitives are there, as a function of its own.
+pub struct InInstance<'q, 'a, A> {
+    pub placed: &'q mut Placed,
+    /// The packet, which has come to the instance's box.
+    pub outer: &'q mut PacketWalk,
+    pub boxes: &'q mut Boxes,
+    pub scene: PacketScene<'a>,
+    /// The instance.
+    pub child: Child,
+    pub groups: u32,
+    /// Rays that are done are taken out.
+    pub active: &'q mut Active,
+    pub keys: &'q mut NodeStack,
+    pub answers: PhantomData<A>,
+}
+
+impl<A: Answers> Kernel for InInstance<'_, '_, A> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let width = L::Queue::WIDTH;
+        let instance = &self.scene.bvh.instances[self.child.index()];
+        let of_packet = (&self.outer.rays, &self.outer.near);
+        let Placed { walk, places } = &mut *self.placed;
+        let count = walk.rays.take_to::<L::Queue>(instance, of_packet, (self.groups, self.active), places);
+        let mut waiting = Active::NONE;
+        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(width)) {
+            *lanes = walk.rays.alive::<L::Queue>(group * width, count - group * width);
+            waiting.groups |= u32::from(*lanes != 0) << group;
+        }
+        for _ in 0..PASSES {
+            let rays = &self.placed.walk.rays;
+            let Some(active) = rays.next_pass::<L::Queue>(&mut waiting) else { break };
+            let beam = Beam::around::<L::Queue>(rays, &active, &instance.root);
+            match beam.filter(|_| active.count() >= FEWEST) {
+                Some(beam) if beam.apex.is_some() => self.pass::<L, true>(active, &beam),
+                Some(beam) => self.pass::<L, false>(active, &beam),
+                None => self.one_by_one::<L>(&active),
+            }
+        }
+        self.one_by_one::<L>(&waiting);
+        for place in 0..count {
+            self.write::<L>(place);
+        }
+    }
+}
+
+impl<A: Answers> InInstance<'_, '_, A> {
+    /// Takes a pass through the instance's tree.
+    #[inline(always)]
+    fn pass<L: Lanes, const APEX: bool>(&mut self, active: Active, beam: &Beam) {
+        let child = self.scene.bvh.instances[self.child.index()].root.child;
+        let walk = &mut self.placed.walk;
+        walk.near = walk.rays.floor;
+        let visits = self.boxes.visits;
+        L::outlined(Pass::<A, APEX> {
+            walk,
+            boxes: &mut *self.boxes,
+            placed: None,
+            scene: self.scene,
+            active,
+            beam,
+            child,
+            groups: active.groups,
+            keys: &mut *self.keys,
+            answers: self.answers,
+        });
+        self.boxes.visits = visits;
+    }
+
+    /// Leaves rays to the kernel for one.
+    #[inline(always)]
+    fn one_by_one<L: Lanes>(&mut self, rest: &Active) {
+        let width = L::Queue::WIDTH;
+        for group in Bits(rest.groups) {
+            for lane in Bits(rest.lanes[group % GROUPS]) {
+                let place = (group * width + lane) % RAYS;
+                let ray = self.placed.places.0[place] as usize % RAYS;
+                let start = key(self.placed.walk.rays.floor.0[place], self.child.0);
+                if self.outer.single::<L, A>(self.scene, ray, start, self.keys) {
+                    self.active.remove(ray / width % GROUPS, 1 << (ray % width));
+                }
+            }
+        }
+    }
+
+    /// Gives a ray of the packet what has been found for it.
+    #[inline(always)]
+    fn write<L: Lanes>(&mut self, place: usize) {
+        let found = &self.placed.walk.rays;
+        let primitive = found.primitive.0[place];
+        if primitive == NONE {
+            return;
+        }
+        let ray = self.placed.places.0[place] as usize % RAYS;
+        let best = &mut self.outer.rays;
+        if A::ANY {
+            (best.t.0[ray], best.primitive.0[ray]) = (-1.0, primitive);
+            self.active.remove(ray / L::Queue::WIDTH % GROUPS, 1 << (ray % L::Queue::WIDTH));
+            return;
+        }
+        let (t, instance) = (found.t.0[place], self.child.index() as u32);
+        let before = (best.primitive.0[ray], best.instance.0[ray]);
+        // Of equally distant hits that with the smaller numbers counts.
+        if t < best.t.0[ray] || (t == best.t.0[ray] && (primitive, instance) < before) {
+            (best.t.0[ray], best.u.0[ray], best.v.0[ray]) = (t, found.u.0[place], found.v.0[place]);
+            (best.primitive.0[ray], best.instance.0[ray]) = (primitive, instance);
+        }
+    }
+}
