@@ -5,8 +5,9 @@
 //! block, and a ray that has ended makes room for the next of the queue. What one ray
 //! waits for (a node from memory, a long chain of operations) the others hide; the memory
 //! of a ray's next step is asked for a round ahead. No branch depends on what a ray
-//! finds: decisions are conditional moves, and which list a ray goes to is a computed place. (After "wavefront" scheduling of rays on
-//! GPUs; cf. Aila and Laine, "Understanding the efficiency of ray traversal on GPUs", 2009.)
+//! finds: decisions are conditional moves, and a ray is written to all lists, of which one
+//! gets longer. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
+//! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
 use std::hint::select_unpredictable;
 
@@ -152,8 +153,9 @@ struct Lists {
     nodes: List,
     triangles: List,
     others: List,
-    /// Where the arrays are.
+    /// Where nodes and blocks of triangles are.
     base: [usize; 2],
+    /// Where nodes' orders are.
     orders: usize,
 }
 
