@@ -12,7 +12,7 @@
 use std::hint::select_unpredictable;
 
 use super::answers::Answers;
-use super::layout::{Bvh, Child, ChildKind, Node, Order, TriangleBlock, WIDTH, front_to_back};
+use super::layout::{Bvh, Child, ChildKind, Node, Order, TriangleBlock, WIDTH, back_to_front};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::ray::{LocalRay, is_finite, to_local};
@@ -64,20 +64,20 @@ impl Stacks {
 
     /// Those of a ray.
     #[inline(always)]
-    fn of(&mut self, ray: usize) -> NodeStack<'_> {
+    fn of(&mut self, ray: usize) -> RayStack<'_> {
         let first = ray * self.each;
-        NodeStack { keys: &mut self.keys, words: &mut self.words, first }
+        RayStack { keys: &mut self.keys, words: &mut self.words, first }
     }
 }
 
 /// A ray's stack.
-struct NodeStack<'a> {
+struct RayStack<'a> {
     keys: &'a mut [u64],
     words: &'a mut [u32],
     first: usize,
 }
 
-impl NodeStack<'_> {
+impl RayStack<'_> {
     /// A place on it.
     #[inline(always)]
     fn at(&self, place: u32) -> usize {
@@ -265,9 +265,9 @@ impl InFlight {
         Child(self.current as u32)
     }
 
-    /// One step through a node, to the nearest of its children or to what is next on the stack.
+    /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
     #[inline(always)]
-    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut NodeStack) {
+    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut RayStack) {
         let (waiting, below) = self.peek::<L, A>(stack);
         let node = &bvh.nodes[self.current as u32 as usize];
         let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
@@ -278,7 +278,7 @@ impl InFlight {
             (key(0.0, word), count)
         } else {
             let Some(room) = stack.keys[top..].first_chunk_mut::<WIDTH>() else { return };
-            let order = front_to_back(&bvh.orders[self.current as u32 as usize], self.row.octant());
+            let order = back_to_front(&bvh.orders[self.current as u32 as usize], self.row.octant());
             Sixteen::take_in_order(near, far, &node.child, order, room)
         };
         let entered = count != 0;
@@ -315,7 +315,7 @@ impl InFlight {
     /// the best one are passed over; where all eight on top are, the last of them is taken:
     /// it is in vain, but does no harm.
     #[inline(always)]
-    fn peek<L: Lanes, A: Answers>(&self, stack: &NodeStack) -> (u64, u32) {
+    fn peek<L: Lanes, A: Answers>(&self, stack: &RayStack) -> (u64, u32) {
         if A::ANY {
             let below = self.top.wrapping_sub(1);
             return (key(0.0, stack.words[stack.at(below)]), below);
@@ -329,7 +329,7 @@ impl InFlight {
 
     /// Goes to the next key, or ends.
     #[inline(always)]
-    fn pop<L: Lanes, A: Answers>(&mut self, stack: &NodeStack) {
+    fn pop<L: Lanes, A: Answers>(&mut self, stack: &RayStack) {
         let (waiting, below) = self.peek::<L, A>(stack);
         let ended = A::ANY && !self.best.is_miss();
         self.current = select_unpredictable(ended, key(0.0, END), waiting);
@@ -350,7 +350,7 @@ impl InFlight {
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
-        stack: &mut NodeStack,
+        stack: &mut RayStack,
         outside: &mut Row,
     ) {
         if self.child().0 == LEAVE_INSTANCE {

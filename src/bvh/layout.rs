@@ -119,24 +119,22 @@ pub fn order_of_children(node: &Node) -> Order {
     })
 }
 
-/// The places of a node's children from front to back, four bits each, the lowest first, for rays of an octant.
+/// The places of a node's children from back to front, four bits each, the first one lowest, for rays of an
+/// octant: bit i is set where they go down along axis i.
 #[inline(always)]
-pub fn front_to_back(order: &Order, octant: u32) -> u64 {
+pub fn back_to_front(order: &Order, octant: u32) -> u64 {
     let opposite = octant >= 4;
     let order = order[if opposite { octant ^ 7 } else { octant } as usize % 4];
     // The other way round.
     let reversed = order.swap_bytes();
     let reversed = (reversed >> 4 & 0x0f0f_0f0f_0f0f_0f0f) | (reversed & 0x0f0f_0f0f_0f0f_0f0f) << 4;
-    select_unpredictable(opposite, order, reversed)
+    select_unpredictable(opposite, reversed, order)
 }
 
-/// The places of a node's children from back to front, for rays of an octant: bit i is set where
-/// they go down along axis i.
+/// What is at a place of an order.
 #[inline(always)]
-pub fn back_to_front(order: &Order, octant: usize) -> impl Iterator<Item = usize> {
-    let reversed = octant >= 4;
-    let order = order[if reversed { octant ^ 7 } else { octant } % 4];
-    (0..WIDTH).map(move |i| (order >> (4 * if reversed { WIDTH - 1 - i } else { i }) & 15) as usize)
+pub fn slot(order: u64, place: usize) -> usize {
+    (order >> (4 * place) & 15) as usize
 }
 
 /// Up to 8 triangles, 320 bytes. Unused ones are degenerate and never hit.
@@ -382,7 +380,8 @@ mod tests {
         }
         let order = order_of_children(&node);
         for octant in 0..8 {
-            let mut slots: Vec<_> = back_to_front(&order, octant).collect();
+            let order = back_to_front(&order, octant);
+            let mut slots: Vec<_> = (0..WIDTH).map(|place| slot(order, place)).collect();
             let used: Vec<_> = slots.iter().copied().filter(|slot| *slot < 4).collect();
             let depth = |slot: &usize| {
                 let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });

@@ -325,7 +325,7 @@ fn accept<T: Float, A: Answers>(
 
 /// Of equally distant hits that with the smaller numbers counts.
 #[inline(always)]
-fn is_better(found: &Hit, best: &Hit) -> bool {
+pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
     found.t < best.t
         || (found.t == best.t && (found.primitive, found.instance) < (best.primitive, best.instance))
 }

@@ -50,15 +50,27 @@ impl LocalRay {
 #[inline(always)]
 pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
     let (o, d) = (ray.origin, ray.direction);
-    let [x, y, z] = &instance.to_local;
-    let place = instance.place();
-    let from = Vector { x: o.x - place[0], y: o.y - place[1], z: o.z - place[2] };
-    let turned = |r: &[f32; 3], v: &Vector<f32>| r[0] * v.x + r[1] * v.y + r[2] * v.z;
-    Ray {
-        origin: Vector { x: turned(x, &from), y: turned(y, &from), z: turned(z, &from) },
-        direction: Vector { x: turned(x, &d), y: turned(y, &d), z: turned(z, &d) },
-        ..*ray
+    let ([ox, oy, oz], [dx, dy, dz]) = line_to_local(instance, [o.x, o.y, o.z], [d.x, d.y, d.z]);
+    Ray { origin: Vector { x: ox, y: oy, z: oz }, direction: Vector { x: dx, y: dy, z: dz }, ..*ray }
+}
+
+/// Origins and directions in an instance's space.
+#[inline(always)]
+pub(super) fn line_to_local<F: Float>(
+    instance: &Instance,
+    mut origin: [F; 3],
+    direction: [F; 3],
+) -> ([F; 3], [F; 3]) {
+    for (from, place) in origin.iter_mut().zip(instance.place()) {
+        *from = *from - F::splat(place);
     }
+    let (mut from, mut along) = ([F::zero(); 3], [F::zero(); 3]);
+    for (axis, row) in instance.to_local.iter().enumerate() {
+        let [a, b, c] = [F::splat(row[0]), F::splat(row[1]), F::splat(row[2])];
+        from[axis] = a * origin[0] + b * origin[1] + c * origin[2];
+        along[axis] = a * direction[0] + b * direction[1] + c * direction[2];
+    }
+    (from, along)
 }
 
 /// Factors for near and for far planes from a component's reciprocal, see [`Slabs`].

@@ -1,7 +1,7 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
 use super::answers::{Answers, Occluded};
-use super::layout::{Bvh, Child, ChildKind, WIDTH, front_to_back};
+use super::layout::{Bvh, Child, ChildKind, WIDTH, back_to_front};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::presence::Asker;
@@ -146,7 +146,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
     }
 }
 
-/// Visits the tree nearest child first; where any hit will do it stops at the first hit and returns true.
+/// Visits the tree from front to back, as far as that is known; where any hit will do it stops at the first hit and returns true.
 #[inline(always)]
 fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
@@ -179,7 +179,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 if bits != 0
                     && let Some(room) = stack[top..].first_chunk_mut::<WIDTH>()
                 {
-                    let order = front_to_back(&bvh.orders[child.index()], local.slabs.octant());
+                    let order = back_to_front(&bvh.orders[child.index()], local.slabs.octant());
                     let (next, count) = Sixteen::take_in_order(near, far, &node.child, order, room);
                     current = next;
                     top += count as usize - 1;

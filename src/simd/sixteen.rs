@@ -37,7 +37,7 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn le(self, other: Self) -> u32;
     /// The keys (`near[i]`, `words[i]`) of those boxes that are entered, where `near[i] <= far[i]`, go to the front of
     /// `out`, the one to visit first last. Gives that one and how many there are; behind them `out` is undetermined.
-    /// `order` names the boxes from front to back, four bits each, the lowest first: where the machine has no better one.
+    /// `order` names the boxes from back to front, four bits each, the lowest first: where the machine has no better one.
     fn take_in_order(near: Self, far: Self, words: &[u32; 16], order: u64, out: &mut [u64; 16])
     -> (u64, u32);
     /// The words of those boxes go to the front of `out`, in the order of the lanes. Gives the last of them and how many

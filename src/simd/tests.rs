@@ -218,7 +218,7 @@ impl Kernel for Children<'_> {
 #[test]
 fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() {
     let words = std::array::from_fn(|i| 100 + i as u32);
-    // Front to back: 5, 10, 15, 4, …
+    // From back to front: 5, 10, 15, 4, …
     let order = (0..16).fold(0, |order, i| order | ((5 * i + 5) % 16) << (4 * i));
     for level in Level::available() {
         for bits in [0u32, 1, 0x8000, 0b1010_0110, 0xff00, 0x00ff, 0xffff, 0x1234, 0xfedc] {
@@ -233,9 +233,9 @@ fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() 
                 continue;
             }
             assert_eq!((Some(&key), Some(&word)), (keys.last(), found.last()), "{level:?}");
-            let first = |by: &dyn Fn(usize) -> usize| entered.iter().copied().min_by_key(|i| by(*i)).unwrap();
-            let nearest = first(&|i| near[i] as usize);
-            let foremost = first(&|i| (0..16).position(|k| order >> (4 * k) & 15 == i as u64).unwrap());
+            let place = |i: usize| (0..16).position(|k| order >> (4 * k) & 15 == i as u64).unwrap();
+            let nearest = entered.iter().copied().min_by_key(|i| near[*i] as usize).unwrap();
+            let foremost = entered.iter().copied().max_by_key(|i| place(*i)).unwrap();
             assert!(
                 [nearest, foremost].iter().any(|i| key == sixteen::key(near[*i], words[*i])),
                 "{level:?}"

@@ -87,11 +87,7 @@ impl Packet {
         self.boxes.visits = 0;
         let walk = &mut self.walk;
         walk.rays.load::<L::Queue>(rays, first, count);
-        let mut waiting = Active::NONE;
-        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(width)) {
-            *lanes = self.walk.rays.alive::<L::Queue>(group * width, count - group * width);
-            waiting.groups |= u32::from(*lanes != 0) << group;
-        }
+        let mut waiting = walk.rays.waiting::<L::Queue>(count);
         for pass in 0..PASSES {
             let Some(active) = self.walk.rays.next_pass::<L::Queue>(&mut waiting) else { break };
             let beam = Beam::around::<L::Queue>(&self.walk.rays, &active, &root);

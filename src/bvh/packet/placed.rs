@@ -5,13 +5,14 @@ use std::marker::PhantomData;
 
 use super::super::answers::Answers;
 use super::super::layout::Child;
+use super::super::leaf::is_better;
 use super::super::traverse::NodeStack;
 use super::beam::Beam;
 use super::rays::{Active, Bits, GROUPS, PacketColumn, RAYS};
 use super::scene::PacketScene;
 use super::walk::{Boxes, PacketWalk, Pass};
 use super::{FEWEST, PASSES};
-use crate::math::NONE;
+use crate::math::Hit;
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Kernel, Lanes};
 
@@ -49,16 +50,11 @@ impl<A: Answers> Kernel for InInstance<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        let width = L::Queue::WIDTH;
         let instance = &self.scene.bvh.instances[self.child.index()];
         let of_packet = (&self.outer.rays, &self.outer.near);
         let Placed { walk, places } = &mut *self.placed;
         let count = walk.rays.take_to::<L::Queue>(instance, of_packet, (self.groups, self.active), places);
-        let mut waiting = Active::NONE;
-        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(width)) {
-            *lanes = walk.rays.alive::<L::Queue>(group * width, count - group * width);
-            waiting.groups |= u32::from(*lanes != 0) << group;
-        }
+        let mut waiting = walk.rays.waiting::<L::Queue>(count);
         for _ in 0..PASSES {
             let rays = &self.placed.walk.rays;
             let Some(active) = rays.next_pass::<L::Queue>(&mut waiting) else { break };
@@ -118,24 +114,20 @@ impl<A: Answers> InInstance<'_, '_, A> {
     /// Gives a ray of the packet what has been found for it.
     #[inline(always)]
     fn write<L: Lanes>(&mut self, place: usize) {
-        let found = &self.placed.walk.rays;
-        let primitive = found.primitive.0[place];
-        if primitive == NONE {
+        let found = self.placed.walk.rays.best(place);
+        if found.is_miss() {
             return;
         }
         let ray = self.placed.places.0[place] as usize % RAYS;
         let best = &mut self.outer.rays;
         if A::ANY {
-            (best.t.0[ray], best.primitive.0[ray]) = (-1.0, primitive);
+            (best.t.0[ray], best.primitive.0[ray]) = (-1.0, found.primitive);
             self.active.remove(ray / L::Queue::WIDTH % GROUPS, 1 << (ray % L::Queue::WIDTH));
             return;
         }
-        let (t, instance) = (found.t.0[place], self.child.index() as u32);
-        let before = (best.primitive.0[ray], best.instance.0[ray]);
-        // Of equally distant hits that with the smaller numbers counts.
-        if t < best.t.0[ray] || (t == best.t.0[ray] && (primitive, instance) < before) {
-            (best.t.0[ray], best.u.0[ray], best.v.0[ray]) = (t, found.u.0[place], found.v.0[place]);
-            (best.primitive.0[ray], best.instance.0[ray]) = (primitive, instance);
+        let found = Hit { instance: self.child.index() as u32, ..found };
+        if is_better(&found, &best.best(ray)) {
+            best.put_best(ray, &found);
         }
     }
 }

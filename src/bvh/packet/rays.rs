@@ -2,10 +2,11 @@
 
 use super::super::Rays;
 use super::super::answers::Hits;
+use super::super::direction_classes::NUMBERS;
 use super::super::layout::Instance;
-use super::super::ray::slab_scales;
+use super::super::ray::{line_to_local, slab_scales};
 use super::super::triangle::Longest;
-use crate::math::{NONE, Ray, Vector};
+use crate::math::{Hit, NONE, Ray, Vector};
 use crate::simd::{Float, Int, Mask};
 
 /// Rays of a packet.
@@ -192,44 +193,37 @@ impl PacketRays {
             let near = F::load(&near.0[at..]);
             // A lane that does not enter has no distance.
             let entered = F::Mask::from_bits(active.lanes[group]) & near.ge(F::zero());
-            let mut numbers = [0; 16];
-            for (lane, number) in numbers.iter_mut().enumerate() {
-                *number = (at + lane) as u32;
-            }
+            let (origin, direction) = world.lines::<F>(group);
+            let (origin, direction) = line_to_local(instance, origin, direction);
             for axis in 0..3 {
-                let (origin, direction) = (&world.origin[axis].0[at..], &world.direction[axis].0[at..]);
-                F::load(origin).compress(entered, &mut self.origin[axis].0[count..]);
-                F::load(direction).compress(entered, &mut self.direction[axis].0[count..]);
+                origin[axis].compress(entered, &mut self.origin[axis].0[count..]);
+                direction[axis].compress(entered, &mut self.direction[axis].0[count..]);
             }
             near.compress(entered, &mut self.floor.0[count..]);
             F::load(&world.t_min.0[at..]).compress(entered, &mut self.t_min.0[count..]);
             F::load(&world.t.0[at..]).compress(entered, &mut self.t.0[count..]);
-            F::Int::load(&numbers).compress(entered, &mut places.0[count..]);
+            let numbers = F::Int::load(&NUMBERS) + F::Int::splat(at as u32);
+            numbers.compress(entered, &mut places.0[count..]);
             count += entered.count();
-        }
-        for at in (0..count).step_by(F::WIDTH) {
-            self.turn::<F>(instance, at);
         }
         self.prepare::<F>(count);
         count
     }
 
-    /// The lanes from `at` on in an instance's space: [`super::super::ray::to_local`].
+    /// Those of the first `count` that can hit something at all.
     #[inline(always)]
-    fn turn<F: Float>(&mut self, instance: &Instance, at: usize) {
-        let ([x, y, z], [dx, dy, dz]) = self.lines::<F>(at / F::WIDTH);
-        let place = instance.place();
-        let (x, y, z) = (x - F::splat(place[0]), y - F::splat(place[1]), z - F::splat(place[2]));
-        for (axis, row) in instance.to_local.iter().enumerate() {
-            let [a, b, c] = [F::splat(row[0]), F::splat(row[1]), F::splat(row[2])];
-            (a * dx + b * dy + c * dz).store(&mut self.direction[axis].0[at..]);
-            (a * x + b * y + c * z).store(&mut self.origin[axis].0[at..]);
+    pub fn waiting<F: Float>(&self, count: usize) -> Active {
+        let mut waiting = Active::NONE;
+        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(F::WIDTH)) {
+            *lanes = self.alive::<F>(group * F::WIDTH, count - group * F::WIDTH);
+            waiting.groups |= u32::from(*lanes != 0) << group;
         }
+        waiting
     }
 
     /// The lanes from `at` on, `count` at the most, with a ray that can hit something at all.
     #[inline(always)]
-    pub fn alive<F: Float>(&self, at: usize, count: usize) -> u32 {
+    fn alive<F: Float>(&self, at: usize, count: usize) -> u32 {
         let mut zeros = F::zero();
         for axis in 0..3 {
             let o = F::load(&self.origin[axis].0[at..]);
@@ -300,5 +294,24 @@ impl PacketRays {
             t_min: self.t_min.0[i],
             t_max: self.t.0[i],
         }
+    }
+
+    /// The best hit of one of them so far.
+    #[inline(always)]
+    pub fn best(&self, i: usize) -> Hit {
+        Hit {
+            t: self.t.0[i],
+            u: self.u.0[i],
+            v: self.v.0[i],
+            primitive: self.primitive.0[i],
+            instance: self.instance.0[i],
+        }
+    }
+
+    /// The inverse of [`PacketRays::best`].
+    #[inline(always)]
+    pub fn put_best(&mut self, i: usize, hit: &Hit) {
+        (self.t.0[i], self.u.0[i], self.v.0[i]) = (hit.t, hit.u, hit.v);
+        (self.primitive.0[i], self.instance.0[i]) = (hit.primitive, hit.instance);
     }
 }

@@ -3,7 +3,9 @@
 use std::marker::PhantomData;
 
 use super::super::answers::Answers;
-use super::super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH, front_to_back};
+use super::super::layout::{
+    BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH, back_to_front, slot,
+};
 use super::super::leaf::better_in_lanes;
 use super::super::presence::{Candidate, Word};
 use super::super::ray::Slabs;
@@ -14,7 +16,7 @@ use super::beam::Beam;
 use super::placed::{InInstance, Placed};
 use super::rays::{Active, Bits, GROUPS, PacketColumn, PacketRays, RAYS};
 use super::scene::{InGroup, OfGroup, PacketScene};
-use crate::math::{Hit, NONE};
+use crate::math::NONE;
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen};
 
@@ -64,16 +66,12 @@ impl Boxes {
         let node = &bvh.nodes[index];
         let bits = beam.meets::<L::Node>(node);
         let octant = if A::ANY { beam.octant() ^ 7 } else { beam.octant() };
-        let order = front_to_back(&bvh.orders[index], octant);
-        let mut waiting = <L::Node as Sixteen>::in_order(bits, order);
-        // The first one is put down last.
-        while waiting != 0 {
-            let place = 31 - waiting.leading_zeros();
-            waiting ^= 1 << place;
-            let slot = (order >> (4 * place) & 15) as u32;
-            let child = node.child[slot as usize % WIDTH];
+        let order = back_to_front(&bvh.orders[index], octant);
+        for place in Bits(<L::Node as Sixteen>::in_order(bits, order)) {
+            let slot = slot(order, place);
+            let child = node.child[slot];
             bvh.fetch(Child(child));
-            self.stack[self.top] = BoxEntry { child, node: index as u32, slot, groups };
+            self.stack[self.top] = BoxEntry { child, node: index as u32, slot: slot as u32, groups };
             self.top += 1;
         }
     }
@@ -418,20 +416,15 @@ impl PacketWalk {
         start: u64,
         keys: &mut NodeStack,
     ) -> bool {
-        let mut best = Hit {
-            t: self.rays.t.0[i],
-            u: self.rays.u.0[i],
-            v: self.rays.v.0[i],
-            primitive: self.rays.primitive.0[i],
-            instance: self.rays.instance.0[i],
-        };
+        let mut best = self.rays.best(i);
         let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);
         let PacketScene { bvh, asker } = scene;
         let asker = asker.after(i);
         let done = L::outlined(Subtree { bvh, ray, asker, start, keys, best: &mut best, answers });
-        (self.rays.t.0[i], self.rays.u.0[i], self.rays.v.0[i]) =
-            (if done { -1.0 } else { best.t }, best.u, best.v);
-        (self.rays.primitive.0[i], self.rays.instance.0[i]) = (best.primitive, best.instance);
+        if done {
+            best.t = -1.0;
+        }
+        self.rays.put_best(i, &best);
         done
     }
 }

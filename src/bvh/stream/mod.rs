@@ -20,7 +20,7 @@ use std::marker::PhantomData;
 use super::Rays;
 use super::answers::Answers;
 use super::direction_classes::{DirectionClasses, OCTANTS, starts};
-use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH, back_to_front};
+use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH, back_to_front, slot};
 use super::traverse::{NodeStack, Subtree};
 use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
@@ -239,7 +239,9 @@ impl StreamWalk {
         self.look_at::<F>(rows, start, count);
         let (node, order) = (&bvh.nodes[node], &bvh.orders[node]);
         let mut end = start;
-        for slot in back_to_front(order, way % OCTANTS) {
+        let order = back_to_front(order, (way % OCTANTS) as u32);
+        for place in 0..WIDTH {
+            let slot = slot(order, place);
             let mut planes = [[0.0; 3]; 2];
             for (axis, [low, high]) in node.planes.iter().enumerate() {
                 (planes[0][axis], planes[1][axis]) = (low[slot], high[slot]);
