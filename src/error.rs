@@ -1,13 +1,16 @@
 //! What can go wrong, one enum an edge: loading, compiling, saving. Every message
 //! names the file or entity, the place in it and what to do.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use crate::memory::Shortage;
 
 /// A file could not be read or does not make sense.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The operating system refused.
-    #[error("{file}: cannot read: {source}{hint}", file = .file.display())]
+    #[error("{}", of_file(.file, format_args!("cannot read: {source}{hint}")))]
     Io {
         /// The file that was asked for.
         file: PathBuf,
@@ -17,7 +20,7 @@ pub enum LoadError {
         hint: String,
     },
     /// A place in a text file is wrong.
-    #[error("{file}:{line}:{column}: {reason}", file = .file.display())]
+    #[error("{}", in_one_line(&format!("{}:{line}:{column}: {reason}", file.display())))]
     At {
         /// The file.
         file: PathBuf,
@@ -29,7 +32,7 @@ pub enum LoadError {
         reason: String,
     },
     /// A file is wrong at a place that has no line and column.
-    #[error("{file}: {reason}", file = .file.display())]
+    #[error("{}", of_file(.file, reason))]
     Invalid {
         /// The file.
         file: PathBuf,
@@ -37,7 +40,7 @@ pub enum LoadError {
         reason: String,
     },
     /// A file holds more than can be read.
-    #[error("{file}: {reason}", file = .file.display())]
+    #[error("{}", of_file(.file, reason))]
     TooLarge {
         /// The file.
         file: PathBuf,
@@ -51,6 +54,9 @@ impl LoadError {
     pub fn io(file: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
         let file = file.to_owned();
         move |source| {
+            if let Some(shortage) = source.get_ref().and_then(|inner| inner.downcast_ref::<Shortage>()) {
+                return LoadError::TooLarge { reason: shortage.to_string(), file };
+            }
             let is_missing = source.kind() == std::io::ErrorKind::NotFound;
             let hint = if is_missing { nearest_file(&file) } else { String::new() };
             LoadError::Io { file, source, hint }
@@ -60,6 +66,12 @@ impl LoadError {
     /// An [`LoadError::Invalid`].
     pub fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
         LoadError::Invalid { file: file.to_owned(), reason: reason.into() }
+    }
+
+    /// For a file that memory does not do for.
+    pub fn shortage(file: &Path) -> impl FnOnce(Shortage) -> LoadError {
+        let file = file.to_owned();
+        move |shortage| LoadError::TooLarge { file, reason: shortage.to_string() }
     }
 
     /// A [`LoadError::TooLarge`].
@@ -77,7 +89,7 @@ pub enum CompileError {
     )]
     NoCamera,
     /// A name that nothing has.
-    #[error("there is no camera \"{name}\"; there are: {known}")]
+    #[error("{}", in_one_line(&format!("there is no camera \"{name}\"; there are: {known}")))]
     UnknownCamera {
         /// What was asked for.
         name: String,
@@ -85,7 +97,7 @@ pub enum CompileError {
         known: String,
     },
     /// An entity's components do not make sense.
-    #[error("{entity}: {reason}")]
+    #[error("{}", in_one_line(&format!("{entity}: {reason}")))]
     Entity {
         /// Its name.
         entity: String,
@@ -97,9 +109,15 @@ pub enum CompileError {
     TooLarge(String),
 }
 
+impl From<Shortage> for CompileError {
+    fn from(shortage: Shortage) -> CompileError {
+        CompileError::TooLarge(shortage.to_string())
+    }
+}
+
 /// An image could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}: cannot write: {reason}", file = .file.display())]
+#[error("{}", of_file(.file, format_args!("cannot write: {reason}")))]
 pub struct SaveError {
     /// The file that was to be written.
     pub file: PathBuf,
@@ -112,6 +130,32 @@ impl SaveError {
     pub fn new(file: &Path, reason: impl std::fmt::Display) -> SaveError {
         SaveError { file: file.to_owned(), reason: reason.to_string() }
     }
+}
+
+/// Text as it can be shown: signs that would move a terminal's cursor, change its colours or the order in which it is read
+/// are written as escapes. A tabulator and the ends of lines stay.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_harmful) {
+        return Cow::Borrowed(text);
+    }
+    let escaped = |c: char| if is_harmful(c) { c.escape_unicode().to_string() } else { c.to_string() };
+    text.chars().map(escaped).collect::<String>().into()
+}
+
+/// The same in one line.
+pub fn in_one_line(text: &str) -> String {
+    shown(text).replace('\n', "\\n").replace('\t', "\\t")
+}
+
+/// What is said of a file, in one line.
+fn of_file(file: &Path, what: impl std::fmt::Display) -> String {
+    in_one_line(&format!("{}: {what}", file.display()))
+}
+
+/// Control characters, marks of direction, and what divides lines.
+fn is_harmful(c: char) -> bool {
+    c.is_control() && !"\n\t".contains(c)
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// The one of `known` that `name` most likely meant, as `(did you mean "x"?)`, or nothing.
@@ -149,4 +193,16 @@ fn distance(name: &str, known: &str) -> usize {
     let edits = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
     let without_unit = known.rsplit_once('_').map_or(usize::MAX, |(stem, _)| edits(stem));
     edits(known).min(without_unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_moves_no_cursor() {
+        assert!(matches!(shown("plain, Zoë\n\t"), Cow::Borrowed(_)));
+        assert_eq!(shown("a\u{1b}[31m\r\u{9b}\u{202e}b"), "a\\u{1b}[31m\\u{d}\\u{9b}\\u{202e}b");
+        assert_eq!(in_one_line("error:\nfake"), "error:\\nfake");
+    }
 }

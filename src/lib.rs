@@ -1,14 +1,19 @@
-//! rayfront: a CPU renderer with one light transport and two schedules.
+//! rayfront: a CPU renderer with two light transports and two schedules of each.
+
+#![deny(unsafe_code)]
+
 pub mod bvh;
 pub mod check;
 pub mod cli;
 pub mod compile;
 pub mod denoise;
 pub mod error;
+pub mod files;
 pub mod film;
 pub mod formats;
 pub mod integrator;
 pub mod math;
+pub mod memory;
 pub mod query;
 pub mod render;
 pub mod sampling;

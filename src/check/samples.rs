@@ -22,26 +22,39 @@ pub struct Outlier {
     pub pixel: [u32; 2],
     /// Which of its samples.
     pub sample: u32,
-    /// The part of the image's light that it brings; none of one that is no number.
-    pub share: Option<f32>,
+    /// What is odd about it.
+    pub oddity: Oddity,
     /// The materials that its path met, in order.
     pub materials: Vec<String>,
+}
+
+/// What is odd about a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Oddity {
+    /// It brings such a part of the image's light.
+    Bright(f32),
+    /// It is the first of so many that are no numbers, as a whole or in part.
+    NoNumber(u64),
+    /// It is the first of so many that are brighter than a radiance that they count as.
+    Cut(u64, f64),
 }
 
 impl std::fmt::Display for Outlier {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let ([x, y], sample) = (self.pixel, self.sample);
-        match self.share {
-            Some(share) => {
-                write!(
-                    f,
-                    "one sample brings {:.1} % of the image's light: {sample} of pixel {x},{y}",
-                    100.0 * share
-                )?;
-            }
-            None => write!(
+        match self.oddity {
+            Oddity::Bright(share) => write!(
                 f,
-                "samples are no numbers and count as black: the first is {sample} of pixel {x},{y}"
+                "one sample brings {:.1} % of the image's light: {sample} of pixel {x},{y}",
+                100.0 * share
+            )?,
+            Oddity::NoNumber(count) => write!(
+                f,
+                "samples are no numbers and count as black ({count} times): the first is {sample} of pixel {x},{y}"
+            )?,
+            Oddity::Cut(count, brightest) => write!(
+                f,
+                "samples are brighter than {brightest:.4e} W/(m² sr) and count as that ({count} times): the first is {sample} of pixel {x},{y}"
             )?,
         }
         let names: Vec<String> = self.materials.iter().map(|name| super::printable(name)).collect();
@@ -53,13 +66,20 @@ impl std::fmt::Display for Outlier {
 pub fn outliers(session: &Session) -> Vec<Outlier> {
     let film = session.film();
     let mut outliers = Vec::new();
-    if let Some([y, x, sample]) = film.not_finite().first {
-        outliers.push(outlier(session, [x, y], sample, None));
+    let (no_numbers, cut) = (film.no_numbers(), film.cut());
+    let noted = [
+        (no_numbers.first, Oddity::NoNumber(no_numbers.count)),
+        (cut.first, Oddity::Cut(cut.count, film.brightest())),
+    ];
+    for (first, oddity) in noted {
+        if let Some([y, x, sample]) = first {
+            outliers.push(outlier(session, [x, y], sample, oddity));
+        }
     }
     for (pixel, share) in suspects(film) {
         let Some((sample, part)) = brightest(session, pixel) else { continue };
         if part > OF_PIXEL {
-            outliers.push(outlier(session, pixel, sample, Some(share * part)));
+            outliers.push(outlier(session, pixel, sample, Oddity::Bright(share * part)));
         }
     }
     outliers
@@ -108,11 +128,11 @@ fn brightest(session: &Session, [x, y]: [u32; 2]) -> Option<(u32, f32)> {
     (sum > 0.0).then(|| (best.0, best.1 / sum))
 }
 
-fn outlier(session: &Session, pixel: [u32; 2], sample: u32, share: Option<f32>) -> Outlier {
+fn outlier(session: &Session, pixel: [u32; 2], sample: u32, oddity: Oddity) -> Outlier {
     let (lives, _) = explain(session.frame().clone(), &GivenNames::none(), pixel, sample..sample + 1);
     let paths = lives.iter().flat_map(|life| &life.paths).take(1);
     let met = paths.flat_map(|path| path.steps.iter().filter_map(|step| step.vertex.as_ref()));
-    Outlier { pixel, sample, share, materials: met.map(|vertex| vertex.material.clone()).collect() }
+    Outlier { pixel, sample, oddity, materials: met.map(|vertex| vertex.material.clone()).collect() }
 }
 
 #[cfg(test)]
@@ -149,7 +169,8 @@ mod tests {
         film.add(3, 1, 0, Rgb::new(1.0, f32::INFINITY, 0.0));
         let mut whole = Film::new(Region::whole([4, 4]), Unit::default());
         whole.merge(&film);
-        assert_eq!((whole.not_finite().count, whole.not_finite().first), (2, Some([1, 3, 0])));
+        assert_eq!((whole.no_numbers().count, whole.no_numbers().first), (1, Some([2, 1, 5])));
+        assert_eq!((whole.cut().count, whole.cut().first), (1, Some([1, 3, 0])));
         assert_eq!(film.radiance()[2 * 4 + 1].r, 0.0);
     }
 }

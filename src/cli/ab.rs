@@ -86,7 +86,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     write(&path("diff"), a.settings.size, &shown, DisplayTransform::new(Tonemap::Clamp, 0.0, &shown))?;
     let Difference { mean, error, significant, .. } = difference;
     if arguments.json {
-        let files = ["a", "b", "diff"].map(path);
+        let files = ["a", "b", "diff"].map(|end| output::path_json(&path(end)));
         let facts =
             json!({"images": files, "mean": mean, "standard_error": error, "significant": significant});
         output::say(&format!("{facts}\n"), false)?;

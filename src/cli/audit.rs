@@ -47,7 +47,7 @@ impl Audited {
 
     /// For programs.
     pub fn json(&self) -> serde_json::Value {
-        json!({ "film": self.path, "hosts": self.hosts, "tiles": self.tiles, "differing": self.differing })
+        json!({ "film": super::output::path_json(&self.path), "hosts": self.hosts, "tiles": self.tiles, "differing": self.differing })
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
             .iter()
             .map(|Finding { about, what, remedy }| json!({"about": about, "what": what, "remedy": remedy}))
             .collect();
-        let json = json!({"scene": path, "warnings": warnings, "findings": findings});
+        let json = json!({"scene": output::path_json(path), "warnings": warnings, "findings": findings});
         output::print(&format!("{json}\n"))?;
     } else {
         let mut text: String = warnings.iter().map(|warning| format!("note: {warning}\n")).collect();

@@ -6,7 +6,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::films::{describe, save};
-use super::{Failure, output};
+use super::output;
+use super::saving::Saved;
 use crate::error::SaveError;
 use crate::formats::film_file::{self, Header};
 use crate::render::Gathered;
@@ -72,20 +73,25 @@ impl Checkpoint {
 
     /// Saves the end: a film that was asked for; of others one that there is something left of, if it has taken
     /// long.
-    pub fn finish(self, header: &Header, gathered: &Gathered, has_more: bool) -> Result<(), Failure> {
+    pub fn save_end(&self, header: &Header, gathered: &Gathered, has_more: bool, saved: &mut Saved) {
         let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
         self.end(&mut saving);
         if self.is_wanted {
-            save(&self.path, header, gathered)?;
+            saved.film(&self.path, save(&self.path, header, gathered));
         } else if has_more && (saving.saved || self.begun.elapsed() >= self.every) {
-            save(&self.path, header, gathered)?;
-            let path = self.path.display();
-            output::tell(format_args!("to go on: rayfront resume {path}"));
-        } else if !has_more && is_ours(&self.path, header) {
-            // Nothing is left to go on with. If it stays it does no harm.
+            saved.film(&self.path, save(&self.path, header, gathered));
+            if saved.film.is_some() {
+                let path = self.path.display();
+                output::tell(format_args!("to go on: rayfront resume {path}"));
+            }
+        }
+    }
+
+    /// All is written, and nothing is left to go on with: what was not asked for goes. If it stays it does no harm.
+    pub fn remove(self) {
+        if !self.is_wanted && is_ours(&self.path, &self.header) {
             let _ = std::fs::remove_file(&self.path);
         }
-        Ok(())
     }
 }
 

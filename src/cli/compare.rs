@@ -164,8 +164,8 @@ fn text(metrics: &Metrics, limits: &[Limit]) -> String {
 /// One object for programs. What is infinite or no number is null.
 fn json(arguments: &Compare, size: [u32; 2], metrics: &Metrics, limits: &[Limit]) -> Value {
     json!({
-        "image": arguments.image,
-        "reference": arguments.reference,
+        "image": output::path_json(&arguments.image),
+        "reference": output::path_json(&arguments.reference),
         "size": size,
         "exposure_ev": arguments.exposure,
         "mse": metrics.mse,

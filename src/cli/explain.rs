@@ -8,6 +8,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::{Failure, args, output};
+use crate::error::in_one_line;
 use crate::film::Film;
 use crate::integrator::Frame;
 use crate::integrator::bounces::LobeKind;
@@ -153,8 +154,8 @@ fn step_lines(step: &Step) -> Vec<String> {
     };
     lines.push(format!(
         "      meets       \"{}\" of \"{}\" after {:.5} m, primitive {}{}",
-        vertex.entity,
-        vertex.material,
+        in_one_line(&vertex.entity),
+        in_one_line(&vertex.material),
         vertex.hit.t,
         vertex.hit.primitive & !crate::bvh::SPHERE,
         if vertex.hit.instance == NONE {
@@ -204,12 +205,13 @@ fn light_line(lit: &LightRay, only_one: bool) -> String {
         format!("brings {} of {}", triple(*arrived), triple(*contribution))
     };
     let far = if distance.is_finite() { format!("at {distance:.5} m") } else { "far away".into() };
+    let light = in_one_line(light);
     format!("      light       \"{light}\"{sample} {far}: {brings}{}", share(lit.share))
 }
 
 fn json(arguments: &Explain, lives: &[Life], film: &Film) -> Value {
     json!({
-        "scene": arguments.scene,
+        "scene": output::path_json(&arguments.scene),
         "pixel": arguments.pixel,
         "mean": mean(film),
         "samples": lives.iter().map(explain::json::life).collect::<Vec<_>>(),

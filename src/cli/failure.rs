@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use super::output::tell;
-use crate::error::{CompileError, LoadError, SaveError};
+use super::output::tell_all;
+use crate::error::{CompileError, LoadError, SaveError, in_one_line};
+use crate::memory::Shortage;
 use crate::render::ThreadError;
 use crate::study::experiment::StudyError;
 use crate::view::scene::SceneError;
@@ -75,6 +76,15 @@ impl Failure {
         Failure { fault: Fault::Difference, message: message.into() }
     }
 
+    /// Several outputs could not be written, and what became of what was rendered.
+    pub fn all(failures: Vec<Failure>, note: &str) -> Failure {
+        let told: Vec<Failure> = failures.into_iter().filter(|failure| !failure.is_closed_pipe()).collect();
+        let fault = told.first().map_or(Fault::ClosedPipe, |first| first.fault);
+        let lines = told.into_iter().map(|failure| failure.message);
+        let message = lines.collect::<Vec<_>>().join("\nerror: ");
+        Failure { fault, message: format!("{message}\n{note}").trim_end().to_owned() }
+    }
+
     /// Standard output did not take `what`.
     pub fn stdout(what: &str) -> impl Fn(std::io::Error) -> Failure {
         move |error| match error.kind() {
@@ -85,7 +95,10 @@ impl Failure {
 
     /// A scene's file could be read, but not made into a scene.
     pub fn compile(path: &Path) -> impl Fn(CompileError) -> Failure {
-        move |error| Failure { fault: of_scene(&error), message: format!("{}: {error}", path.display()) }
+        move |error| Failure {
+            fault: of_scene(&error),
+            message: in_one_line(&format!("{}: {error}", path.display())),
+        }
     }
 
     /// Whether nobody reads what is printed any more.
@@ -96,7 +109,7 @@ impl Failure {
     /// Says why, and with which code the program ends.
     pub fn tell(&self) -> ExitCode {
         if !self.is_closed_pipe() {
-            tell(format_args!("error: {self}"));
+            tell_all(&format!("error: {self}"));
         }
         self.fault.code()
     }
@@ -130,13 +143,19 @@ impl From<TevError> for Failure {
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
-        Failure { fault: of_file(&error), message: error.to_string() }
+        Failure { fault: of_file(&error), message: in_one_line(&error.to_string()) }
+    }
+}
+
+impl From<Shortage> for Failure {
+    fn from(shortage: Shortage) -> Self {
+        Failure::limit(shortage.to_string())
     }
 }
 
 impl From<SaveError> for Failure {
     fn from(error: SaveError) -> Self {
-        Failure::output(error.to_string())
+        Failure::output(in_one_line(&error.to_string()))
     }
 }
 
@@ -163,7 +182,7 @@ impl From<SceneError> for Failure {
             SceneError::Save(_) => Fault::Output,
             SceneError::Refused(_) => Fault::CommandLine,
         };
-        Failure { fault, message: error.to_string() }
+        Failure { fault, message: in_one_line(&error.to_string()) }
     }
 }
 

@@ -6,17 +6,33 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
+use super::needs::Needs;
 use super::{Failure, args, output};
+use crate::error::in_one_line;
+use crate::film::Region;
 use crate::formats::gltf::{Contents, contents};
+use crate::integrator::{Frame, Schedule};
 use crate::math::{Rgb, Vec3};
+use crate::memory;
+use crate::render::DEFAULT_WAVE;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
 use crate::world::{ColorInput, Light, Material, MaterialId, Shape, World};
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
+    let before = memory::resident();
     let world = crate::formats::load_with(&arguments.scene, &(&arguments.model).into())?;
     let scene = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
-    let facts = facts(&world, &scene)?;
+    let peak = memory::peak();
+    let mut facts = facts(&world, &scene)?;
+    let scene_bytes = scene.memory().total() as u64;
+    let settings = world.settings.clone();
+    let frame = Frame::new(scene, &settings);
+    let region = Region::whole(settings.size);
+    let needs = Needs { region, denoises: false, schedule: Schedule::Wavefront, wave: DEFAULT_WAVE };
+    // The world ends before anything is rendered.
+    let rendering = before.map(|before| before + scene_bytes + needs.bytes(&frame, &settings));
+    facts["memory_bytes"]["peak"] = peak.max(rendering).into();
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -31,7 +47,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
         .assets
         .images
         .iter()
-        .map(|i| json!({"file": i.source, "width": i.width, "height": i.height}))
+        .map(|i| json!({"file": i.source.as_deref().map(output::path_json), "width": i.width, "height": i.height}))
         .collect();
     let meshes: Vec<Value> = world
         .assets
@@ -39,7 +55,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
         .iter()
         .map(|m| {
             let (vertices, triangles) = (m.positions.len(), m.triangles.len());
-            json!({"name": m.name, "file": m.source, "vertices": vertices, "triangles": triangles})
+            json!({"name": m.name, "file": m.source.as_deref().map(output::path_json), "vertices": vertices, "triangles": triangles})
         })
         .collect();
     Ok(json!({
@@ -62,8 +78,8 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
         "models": models(world)?,
         "images": images,
         "memory_bytes": {
-            "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures, "film": film,
-            "total": memory.geometry + memory.bvh + memory.textures + film,
+            "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures, "lights": memory.lights,
+            "film": film, "total": memory.total() + film,
         },
         "warnings": scene.warnings,
     }))
@@ -80,7 +96,7 @@ fn models(world: &World) -> Result<Vec<Value>, Failure> {
         let Contents { scenes, variants, animations } = contents(&path)?;
         let animations: Vec<Value> =
             animations.into_iter().map(|(name, end)| json!({"name": name, "seconds": end})).collect();
-        Ok(json!({"file": path, "scenes": scenes, "variants": variants, "animations": animations}))
+        Ok(json!({"file": output::path_json(&path), "scenes": scenes, "variants": variants, "animations": animations}))
     });
     models.collect()
 }
@@ -203,14 +219,16 @@ fn text(facts: &Value) -> String {
     ];
     let memory = &facts["memory_bytes"];
     lines.push(format!(
-        "memory     {}: geometry {}, bvh {}, textures {}, film {}",
-        megabytes(&memory["total"]),
+        "memory     {} while it renders; of the scene geometry {}, bvh {}, textures {}, lights {}; of the image {}",
+
+        megabytes(&memory["peak"]),
         megabytes(&memory["geometry"]),
         megabytes(&memory["bvh"]),
         megabytes(&memory["textures"]),
+        megabytes(&memory["lights"]),
         megabytes(&memory["film"])
     ));
-    let plain = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+    let plain = |v: &Value| v.as_str().map_or_else(|| v.to_string(), in_one_line);
     for mesh in list(&facts["meshes"]) {
         let file = mesh["file"].as_str().map_or(String::new(), |file| format!(" of {file}"));
         lines.push(format!("mesh       {}{file}: {} triangles", plain(&mesh["name"]), mesh["triangles"]));

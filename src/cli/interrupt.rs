@@ -60,6 +60,30 @@ impl Interrupt {
 /// The number of Ctrl-C's signal.
 const SIGINT: u8 = 2;
 
+/// Two signals that would end the program without a word of ours. A file that may not grow any more (`ulimit -f`) is an
+/// error of the write. When the allocator gives up, standard library and all, it has said so: then a limit was met.
+#[cfg(unix)]
+pub(super) fn guard() {
+    use signal_hook::consts::{SIGABRT, SIGXFSZ};
+
+    let gives_up = Arc::new(AtomicBool::new(true));
+    // Without these handlers it is as it always is.
+    let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, LIMIT, gives_up.clone());
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        gives_up.store(false, Ordering::Relaxed);
+        usual(panic);
+    }));
+}
+
+/// The code of [`super::failure::Fault::Limit`].
+#[cfg(unix)]
+const LIMIT: i32 = 4;
+
+#[cfg(not(unix))]
+pub(super) fn guard() {}
+
 /// SIGINT, SIGTERM (`timeout`, containers, schedulers) and, but under `nohup`, SIGHUP (a terminal that is closed).
 #[cfg(unix)]
 fn watch(interrupt: Interrupt) {
@@ -73,7 +97,7 @@ fn watch(interrupt: Interrupt) {
     let watched = [i32::from(SIGINT), SIGTERM].into_iter().chain(last);
     // Without a handler signals end the program as they always do.
     let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
-    std::thread::spawn(move || {
+    let watch = move || {
         let mut first: Option<Instant> = None;
         for signal in signals.forever() {
             let signal = signal as u8;
@@ -83,7 +107,9 @@ fn watch(interrupt: Interrupt) {
             }
             first.get_or_insert_with(Instant::now);
         }
-    });
+    };
+    // Where there is no thread to be had nothing is saved when somebody ends it.
+    let _ = std::thread::Builder::new().name("signals".into()).spawn(watch);
 }
 
 /// Whether the program has been started to ignore SIGHUP, or there is no telling.

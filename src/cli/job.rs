@@ -11,18 +11,18 @@ use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::loading::{Compiled, Reuse, compiled, prove};
+use super::needs::Needs;
 use super::onlookers::Onlookers;
 use super::output::{self, Picture};
 use super::report::{Phases, RenderReport};
+use super::saving::Saved;
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, command_line, usage};
 use crate::check::{self, Finding};
-use crate::denoise;
-use crate::film::{Features, PixelSum, Region};
+use crate::film::Region;
 use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
-use crate::math::Rgb;
 use crate::render::{OnProgress, Options, Progress, Session, adaptive};
 use crate::view::watched::{LOOK, Watched};
 use crate::world::{Adaptive, Aov, SourceFiles, World};
@@ -190,29 +190,6 @@ impl Job {
             .with_samples(*start..*end)
             .with_allocation(allocation)
     }
-
-    /// Whether memory will do.
-    fn check_memory(&self, denoises: bool) -> Result<(), Failure> {
-        let ([width, height], region) = (self.header.settings.size, self.header.region);
-        // Sums, and the picture that is made of them.
-        let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>();
-        if !self.header.settings.aov.is_empty() {
-            pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
-        }
-        if denoises {
-            pixel += denoise::BYTES + 2 * size_of::<Features>();
-        }
-        let needed = region.area() as u64 * pixel as u64;
-        if let Some(available) = usage::available_memory()
-            && needed > available
-        {
-            let (needed, available) = (needed as f64 / 1e9, available as f64 / 1e9);
-            return Err(Failure::limit(format!(
-                "an image of {width}x{height} takes {needed:.1} GB and {available:.1} GB are free: use --crop or a smaller --size"
-            )));
-        }
-        Ok(())
-    }
 }
 
 /// What is wanted of a job.
@@ -254,8 +231,13 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     let outputs = &wanted.outputs;
     let images = aov::with_file(&outputs.images, &job.header.settings.aov);
     images.iter().try_for_each(|path| supported(path))?;
+    if wanted.output.denoise {
+        outputs.images.iter().try_for_each(|path| supported(&output::denoised_name(path)))?;
+    }
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
-    job.check_memory(wanted.output.denoise)?;
+    let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
+    let needs = Needs { region: job.header.region, denoises: wanted.output.denoise, schedule, wave };
+    needs.check(&job.frame, &job.header.settings)?;
     job.header.note.outputs = outputs.images.clone();
     let mut session = job.session(wanted.work);
     let checkpoint_to = wanted
@@ -301,17 +283,21 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     describe(&mut job.header, session.gathered());
 
     let start = Instant::now();
+    let mut saved = Saved::default();
     // Before the images: these can be made of it again.
-    if let Some(checkpoint) = checkpoint {
-        checkpoint.finish(&job.header, session.gathered(), !session.is_done())?;
+    if let Some(checkpoint) = &checkpoint {
+        checkpoint.save_end(&job.header, session.gathered(), !session.is_done(), &mut saved);
     } else if let Some(path) = &outputs.film {
-        save(path, &job.header, session.gathered())?;
+        saved.film(path, save(path, &job.header, session.gathered()));
     }
     if outputs.to_stdout {
-        write_to_stdout(&job.header, session.gathered())?;
+        saved.pixels(write_to_stdout(&job.header, session.gathered()));
     }
     job.phases.save = start.elapsed();
-    finish(job, wanted, &session, &images)?;
+    finish(job, wanted, &session, &images, saved)?;
+    if let Some(checkpoint) = checkpoint.filter(|_| session.is_done()) {
+        checkpoint.remove();
+    }
     Ok(code)
 }
 
@@ -330,7 +316,13 @@ fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
 }
 
 /// Writes the images and says what was done.
-fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> Result<(), Failure> {
+fn finish(
+    job: Job,
+    wanted: &Wanted,
+    session: &Session,
+    images: &[PathBuf],
+    mut saved: Saved,
+) -> Result<(), Failure> {
     let Job { header, names, mut findings, mut phases, .. } = job;
     let start = Instant::now();
     let denoised = if wanted.output.denoise { session.denoised() } else { None };
@@ -342,15 +334,13 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     let picture = Picture::new(&header, session.film(), wanted.output.bits);
     let channels = if images.is_empty() { Vec::new() } else { session.channels(&header.settings.aov) };
     let manifest = aov::manifest(&channels, &names, session.scene());
-    picture.write(images, &channels, manifest)?;
+    picture.write(images, &channels, manifest, &mut saved);
     if let Some(video) = wanted.outputs.video {
-        picture.write_to_video(video, denoised.as_ref())?;
+        saved.pixels(picture.write_to_video(video, denoised.as_ref()));
     }
-    let clean = denoised.as_ref().map(|denoised| {
-        let paths = picture.write_denoised(&wanted.outputs.images, denoised)?;
-        Ok::<_, Failure>((denoised, paths))
-    });
-    let clean = clean.transpose()?;
+    let clean = denoised
+        .as_ref()
+        .map(|denoised| (denoised, picture.write_denoised(&wanted.outputs.images, denoised, &mut saved)));
     phases.save += start.elapsed();
     let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
     if !wanted.work.quiet && session.is_done() {
@@ -362,8 +352,8 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
     let report = RenderReport {
         findings: &findings,
         header: &header,
-        outputs: images,
-        film: wanted.outputs.film.as_deref(),
+        outputs: &saved.images,
+        film: wanted.outputs.film.as_deref().filter(|_| saved.film.is_some()),
         session,
         exposure_ev: picture.exposure_ev,
         denoised,
@@ -374,7 +364,8 @@ fn finish(job: Job, wanted: &Wanted, session: &Session, images: &[PathBuf]) -> R
         (false, false) => report.text(),
         (false, true) => String::new(),
     };
-    output::say(&text, wanted.outputs.takes_stdout())
+    saved.report(output::say(&text, wanted.outputs.takes_stdout()));
+    saved.end(&header, session.gathered())
 }
 
 /// What of a finished image is probably not as it was meant. `told`: its scene has been told of.
@@ -450,7 +441,7 @@ fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: 
     let Some(files) = files else { return work() };
     let done = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        scope.spawn(|| {
+        let look = || {
             let mut files = Watched::new(files);
             while !done.load(Ordering::Acquire) {
                 if files.have_changed() {
@@ -458,7 +449,9 @@ fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: 
                 }
                 std::thread::sleep(LOOK);
             }
-        });
+        };
+        // Where there is no thread to be had it is looked after this picture.
+        let _ = std::thread::Builder::new().spawn_scoped(scope, look);
         let worked = work();
         done.store(true, Ordering::Release);
         worked

@@ -56,7 +56,10 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
             json!({"name": name, "keys": keys})
         };
         let all: Vec<Value> = found.iter().map(one).collect();
-        output::say(&format!("{}\n", json!({"scene": arguments.scene, "found": all})), false)?;
+        output::say(
+            &format!("{}\n", json!({"scene": output::path_json(&arguments.scene), "found": all})),
+            false,
+        )?;
     } else {
         let line = |(name, keys): &(String, Vec<(&str, String)>)| {
             let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key}: {value}")).collect();

@@ -13,6 +13,7 @@ use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
 use super::output::{self, Picture};
 use super::resume::load_again;
+use super::saving::Saved;
 use super::{Failure, aov, command_line};
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header};
@@ -106,13 +107,14 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     merged.header.wanted = [0, merged.header.settings.samples];
     merged.header.shard = None;
     merged.header.note.stopped_by = None;
+    let mut saved = Saved::default();
     if let Some(path) = &outputs.film {
-        save(path, &merged.header, &merged.gathered)?;
+        saved.film(path, save(path, &merged.header, &merged.gathered));
     }
     if outputs.to_stdout {
-        write_to_stdout(&merged.header, &merged.gathered)?;
+        saved.pixels(write_to_stdout(&merged.header, &merged.gathered));
     }
-    write_images(arguments, &outputs, merged, &missing, start)
+    write_images(arguments, &outputs, merged, &missing, start, saved)
 }
 
 /// Adds a film, if it fits.
@@ -215,6 +217,7 @@ fn write_images(
     merged: Merged,
     missing: &SampleRanges,
     start: Instant,
+    mut saved: Saved,
 ) -> Result<u8, Failure> {
     let Merged { header, gathered, job, parts, audited } = merged;
     let images = aov::with_file(&outputs.images, &header.settings.aov);
@@ -234,21 +237,21 @@ fn write_images(
         }
         _ => (crate::render::film_channels(&gathered, &header.settings.aov), None),
     };
-    picture.write(&images, &channels, manifest)?;
-    let mut written = images;
-    written.extend(outputs.film.clone());
+    picture.write(&images, &channels, manifest, &mut saved);
+    let mut written: Vec<PathBuf> = saved.images.iter().chain(&saved.film).cloned().collect();
     if arguments.output.denoise {
         match session.as_ref().and_then(|session| session.denoised()) {
-            Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised)?),
+            Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised, &mut saved)),
             None => output::tell("warning: nothing is denoised: that takes two samples of each pixel"),
         }
     }
-    let films: Vec<_> = parts.iter().map(|(path, _, _)| path).collect();
+    let films: Vec<_> = parts.iter().map(|(path, _, _)| output::path_json(path)).collect();
     let text = if arguments.work.json {
         let region = header.region;
         let json = json!({
             "program": "rayfront", "version": env!("CARGO_PKG_VERSION"),
-            "scene": header.scene.path, "films": films, "outputs": written,
+            "scene": output::path_json(&header.scene.path), "films": films,
+            "outputs": output::paths_json(&written),
             "size": header.settings.size, "region": [region.x0, region.y0, region.x1, region.y1],
             "samples": gathered.samples.count(), "samples_asked": header.settings.samples,
             "missing": missing.to_string(), "noise": noise, "hosts": header.note.hosts,
@@ -276,6 +279,7 @@ fn write_images(
         }
         text + &format!("film      {}\n", header.film_hash)
     };
-    output::say(&text, outputs.to_stdout)?;
+    saved.report(output::say(&text, outputs.to_stdout));
+    saved.end_of_merge(&header, &gathered, &arguments.films)?;
     Ok(0)
 }

@@ -25,6 +25,7 @@ mod loading;
 mod ls;
 mod manual;
 mod merge;
+mod needs;
 mod onlookers;
 mod output;
 mod pilot;
@@ -36,6 +37,7 @@ mod render;
 mod report;
 mod reproduce;
 mod resume;
+mod saving;
 mod shard;
 mod stop;
 mod study;
@@ -55,6 +57,7 @@ use failure::{Failure, Fault};
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
+    interrupt::guard();
     let words = command_line::understood(std::env::args_os());
     let outcome = match Arguments::try_parse_from(&words) {
         Ok(arguments) => run(arguments),
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    arguments.limits.set();
     match arguments.command {
         Some(args::Command::Render(scene)) => render::run(&scene),
         Some(args::Command::Info(info)) => info::run(&info),
@@ -113,5 +117,9 @@ fn frame(
     world.settings.samples = samples;
     light.apply(&mut world);
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
-    Ok(std::sync::Arc::new(crate::integrator::Frame::new(compiled, &world.settings)))
+    let frame = crate::integrator::Frame::new(compiled, &world.settings);
+    let region = crate::film::Region::whole(world.settings.size);
+    let (schedule, wave) = (crate::integrator::Schedule::Wavefront, crate::render::DEFAULT_WAVE);
+    needs::Needs { region, denoises: false, schedule, wave }.check(&frame, &world.settings)?;
+    Ok(std::sync::Arc::new(frame))
 }

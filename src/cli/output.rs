@@ -4,8 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::job_args::Video;
+use super::saving::Saved;
 use super::{Failure, aov, command_line};
 use crate::denoise::Denoised;
+use crate::error::{in_one_line, shown};
 use crate::film::exposure::automatic_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
@@ -58,20 +60,22 @@ impl<'a> Picture<'a> {
         Picture { header, film, radiance, bits, exposure_ev }
     }
 
-    /// Saves images; those that can hold them get the channels, and which names ids stand for.
+    /// Saves images, each by itself; those that can hold them get the channels, and which names ids stand for.
     pub fn write(
         &self,
         paths: &[PathBuf],
         channels: &[Channel],
         manifest: Option<String>,
-    ) -> Result<(), Failure> {
+        saved: &mut Saved,
+    ) {
         let metadata = self.metadata();
         let manifest = manifest.map(|ids| ("manifest".to_string(), ids));
         let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
         let output = self.output(&self.radiance, &metadata);
         let whole = Output { metadata: &with_manifest, channels, ..output };
-        paths.iter().try_for_each(|path| save(path, if aov::holds(path) { &whole } else { &output }))?;
-        Ok(())
+        for path in paths {
+            saved.image(path, save(path, if aov::holds(path) { &whole } else { &output }));
+        }
     }
 
     /// Writes it to standard output as a frame of a video.
@@ -89,17 +93,18 @@ impl<'a> Picture<'a> {
     }
 
     /// Saves what is left without noise beside the images, as bright as these; returns where.
-    pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised, saved: &mut Saved) -> Vec<PathBuf> {
         let mut metadata = self.metadata();
         metadata.push((DENOISED.to_string(), format!("{:032x}", denoised.hash())));
         let output = self.output(&denoised.radiance, &metadata);
-        let beside = |path: &PathBuf| {
-            let extension = path.extension().unwrap_or_default().to_string_lossy();
-            path.with_extension(format!("denoised.{extension}"))
-        };
-        let paths: Vec<PathBuf> = images.iter().map(beside).collect();
-        paths.iter().try_for_each(|path| save(path, &output))?;
-        Ok(paths)
+        let mut paths: Vec<PathBuf> = images.iter().map(|path| denoised_name(path)).collect();
+        paths.retain(|path| {
+            let outcome = save(path, &output);
+            let is_there = outcome.is_ok();
+            saved.pixels(outcome);
+            is_there
+        });
+        paths
     }
 
     /// Pixels as files hold them.
@@ -147,6 +152,13 @@ impl<'a> Picture<'a> {
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries
     }
+}
+
+/// Where an image goes that has no noise: beside the one that has.
+pub fn denoised_name(image: &Path) -> PathBuf {
+    let mut extension = std::ffi::OsString::from("denoised.");
+    extension.push(image.extension().unwrap_or_default());
+    image.with_extension(extension)
 }
 
 /// Stops by which an image is exposed.
@@ -197,19 +209,34 @@ pub fn say(text: &str, is_taken: bool) -> Result<(), Failure> {
     if !is_taken {
         return print(text);
     }
-    tell(text.trim_end());
+    tell_all(text);
     Ok(())
 }
 
 /// Prints on standard output: all that the program prints there goes this way, or as film or video.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout("the result"))
+    out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout("the result"))
 }
 
 /// Says a line on standard error. If nobody can hear it, that stops nothing.
 pub fn tell(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", in_one_line(&line.to_string()));
+}
+
+/// Says what may have several lines of its own.
+pub fn tell_all(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", shown(text.trim_end()));
+}
+
+/// Several paths for programs.
+pub fn paths_json(paths: &[PathBuf]) -> Vec<serde_json::Value> {
+    paths.iter().map(|path| path_json(path)).collect()
+}
+
+/// A path for programs. What of it is no text is replaced: JSON has nothing else.
+pub fn path_json(path: &Path) -> serde_json::Value {
+    path.to_string_lossy().into()
 }
 
 /// Where the image of a scene goes that was not told: here, by its name.

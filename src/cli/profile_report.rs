@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use super::profile::Profile;
-use super::usage;
 use crate::bvh::tally::Visits;
 use crate::film::PixelSum;
 use crate::integrator::{Frame, RayCounts, Schedule, Stage};
@@ -281,7 +280,7 @@ impl ProfileReport<'_> {
             Err(reason) => json!({ "refused": reason }),
         };
         json!({
-            "scene": self.arguments.scene,
+            "scene": super::output::path_json(&self.arguments.scene),
             "size": self.arguments.size,
             "samples": self.plan.samples,
             "runs": self.plan.runs,
@@ -294,7 +293,7 @@ impl ProfileReport<'_> {
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
-                "queues_a_thread": wave_bytes(self.frame, self.plan), "peak": usage::peak_memory(),
+                "queues_a_thread": wave_bytes(self.frame, self.plan), "peak": crate::memory::peak(),
             },
             "counters": counters,
         })

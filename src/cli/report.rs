@@ -191,7 +191,7 @@ impl RenderReport<'_> {
         let region = self.session.film().region();
         let denoised = self.denoised.map(|(denoised, paths)| {
             let (seconds, hash) = (p.denoise.as_secs_f64(), format!("{:032x}", denoised.hash()));
-            json!({ "outputs": paths, "noise_rms": denoised.noise, "seconds": seconds, "hash": hash })
+            json!({ "outputs": output::paths_json(paths), "noise_rms": denoised.noise, "seconds": seconds, "hash": hash })
         });
         let rays_json = json!({
             "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
@@ -203,15 +203,15 @@ impl RenderReport<'_> {
         });
         let memory = json!({
             "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
-            "film": size_of_val(self.session.film().pixels()), "peak": usage::peak_memory(),
+            "film": size_of_val(self.session.film().pixels()), "peak": crate::memory::peak(),
         });
         let mut object = json!({
             "program": "rayfront",
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": self.header.scene.path,
+            "scene": output::path_json(&self.header.scene.path),
             "scene_hash": self.header.scene.hash,
-            "outputs": self.outputs,
-            "film": self.film,
+            "outputs": output::paths_json(self.outputs),
+            "film": self.film.map(output::path_json),
             "aov": self.aov_names(),
             "exposure_ev": self.exposure_ev,
             "size": self.header.settings.size,

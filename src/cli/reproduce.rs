@@ -54,7 +54,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     let places = film.as_ref().map(|film| differing(film, session.film()));
     if arguments.work.json {
         let json = json!({
-            "image": path, "identical": identical, "film_hash": found, "film_hash_of_image": header.film_hash,
+            "image": output::path_json(path), "identical": identical, "film_hash": found, "film_hash_of_image": header.film_hash,
             "denoised_hash": clean, "denoised_hash_of_image": denoised,
             "differing_pixels": places.as_ref().map(|(count, _)| count),
         });

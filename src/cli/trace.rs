@@ -12,6 +12,7 @@ use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::formats::rays::{HIT_BYTES, HitFile, HitRecord, RAY_BYTES, load_hits, load_rays};
 use crate::math::Hit;
 use crate::query::{HitBatch, RayBatch};
+use crate::render::thread_pool;
 use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::{Camera, World};
@@ -20,10 +21,7 @@ use crate::world::{Camera, World};
 const CHUNK: usize = bvh::QUEUE;
 
 pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build();
-    let threads = threads.map_err(|error| {
-        Failure::limit(format!("cannot start {} threads: {error}: use fewer", arguments.threads))
-    })?;
+    let threads = thread_pool(arguments.threads)?;
     let rays = load_rays(&arguments.rays, most_rays())?;
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
@@ -62,7 +60,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
 /// As many as there is memory for, with their answers and what they are compared with.
 fn most_rays() -> u64 {
     let each = RAY_BYTES + size_of::<Hit>() + HIT_BYTES;
-    usage::available_memory().unwrap_or(u64::MAX) / each as u64
+    crate::memory::available().unwrap_or(u64::MAX) / each as u64
 }
 
 fn reference(arguments: &Trace, rays: usize) -> Result<Option<Vec<HitRecord>>, Failure> {
@@ -257,8 +255,8 @@ impl TraceReport<'_> {
         let TracedScene { compiled, load, compile } = self.scene;
         let memory = compiled.memory();
         let mut object = json!({
-            "scene": self.arguments.scene,
-            "rays_file": self.arguments.rays,
+            "scene": output::path_json(&self.arguments.scene),
+            "rays_file": output::path_json(&self.arguments.rays),
             "query": self.name(),
             "rays": self.rays,
             "hits": self.hits,
@@ -281,7 +279,7 @@ impl TraceReport<'_> {
             "spheres": compiled.geometry.spheres.len(),
             "instances": compiled.geometry.instances.len(),
             "quality": format!("{:?}", compiled.bvh.quality).to_lowercase(),
-            "peak_rss_bytes": usage::peak_memory(),
+            "peak_rss_bytes": crate::memory::peak(),
         });
         if let Some(mismatches) = self.mismatches {
             object["mismatches"] = mismatches.into();

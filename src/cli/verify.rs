@@ -8,7 +8,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::{Failure, Fault, args, output};
-use crate::film::PixelSum;
 use crate::integrator::Schedule;
 use crate::study::facts::{facts, title};
 use crate::study::verify::{self, Difference, First, Verification, Way};
@@ -122,7 +121,7 @@ fn tell(difference: &Difference) -> Vec<String> {
     let mut lines =
         vec![String::new(), format!("pixel      {x},{y} is the first of {} that differ", difference.pixels)];
     for side in &difference.sides {
-        lines.push(format!("{:10} {}: {:?} quanta", "", describe(&side.way), total(&side.sum)));
+        lines.push(format!("{:10} {}: {:?} quanta", "", describe(&side.way), side.sum.total()));
     }
     let Some(first) = &difference.first else {
         lines.push(
@@ -162,10 +161,6 @@ fn columns(difference: &Difference, first: &First) -> Vec<String> {
     lines
 }
 
-fn total(sum: &PixelSum) -> [i64; 3] {
-    [0, 1, 2].map(|channel| sum.sum[0][channel] + sum.sum[1][channel])
-}
-
 fn way_json(way: &Way) -> Value {
     json!({
         "schedule": if way.schedule == Schedule::Recursive { "recursive" } else { "wavefront" },
@@ -191,7 +186,8 @@ fn json(arguments: &Verify, found: &Verification) -> Value {
     let difference = found.difference.as_ref().map(|difference| {
         let side = |i: usize| {
             let mut side = way_json(&difference.sides[i].way);
-            side["sum_quanta"] = json!(total(&difference.sides[i].sum));
+            side["sum_quanta"] =
+                json!(difference.sides[i].sum.total().map(|sum| i64::try_from(sum).unwrap_or(i64::MAX)));
             let happened = difference.first.as_ref().and_then(|first| first.happened[i]);
             side["event"] = happened.map_or(Value::Null, |what| json!(title(&what)));
             side["facts"] = happened.map_or(Value::Null, |what| facts(&what).into_iter().collect());
@@ -209,7 +205,7 @@ fn json(arguments: &Verify, found: &Verification) -> Value {
         })
     });
     json!({
-        "scene": arguments.scene,
+        "scene": output::path_json(&arguments.scene),
         "size": arguments.size,
         "samples": arguments.spp,
         "films": films,

@@ -67,20 +67,23 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let viewer = Arc::new(Viewer::new(&scene, Work::default()).with_tev(tev));
         let command = format!("rayfront explain {}", command_line::quoted(&path.to_string_lossy()));
         let served = viewer.clone();
-        std::thread::spawn(move || {
+        let serve = move || {
             if let Err(error) = server.serve(served.clone(), command) {
                 output::tell(format_args!("error: the page is no longer served: {error}"));
             }
             served.end();
-        });
+        };
         let interrupt = Interrupt::watch();
         let (ends, asked) = (viewer.clone(), interrupt.clone());
-        std::thread::spawn(move || {
+        let wait = move || {
             while !asked.is_set() {
                 std::thread::sleep(Duration::from_millis(50));
             }
             ends.end();
-        });
+        };
+        let cannot = |error| Failure::limit(format!("cannot start a thread: {error}"));
+        std::thread::Builder::new().name("page".into()).spawn(serve).map_err(cannot)?;
+        std::thread::Builder::new().name("end".into()).spawn(wait).map_err(cannot)?;
         viewer.run(scene, Work::default());
         Ok(ExitCode::SUCCESS)
     })?

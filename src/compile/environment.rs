@@ -7,6 +7,7 @@ use super::made::{Bits, Same, bits};
 use super::sky::{self, Air};
 use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
+use crate::memory::{self, Shortage};
 use crate::sampling::table::Distribution2d;
 use crate::scene::Environment;
 use crate::scene::environment::Panorama;
@@ -42,8 +43,13 @@ impl Inputs {
     }
 }
 
-pub(super) fn compile(inputs: &Inputs) -> Environment {
+pub(super) fn compile(inputs: &Inputs) -> Result<Environment, Shortage> {
     let Inputs { background, light, .. } = inputs;
+    let texels = light
+        .iter()
+        .filter_map(|(_, image, _)| image.as_ref())
+        .map(|image| image.0.width as u64 * image.0.height as u64);
+    let _claim = memory::claim("the environment", 12 * texels.sum::<u64>())?;
     let panorama = light.as_ref().and_then(|(light, image, m)| {
         Some(match light {
             Light::Environment { radiance, .. } => {
@@ -62,7 +68,7 @@ pub(super) fn compile(inputs: &Inputs) -> Environment {
         Some((Light::Environment { radiance, image: None }, ..)) => Background::Constant(*radiance),
         _ => *background,
     };
-    Environment { background, panorama }
+    Ok(Environment { background, panorama })
 }
 
 /// Turned by a rotation.

@@ -16,9 +16,11 @@ use hecs::Entity;
 use super::lights::Panel;
 use super::made::{self, Same, bits};
 use super::materials::Sheets;
+use crate::bvh::build::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec2, Vec3};
+use crate::memory::{self, Claim};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
@@ -109,7 +111,8 @@ pub(super) fn compile(
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
     let uses = count_uses(inputs);
     let copied = choose_copied(inputs, &uses);
-    check_size(inputs, &uses, &copied)?;
+    let _claim = check_size(inputs, &uses, &copied)?;
+    builder.reserve(inputs, &uses, &copied);
     for PlacedShape { entity, shape, matrix, material: own } in &inputs.shapes {
         let (entity, own) = (*entity, *own);
         let part = |material: MaterialId| Part { entity, ..plain_part(material) };
@@ -184,13 +187,14 @@ fn count_uses(inputs: &Inputs) -> Vec<u32> {
     uses
 }
 
-/// Ids have 31 bits, and lanes address three floats a vertex with 31 bits.
-fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<(), CompileError> {
-    let (mut vertices, mut triangles) = (0usize, 0usize);
+/// Ids have 31 bits, and lanes address three floats a vertex with 31 bits. Claims memory for geometry and trees.
+fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<Claim<'static>, CompileError> {
+    let (mut vertices, mut triangles, mut bytes) = (0usize, 0usize, 0usize);
     for (Same(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
         let copies = if *copied { (*uses).max(1) as usize } else { 1 };
         vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
         triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
+        bytes = bytes.saturating_add(copies.saturating_mul(mesh.bytes()));
     }
     let most = (i32::MAX as usize) / 3 - (1 << 20);
     if vertices.max(triangles) > most {
@@ -198,8 +202,14 @@ fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<(), Comp
             "{vertices} vertices and {triangles} triangles; the most is {most}"
         )));
     }
-    Ok(())
+    // A part beside each triangle, and the finished tree.
+    let built = peak_bytes(triangles, true, inputs.quality) + triangles * (4 + TREE_BYTES);
+    let what = format_args!("the geometry of {triangles} triangles with its tree");
+    Ok(memory::claim(what, bytes.saturating_add(built) as u64)?)
 }
+
+/// Of nodes and blocks, for each triangle.
+const TREE_BYTES: usize = 60;
 
 fn plain_part(material: MaterialId) -> Part {
     Part {
@@ -260,6 +270,33 @@ struct GeometryBuilder {
 }
 
 impl GeometryBuilder {
+    /// Makes room for all meshes at once: columns that grow hold what they held twice while they do.
+    fn reserve(&mut self, inputs: &Inputs, uses: &[u32], copied: &[bool]) {
+        let times = uses
+            .iter()
+            .zip(copied)
+            .map(|(uses, copied)| if *copied { *uses } else { (*uses).min(1) } as usize);
+        let total = |count: fn(&Mesh) -> usize| -> usize {
+            let meshes = inputs.meshes.iter().zip(times.clone());
+            meshes.map(|(Same(mesh), times)| times * count(mesh)).sum()
+        };
+        // Of shapes that are no meshes.
+        let is_small =
+            |placed: &&PlacedShape| matches!(placed.shape, Shape::Triangle { .. } | Shape::Plane { .. });
+        let more = 4 * inputs.shapes.iter().filter(is_small).count() + 8 * inputs.panels.len();
+        let g = &mut self.geometry;
+        g.positions.reserve_exact(total(|mesh| mesh.positions.len()) + more);
+        g.normals.reserve_exact(total(|mesh| mesh.normals.len()) + more);
+        g.uvs.reserve_exact(total(|mesh| mesh.uvs.len()) + more);
+        g.uvs1.reserve_exact(total(|mesh| mesh.uvs1.len()));
+        g.tangents.reserve_exact(total(|mesh| mesh.tangents.len()));
+        g.colors.reserve_exact(total(|mesh| mesh.colors.len()));
+        g.alphas.reserve_exact(total(|mesh| mesh.alphas.len()));
+        let triangles = total(|mesh| mesh.triangles.len()) + more;
+        g.triangles.reserve_exact(triangles);
+        g.triangle_parts.reserve_exact(triangles);
+    }
+
     fn sphere(&mut self, matrix: &DAffine3, radius: f64, part: Part) {
         let part = self.geometry.add_part(part);
         let center = matrix.translation.as_vec3();

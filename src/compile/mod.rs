@@ -71,13 +71,13 @@ pub fn compile_after(
     let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
         let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
         bvh = tree;
-        Ok(made)
+        Ok::<_, CompileError>(made)
     })?;
     set_presence(&mut bvh, &geometry.made.geometry, &materials, before.map(|before| &*before.scene));
     let environment = Made::again(
         before.map(|before| &before.environment),
         environment::Inputs::new(world, &order, &transforms),
-        |inputs| Ok(Arc::new(environment::compile(inputs))),
+        |inputs| environment::compile(inputs).map(Arc::new),
     )?;
     let emitters = Made::again(
         before.map(|before| &before.emitters),
@@ -91,7 +91,7 @@ pub fn compile_after(
                 placed,
                 copies,
             };
-            Ok(emitters::compile(&surfaces, &lamps, &environment.made))
+            Ok::<_, CompileError>(emitters::compile(&surfaces, &lamps, &environment.made))
         },
     )?;
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
@@ -159,6 +159,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings.extend(unshared(world));
     warnings.extend(opaque_glass(scene));
     warnings.extend(idle_scattering(world));
+    warnings.extend(endless_forks(scene, world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     }
@@ -173,6 +174,23 @@ fn opaque_glass(scene: &CompiledScene) -> Option<String> {
     let names: Vec<String> = opaque.map(|(_, name)| printable(name)).take(4).collect();
     (!names.is_empty())
         .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
+}
+
+/// Glass that splits paths in two, with nothing that ends them: each bounce can double the work.
+fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
+    const MANY: u32 = 16;
+    let settings = &world.settings;
+    // Whatever is above it is a part of one: there are no more paths than 1 / min_throughput at any depth.
+    let is_endless = settings.transport == Transport::Whitted
+        && settings.max_depth > MANY
+        && settings.min_throughput < 1e-5
+        && scene.materials.iter().any(|material| material.classic.ior > 0.0);
+    is_endless.then(|| {
+        let depth = settings.max_depth;
+        format!(
+            "glass splits paths in two, up to 2^{depth} of them for each sample: raise min_throughput (to 0.001) or lower max_depth (--depth {MANY})"
+        )
+    })
 }
 
 /// What is to scatter light and lets all of it pass.

@@ -12,6 +12,7 @@ use self::mips::{TexelsOut, Work};
 use super::made::{self, Bits, Made, Same, bits};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
+use crate::memory;
 use crate::scene::Textures;
 use crate::scene::textures::SampledTexture;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
@@ -101,6 +102,8 @@ fn levels(
         (out.texels8, out.texels32) = (before.made.texels8.clone(), before.made.texels32.clone());
         return Ok(first_levels);
     }
+    let what = format_args!("the texels of {} pictures, smaller copies and all,", images.len());
+    let _claim = memory::claim(what, 4 * bytes as u64 + 12 * floats as u64)?;
     let known: HashMap<_, _> = before.map(known).unwrap_or_default();
     let (mut texels8, mut texels32) = (vec![0; bytes], vec![[0.0; 3]; floats]);
     let (mut rest8, mut rest32) = (&mut texels8[..], &mut texels32[..]);

@@ -112,6 +112,14 @@ pub struct PixelSum {
     pub count: [u32; 2],
 }
 
+impl PixelSum {
+    /// The sums of even and odd samples together.
+    pub fn total(&self) -> [i128; 3] {
+        let [even, odd] = self.sum;
+        [0, 1, 2].map(|channel| i128::from(even[channel]) + i128::from(odd[channel]))
+    }
+}
+
 /// The sums of a region's pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -120,25 +128,26 @@ pub struct Film {
     /// Of the unit.
     inverse: f32,
     pixels: Vec<PixelSum>,
-    not_finite: NotFinite,
+    no_numbers: Noted,
+    cut: Noted,
 }
 
-/// Parts of samples that were no numbers, or infinite: they count as black.
+/// Parts of samples that are not counted as they were.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NotFinite {
+pub struct Noted {
     /// How many.
     pub count: u64,
     /// Row, column and sample of the first one.
     pub first: Option<[u32; 3]>,
 }
 
-impl NotFinite {
+impl Noted {
     #[cold]
     fn note(&mut self, place: [u32; 3]) {
-        self.merge(&NotFinite { count: 1, first: Some(place) });
+        self.merge(&Noted { count: 1, first: Some(place) });
     }
 
-    fn merge(&mut self, other: &NotFinite) {
+    fn merge(&mut self, other: &Noted) {
         self.count += other.count;
         self.first = [self.first, other.first].into_iter().flatten().min();
     }
@@ -152,7 +161,8 @@ impl Film {
             unit,
             inverse: unit.inverse(),
             pixels: vec![PixelSum::default(); region.area()],
-            not_finite: NotFinite::default(),
+            no_numbers: Noted::default(),
+            cut: Noted::default(),
         }
     }
 
@@ -183,29 +193,57 @@ impl Film {
     #[inline(always)]
     pub fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
         let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
-        sum[0] += quanta(radiance.r * self.inverse);
-        sum[1] += quanta(radiance.g * self.inverse);
-        sum[2] += quanta(radiance.b * self.inverse);
-        // What is not finite times 0 is no number.
-        if (radiance.r + radiance.g + radiance.b) * 0.0 != 0.0 {
-            self.not_finite.note([y, x, sample]);
+        let counted = radiance * self.inverse;
+        // Nothing is taken away, so what ends at the largest number ends there in any order.
+        sum[0] = sum[0].saturating_add(quanta(counted.r));
+        sum[1] = sum[1].saturating_add(quanta(counted.g));
+        sum[2] = sum[2].saturating_add(quanta(counted.b));
+        // What is no number is not below anything.
+        if !(counted.r.abs() < MAX_RADIANCE
+            && counted.g.abs() < MAX_RADIANCE
+            && counted.b.abs() < MAX_RADIANCE)
+        {
+            self.note(counted, [y, x, sample]);
         }
     }
 
-    /// What was no number.
-    pub fn not_finite(&self) -> NotFinite {
-        self.not_finite
+    #[cold]
+    fn note(&mut self, counted: Rgb, place: [u32; 3]) {
+        let components = counted.to_array();
+        if components.iter().any(|component| component.is_nan() || *component == f32::NEG_INFINITY) {
+            self.no_numbers.note(place);
+        }
+        if components.iter().any(|component| *component >= MAX_RADIANCE) {
+            self.cut.note(place);
+        }
+    }
+
+    /// What was no number: such components count as black.
+    pub fn no_numbers(&self) -> Noted {
+        self.no_numbers
+    }
+
+    /// What was as bright as [`Film::brightest`] or brighter: such components count as that.
+    pub fn cut(&self) -> Noted {
+        self.cut
+    }
+
+    /// What no part of a sample is counted above.
+    pub fn brightest(&self) -> f64 {
+        f64::from(MAX_RADIANCE) / QUANTUM * self.unit.quantum()
     }
 
     /// Counts a sample.
     #[inline(always)]
     pub fn count(&mut self, x: u32, y: u32, sample: u32) {
-        self.pixels[self.region.index(x, y)].count[(sample & 1) as usize] += 1;
+        let count = &mut self.pixels[self.region.index(x, y)].count[(sample & 1) as usize];
+        *count = count.saturating_add(1);
     }
 
     /// Adds another film of the same unit, whose region must lie within this one's.
     pub fn merge(&mut self, other: &Film) {
-        self.not_finite.merge(&other.not_finite);
+        self.no_numbers.merge(&other.no_numbers);
+        self.cut.merge(&other.cut);
         assert_eq!(self.unit, other.unit, "films of different units");
         let from = other.region;
         for y in from.y0..from.y1 {
@@ -216,10 +254,9 @@ impl Film {
                 for parity in 0..2 {
                     for channel in 0..3 {
                         let sum = &mut pixel.sum[parity][channel];
-                        // No film overflows; a forged one shall not end the program.
-                        *sum = sum.wrapping_add(more.sum[parity][channel]);
+                        *sum = sum.saturating_add(more.sum[parity][channel]);
                     }
-                    pixel.count[parity] = pixel.count[parity].wrapping_add(more.count[parity]);
+                    pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
                 }
             }
         }
@@ -236,8 +273,7 @@ impl Film {
         let quantum = self.unit.quantum();
         let mean = |p: &PixelSum| {
             let count = (p.count[0] as f64 + p.count[1] as f64).max(1.0);
-            let channel = |c: usize| ((p.sum[0][c] + p.sum[1][c]) as f64 * quantum / count) as f32;
-            Rgb::new(channel(0), channel(1), channel(2))
+            p.total().map(|sum| (sum as f64 * quantum / count) as f32).into()
         };
         self.pixels.iter().map(mean).collect()
     }
@@ -366,6 +402,35 @@ mod tests {
         assert_eq!(mean[1], Rgb::new(MAX_RADIANCE, 0.0, 0.0));
         // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
         assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
+        let all = Noted { count: 4, first: Some([3, 3, 0]) };
+        assert_eq!((film.no_numbers(), film.cut(), film.brightest()), (all, all, f64::from(MAX_RADIANCE)));
+    }
+
+    /// A path that forks adds its sample in as many parts as it likes.
+    #[test]
+    fn sums_end_at_the_largest_number_in_any_order() {
+        let region = Region::whole([1, 1]);
+        let bright = |parity: u32, count: u32| {
+            let mut film = Film::new(region, Unit::default());
+            film.count(0, 0, parity);
+            (0..count).for_each(|_| film.add(0, 0, parity, Rgb::splat(MAX_RADIANCE)));
+            film
+        };
+        let mut film = Film::new(region, Unit::default());
+        // 2²¹ fit.
+        [1 << 20, 1 << 20].iter().for_each(|count| film.merge(&bright(0, *count)));
+        assert!((0..i64::MAX).contains(&film.pixels()[0].sum[0][0]));
+        let reversed = |parts: &[Film]| {
+            let mut film = Film::new(region, Unit::default());
+            parts.iter().rev().for_each(|part| film.merge(part));
+            film
+        };
+        let parts = [film, bright(1, 1 << 20), bright(1, 1 << 21), bright(0, 100)];
+        let mut film = parts[0].clone();
+        parts[1..].iter().for_each(|part| film.merge(part));
+        assert_eq!(film.pixels()[0].sum, [[i64::MAX; 3]; 2]);
+        assert_eq!(reversed(&parts), film);
+        assert!(film.radiance()[0].r > 0.0 && film.noise().is_some());
     }
 
     proptest! {

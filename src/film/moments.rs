@@ -43,9 +43,9 @@ impl Moments {
     /// Adds the squares of a film that holds one sample of each pixel, all parts of it.
     pub fn add_sample(&mut self, film: &Film) {
         for (squares, pixel) in self.squares.iter_mut().zip(film.pixels()) {
-            for (square, sum) in squares.iter_mut().zip(total(pixel)) {
-                let value = sum.min(LARGEST - 1);
-                *square += value * value;
+            for (square, sum) in squares.iter_mut().zip(pixel.total()) {
+                let value = (sum.max(0) as u128).min(LARGEST - 1);
+                *square = square.saturating_add(value * value);
             }
         }
     }
@@ -56,7 +56,7 @@ impl Moments {
         for (y, row) in (from.y0..from.y1).zip(other.squares.chunks(width.max(1))) {
             let start = self.region.index(from.x0, y);
             for (to, more) in self.squares[start..start + width].iter_mut().zip(row) {
-                (0..3).for_each(|channel| to[channel] = to[channel].wrapping_add(more[channel]));
+                (0..3).for_each(|channel| to[channel] = to[channel].saturating_add(more[channel]));
             }
         }
     }
@@ -77,19 +77,13 @@ fn variance(squares: &[u128; 3], pixel: &PixelSum, quantum: f64) -> Rgb {
         return Rgb::splat(f32::INFINITY);
     }
     let n = count as f64;
-    let sums = total(pixel).map(|sum| sum.min(count * (LARGEST - 1)));
+    let sums = pixel.total().map(|sum| (sum.max(0) as u128).min(count * (LARGEST - 1)));
     let channel = |c: usize| {
         // Exact up to here, so nothing cancels that is not equal.
         let spread = count.saturating_mul(squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
         (spread as f64 * quantum * quantum / (n * n * (n - 1.0))) as f32
     };
     Rgb::new(channel(0), channel(1), channel(2))
-}
-
-/// Sums of even and odd samples together.
-fn total(pixel: &PixelSum) -> [u128; 3] {
-    let [even, odd] = pixel.sum;
-    [0, 1, 2].map(|channel| (even[channel] + odd[channel]).max(0) as u128)
 }
 
 #[cfg(test)]

@@ -18,7 +18,6 @@ pub mod study;
 pub mod surroundings;
 mod track;
 pub mod triangulate;
-mod whole_file;
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +27,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, SaveError, did_you_mean};
+use crate::files::{self, whole};
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
 pub use edits::Edits;
 use surroundings::Surroundings;
@@ -101,6 +101,8 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     if let Some(reason) = refused {
         return Err(LoadError::invalid(path, reason));
     }
+    sources.name(path);
+    sources.confine(path);
     let mut world = match &extension[..] {
         "ron" => {
             let mut files = Files { options: common, sources: sources.clone() };
@@ -150,7 +152,7 @@ fn extension(path: &Path) -> String {
 
 /// Writes a file that is either as it was or whole.
 pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
-    whole_file::write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
+    whole::write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
 }
 
 /// Reads until the buffer is full or there is no more; says how many bytes there were.
@@ -191,7 +193,7 @@ pub trait AssetFiles {
 
     /// Reads a scene's own text.
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
-        std::fs::read(path).map_err(LoadError::io(path))
+        files::read(path).map_err(LoadError::io(path))
     }
 
     /// The moment that a scene is read at, in seconds; none: values with keys as at 0, models as their nodes stand
@@ -228,6 +230,7 @@ impl AssetFiles for Files {
                 self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path).map(Arc::new))
             }
             "obj" => {
+                assets.files = self.sources.clone();
                 // The loader borrows the assets while it asks for images: they are added afterwards.
                 let mut images = Vec::new();
                 let first = assets.images.len() as u32;

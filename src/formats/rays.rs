@@ -84,9 +84,7 @@ fn read_records<T, const SIZE: usize>(
     reserve: impl Fn(&mut T, usize),
     add: impl Fn(&mut T, [u8; SIZE]),
 ) -> Result<(), LoadError> {
-    let mut file = File::open(path).map_err(LoadError::io(path))?;
-    // A pipe has no length: it is read as long as it goes on.
-    let length = file.metadata().map_err(LoadError::io(path))?.len();
+    let (mut file, length) = crate::files::open(path).map_err(LoadError::io(path))?;
     let too_many = |count: u64| {
         let reason = format!("has {count} {what}s or more, and there is memory for {most}: split the file");
         LoadError::too_large(path, reason)

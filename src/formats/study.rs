@@ -386,8 +386,9 @@ impl Measure {
 
 /// Reads a study.
 pub fn load(path: &Path) -> Result<Study, LoadError> {
-    let text = std::fs::read_to_string(path).map_err(LoadError::io(path))?;
-    parse(&text, path)
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| LoadError::invalid(path, "this is not UTF-8"))?;
+    parse(text, path)
 }
 
 /// Reads a study from its text; `path` is what messages call it.

@@ -21,7 +21,7 @@ pub enum Surroundings {
     /// With its sun.
     Sky(Sky),
     /// Equirectangular.
-    Picture(PathBuf),
+    Picture(#[serde(with = "super::film_file::as_text")] PathBuf),
 }
 
 /// Where the sun stands, and through what it is seen.
@@ -125,6 +125,7 @@ pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result
 
 fn read(world: &mut World, path: &Path) -> Result<crate::world::ImageId, LoadError> {
     let mut files = Files { sources: SourceFiles::clone(&world.assets.files), ..Files::default() };
+    files.sources.name(path);
     let image = files.image(path)?;
     world.assets.files.extend(&files.sources);
     Ok(world.assets.add_image(image))

@@ -402,11 +402,21 @@ fn one_by_one(
     film
 }
 
+/// More threads are of no use to anybody.
+const MOST_THREADS: usize = 1024;
+
 /// Does something on as many threads, 0 for one for each core; sessions in it use all of them.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
+    Ok(thread_pool(threads)?.install(work))
+}
+
+/// As many threads, 0 for one for each core.
+pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
+    if threads > MOST_THREADS {
+        return Err(ThreadError { threads, reason: format!("more than {MOST_THREADS} are of no use") });
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| ThreadError { threads, reason: error.to_string() })?;
-    Ok(pool.install(work))
+    pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
 }
 
 /// The system gives no more threads.

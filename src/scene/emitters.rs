@@ -101,6 +101,15 @@ impl Emitters {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        let words =
+            [&self.kinds, &self.flags, &self.material, &self.profile, &self.primitive, &self.of_primitive];
+        let of_instances = [&self.instance_first, &self.instance_places];
+        let words: usize = words.iter().chain(&of_instances).map(|column| size_of_val(&column[..])).sum();
+        words + size_of_val(&self.rows[..]) + self.tree.bytes()
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.kinds.len()

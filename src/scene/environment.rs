@@ -54,6 +54,12 @@ impl Environment {
         }
     }
 
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let of = |panorama: &Panorama| size_of_val(&panorama.texels[..]) + panorama.table.bytes();
+        self.panorama.as_ref().map_or(0, of)
+    }
+
     /// Whether no light comes from there.
     pub fn is_black(&self) -> bool {
         match (&self.panorama, self.background) {

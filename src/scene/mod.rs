@@ -87,6 +87,15 @@ pub struct Memory {
     pub bvh: usize,
     /// Decoded pictures.
     pub textures: usize,
+    /// What shines, and what is all around.
+    pub lights: usize,
+}
+
+impl Memory {
+    /// All together.
+    pub fn total(&self) -> usize {
+        self.geometry + self.bvh + self.textures + self.lights
+    }
 }
 
 impl CompiledScene {
@@ -187,6 +196,11 @@ impl CompiledScene {
 
     /// What it takes.
     pub fn memory(&self) -> Memory {
-        Memory { geometry: self.geometry.bytes(), bvh: self.bvh.bytes(), textures: self.textures.bytes() }
+        Memory {
+            geometry: self.geometry.bytes(),
+            bvh: self.bvh.bytes(),
+            textures: self.textures.bytes(),
+            lights: self.emitters.bytes() + self.environment.bytes(),
+        }
     }
 }

@@ -12,6 +12,8 @@
 //! unsafe code in here sound. Kernels and all they call must be `#[inline(always)]`,
 //! so that they are compiled for the instruction set they are dispatched to.
 
+#![allow(unsafe_code)]
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]

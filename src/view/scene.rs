@@ -8,9 +8,11 @@ use super::watched::Watched;
 use crate::check::{self, Finding};
 use crate::compile::{self, Compiled};
 use crate::error::{CompileError, LoadError, SaveError};
+use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::Frame;
 use crate::math::Vec3;
+use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
 use crate::world::{
@@ -312,7 +314,7 @@ impl LiveScene {
             })
         })?;
         let [camera, transform] = self.camera_texts(&self.rig())?;
-        let bytes = std::fs::read(&path).map_err(LoadError::io(&path))?;
+        let bytes = crate::files::read(&path).map_err(LoadError::io(&path))?;
         if !self.lock_files().is_as_read(&path, &bytes) {
             return Err(refused(
                 "the file has changed meanwhile, and what it says now is not shown: mend it first",
@@ -400,6 +402,11 @@ fn compiled(
     camera: Option<&str>,
     before: Option<&Compiled>,
 ) -> Result<Compiled, SceneError> {
-    compile::compile_after(world, camera, before)
-        .map_err(|source| SceneError::Compile { file: path.to_owned(), source })
+    let [width, height] = world.settings.size;
+    // What is rendered, what is shown, and what is on its way from one to the other.
+    let pixels = 3 * u64::from(width) * u64::from(height) * size_of::<PixelSum>() as u64;
+    let claim = memory::claim(format_args!("a page with an image of {width}x{height}"), pixels);
+    let wrong = |source| SceneError::Compile { file: path.to_owned(), source };
+    claim.map_err(|shortage| wrong(shortage.or("use a smaller --size").into()))?;
+    compile::compile_after(world, camera, before).map_err(wrong)
 }

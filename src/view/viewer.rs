@@ -192,7 +192,8 @@ impl Viewer {
     pub fn run(&self, scene: LiveScene, work: Work) {
         let (files, changed) = (scene.files(), AtomicBool::new(false));
         std::thread::scope(|scope| {
-            scope.spawn(|| self.watch(&files, &changed));
+            // Where there is no thread to be had edits are seen when somebody asks for them.
+            let _ = std::thread::Builder::new().spawn_scoped(scope, || self.watch(&files, &changed));
             self.render(scene, work, &changed);
         });
     }

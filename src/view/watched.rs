@@ -76,7 +76,7 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 fn content(path: &Path) -> Option<Content> {
-    std::fs::read(path).ok().map(|bytes| Content::of(&bytes))
+    crate::files::read(path).ok().map(|bytes| Content::of(&bytes))
 }
 
 #[cfg(test)]

@@ -133,6 +133,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Of its vertices and triangles.
+    pub fn bytes(&self) -> usize {
+        let Self { positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
+        size_of_val(&positions[..])
+            + size_of_val(&normals[..])
+            + size_of_val(&uvs[..])
+            + size_of_val(&uvs1[..])
+            + size_of_val(&tangents[..])
+            + size_of_val(&colors[..])
+            + size_of_val(&alphas[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.triangle_materials[..])
+    }
+
     /// Of all that it is.
     pub fn hash(&self) -> u128 {
         let Self { name, source, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;

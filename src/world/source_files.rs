@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::kept::Kept;
+use crate::files;
 
 /// A file's length in bytes and the 128-bit hash (XXH3) of its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +31,29 @@ pub struct SourceFiles {
     read: Arc<Mutex<BTreeMap<PathBuf, Content>>>,
     /// Those that could not be read.
     missing: Arc<Mutex<BTreeSet<PathBuf>>>,
+    /// What may be read at all.
+    confines: Arc<Mutex<Confines>>,
     /// What files were decoded to before.
     pub kept: Kept,
+}
+
+/// What a scene may refer to.
+#[derive(Debug, Default)]
+struct Confines {
+    /// The folder that it lies in, all links followed; none: everything.
+    root: Option<PathBuf>,
+    /// What somebody has named who runs the program.
+    named: BTreeSet<PathBuf>,
+}
+
+/// A file of this name says that its folder is the root of all scenes in it and below: they may refer to each other's files.
+const ROOT_MARK: &str = ".rayfront-root";
+
+/// The folder that what a scene in `folder` refers to must lie in.
+fn root_of(folder: &Path) -> PathBuf {
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let marked = folder.ancestors().find(|folder| folder.join(ROOT_MARK).is_file());
+    marked.unwrap_or(&folder).to_owned()
 }
 
 impl SourceFiles {
@@ -40,9 +62,36 @@ impl SourceFiles {
         SourceFiles { kept, ..SourceFiles::default() }
     }
 
-    /// Reads a file and remembers what was in it.
+    /// From now on only what somebody has [named](SourceFiles::name) is read, and what lies with all its links followed in
+    /// the folder of `scene` or below. If a folder above holds a file `.rayfront-root`, it is that one.
+    pub fn confine(&self, scene: &Path) {
+        let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        lock(&self.confines).root = (!files::outside_is_allowed()).then(|| root_of(folder));
+    }
+
+    /// Whoever runs the program has named a file: it may lie anywhere.
+    pub fn name(&self, path: &Path) {
+        lock(&self.confines).named.insert(path.to_owned());
+    }
+
+    /// Whether a file may be read.
+    fn check(&self, path: &Path) -> std::io::Result<()> {
+        let confines = lock(&self.confines);
+        let Some(root) = confines.root.as_ref().filter(|_| !confines.named.contains(path)) else {
+            return Ok(());
+        };
+        if path.canonicalize()?.starts_with(root) {
+            return Ok(());
+        }
+        let root = root.display();
+        let reason =
+            format!("it lies outside of the scene's folder {root}: --allow-outside lets a scene refer to it");
+        Err(std::io::Error::new(std::io::ErrorKind::PermissionDenied, reason))
+    }
+
+    /// Reads an ordinary file and remembers what was in it.
     pub fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
-        let bytes = std::fs::read(path).inspect_err(|_| {
+        let bytes = self.check(path).and_then(|()| files::read(path)).inspect_err(|_| {
             lock(&self.missing).insert(path.to_owned());
         })?;
         lock(&self.read).insert(path.to_owned(), Content::of(&bytes));
@@ -71,4 +120,40 @@ impl SourceFiles {
 /// Nothing panics while it holds the lock.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_stay_in_their_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(place("inner/below")).unwrap();
+        for name in ["secret", "inner/a", "inner/below/b"] {
+            std::fs::write(place(name), name).unwrap();
+        }
+        let files = SourceFiles::default();
+        assert!(files.read(&place("secret")).is_ok(), "nobody has confined it yet");
+        files.confine(&place("inner/scene.ron"));
+        for inside in ["inner/a", "inner/below/b", "inner/below/../a"] {
+            assert!(files.read(&place(inside)).is_ok(), "{inside}");
+        }
+        let outside = place("inner/../secret");
+        let refused = |path: &Path| files.read(path).unwrap_err().to_string().contains("--allow-outside");
+        assert!(refused(&outside));
+        assert!(files.missing().contains(&outside), "it is looked at again if it changes");
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("../secret", place("inner/link")).unwrap();
+            assert!(refused(&place("inner/link")), "links are followed");
+        }
+        files.name(&outside);
+        assert!(files.read(&outside).is_ok(), "somebody has named it");
+        std::fs::write(place(ROOT_MARK), "").unwrap();
+        let files = SourceFiles::default();
+        files.confine(&place("inner/scene.ron"));
+        assert!(files.read(&outside).is_ok(), "the folder above is the root now");
+    }
 }

@@ -10,7 +10,11 @@ mod corpus;
 mod edits;
 mod films;
 mod findings;
+#[path = "../fuzz/src/targets.rs"]
+mod fuzz_targets;
 mod gltf;
+#[cfg(unix)]
+mod hostile;
 mod images;
 mod lamps;
 mod media;

@@ -26,7 +26,7 @@ const LAYERS: [&[&str]; 12] = [
 ];
 const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 /// Free to be used by all, and to use none.
-const FREE: [&str; 1] = ["error"];
+const FREE: [&str; 3] = ["error", "files", "memory"];
 
 /// Which modules may name which crates; crates that are not listed are free.
 const CRATES: [(&str, &[&str]); 35] = [
@@ -41,7 +41,7 @@ const CRATES: [(&str, &[&str]); 35] = [
     ("image", &["formats"]),
     ("png", &["formats"]),
     ("exr", &["formats"]),
-    ("tempfile", &["formats"]),
+    ("tempfile", &["files"]),
     ("serde_json", &["cli", "formats", "study", "view"]),
     ("rayon", &["compile", "denoise", "bvh", "formats", "render", "view", "cli"]),
     ("clap", &["cli"]),
@@ -59,7 +59,7 @@ const CRATES: [(&str, &[&str]); 35] = [
     ("xxhash_rust", &["world", "film", "scene", "denoise", "formats", "study"]),
     ("bytemuck", &["world"]),
     ("strsim", &["error"]),
-    ("thiserror", &["error", "formats", "query", "view"]),
+    ("thiserror", &["error", "formats", "memory", "query", "view"]),
     ("libm", &["math", "world", "sampling", "film", "compile", "formats", "study", "check", "view", "cli"]),
     ("axum", &["view"]),
     ("tokio", &["view"]),

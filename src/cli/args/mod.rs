@@ -44,6 +44,32 @@ pub struct Arguments {
     /// What to render, where no other thing to do is named.
     #[command(flatten)]
     pub render: Render,
+    /// What the process may do.
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+/// What the process may do.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Limits")]
+pub struct Limits {
+    /// Use no more memory than this in all, such as 800M or 4G [default: what is free, and what ulimit -v and control
+    /// groups allow]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = crate::memory::parse)]
+    pub memory: Option<u64>,
+    /// Let scenes refer to files outside of their folders, too
+    #[arg(long, global = true)]
+    pub allow_outside: bool,
+}
+
+impl Limits {
+    /// From now on.
+    pub fn set(&self) {
+        self.memory.iter().for_each(|bytes| crate::memory::set_limit(*bytes));
+        if self.allow_outside {
+            crate::files::allow_outside();
+        }
+    }
 }
 
 /// Other things to do than to render.

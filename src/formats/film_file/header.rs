@@ -59,6 +59,34 @@ pub struct Header {
     pub note: Note,
 }
 
+/// Paths as text. What of them is no text is replaced, since JSON has nothing else: then it has to be said again where
+/// the file is.
+pub(in crate::formats) mod as_text {
+    use std::path::{Path, PathBuf};
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(path: &Path, to: S) -> Result<S::Ok, S::Error> {
+        path.to_string_lossy().serialize(to)
+    }
+
+    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<PathBuf, D::Error> {
+        String::deserialize(from).map(PathBuf::from)
+    }
+
+    pub mod several {
+        use super::*;
+
+        pub fn serialize<S: Serializer>(paths: &[PathBuf], to: S) -> Result<S::Ok, S::Error> {
+            to.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
+        }
+
+        pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<PathBuf>, D::Error> {
+            Vec::<PathBuf>::deserialize(from)
+        }
+    }
+}
+
 /// A pass that was under way.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Begun {
@@ -78,6 +106,7 @@ pub struct Note {
     /// What was typed, without the program's name.
     pub command: Vec<String>,
     /// Where the images go.
+    #[serde(with = "as_text::several")]
     pub outputs: Vec<PathBuf>,
     /// The machines that rendered it.
     pub hosts: Vec<String>,
@@ -91,6 +120,7 @@ pub struct Note {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
     /// The scene, as it was named.
+    #[serde(with = "as_text")]
     pub path: PathBuf,
     /// All files by their names as seen from the scene's folder, `.` for its own: hash of the content.
     pub files: BTreeMap<String, String>,

@@ -27,9 +27,12 @@ use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::error::{LoadError, SaveError};
+pub use crate::files::whole::writable;
+use crate::files::{self, whole::write_whole};
 use crate::film::{Film, Moments, PixelSum, Region};
-pub use crate::formats::whole_file::writable;
-use crate::formats::{fill, whole_file::write_whole};
+use crate::formats::fill;
+use crate::memory;
+pub(in crate::formats) use header::as_text;
 pub use header::{Begun, Header, Note, PROGRAM, Source, View};
 
 const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";
@@ -86,7 +89,7 @@ pub fn write(to: &mut dyn Write, header: &Header, film: &Film, moments: Option<&
 
 /// Reads the film at `path`, which must end where the file does.
 pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
-    let file = std::fs::File::open(path).map_err(LoadError::io(path))?;
+    let (file, _) = files::open(path).map_err(LoadError::io(path))?;
     let mut reader = io::BufReader::new(file);
     let film = read(&mut reader, path)?.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))?;
     match reader.read(&mut [0]).map_err(LoadError::io(path))? {
@@ -97,7 +100,7 @@ pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
 
 /// Reads the header alone of the film at `path`.
 pub fn load_header(path: &Path) -> Result<Header, LoadError> {
-    let file = std::fs::File::open(path).map_err(LoadError::io(path))?;
+    let (file, _) = files::open(path).map_err(LoadError::io(path))?;
     let header = read_header(&mut io::BufReader::new(file), path)?;
     header.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))
 }
@@ -107,6 +110,10 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     let Some(header) = read_header(from, path)? else { return Ok(None) };
     let region = header.region;
     let count = blocks(region);
+    let pixel = size_of::<PixelSum>() + usize::from(header.variance) * size_of::<[u128; 3]>();
+    let what = format_args!("the film of {}x{} pixels", region.width(), region.height());
+    let _claim =
+        memory::claim(what, region.area() as u64 * pixel as u64).map_err(LoadError::shortage(path))?;
     let mut pixels: Vec<PixelSum> = Vec::new();
     let mut squares: Vec<[u128; 3]> = Vec::new();
     let mut number = 0;

@@ -30,7 +30,7 @@ fn decode_ktx(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     let (Some(width), Some(height)) = (sizes(20), sizes(24)) else {
         return Err(refuse("the file ends within its header".to_owned()));
     };
-    picture::limits::check(path, [width.into(), height.into()], 4, bytes.len())?;
+    let _claim = picture::limits::check(path, [width.into(), height.into()], 4, bytes.len())?;
     let transcoder = Transcoder::new(bytes).map_err(damaged)?;
     if !matches!(transcoder.source_format(), SourceFormat::Etc1s | SourceFormat::UastcLdr) {
         return Err(refuse("it is neither ETC1S nor UASTC".to_owned()));

@@ -76,23 +76,34 @@ impl<'b> Container<'b> {
             let reason = format!("/asset: glTF of version {version}: only 2.0 can be read, convert it first");
             return Err(invalid(reason));
         }
-        serde_json::from_slice(self.json)
-            .or_else(|error| self.without_pointers().ok_or_else(|| refuse(error)))
+        serde_json::from_slice(self.json).or_else(|error| self.as_expected().ok_or_else(|| refuse(error)))
     }
 
-    /// The JSON without the channels of animations that are for an extension
-    /// (KHR_animation_pointer) and have no node, which the crate does not expect. None if that is
-    /// not what is wrong with it.
-    fn without_pointers(&self) -> Option<Root> {
+    /// The JSON without what the specification allows and the crate does not expect. None if that is not what is wrong
+    /// with it.
+    fn as_expected(&self) -> Option<Root> {
         let mut json: Value = serde_json::from_slice(self.json).ok()?;
-        let animations = json.get_mut("animations")?.as_array_mut()?;
-        for animation in animations {
+        whole_numbers(&mut json);
+        let list = |json: &'_ mut Value, name: &str| match json.get_mut(name).map(Value::take) {
+            Some(Value::Array(items)) => items,
+            _ => Vec::new(),
+        };
+        let mut scenes = list(&mut json, "scenes");
+        for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
+            // An empty scene.
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+        let mut animations = list(&mut json, "animations");
+        for animation in &mut animations {
             if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
-                let is_pointer = |target: &Value| {
-                    target.get("node").is_none()
-                        && target.get("extensions").is_some_and(|e| e.get("KHR_animation_pointer").is_some())
-                };
-                channels.retain(|channel| !channel.get("target").is_some_and(is_pointer));
+                // Without a node it is for an extension (KHR_animation_pointer), or for nobody.
+                let has_node = |target: &Value| target.get("node").is_some();
+                channels.retain(|channel| channel.get("target").is_none_or(has_node));
+            }
+        }
+        for (name, items) in [("scenes", scenes), ("animations", animations)] {
+            if let Some(place) = json.get_mut(name) {
+                *place = Value::Array(items);
             }
         }
         Root::deserialize(json).ok()
@@ -108,6 +119,22 @@ impl<'b> Container<'b> {
         } else {
             LoadError::At { file: path.to_owned(), line, column, reason }
         }
+    }
+}
+
+/// Writes 1.0 as 1: JSON has one kind of number.
+fn whole_numbers(json: &mut Value) {
+    match json {
+        Value::Number(number) => {
+            // Beyond that not all whole numbers are floats.
+            let whole = number.as_f64().filter(|value| value.fract() == 0.0 && value.abs() < 9e15);
+            if let Some(value) = whole.filter(|_| number.is_f64()) {
+                *json = Value::from(value as i64);
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(whole_numbers),
+        Value::Object(fields) => fields.values_mut().for_each(whole_numbers),
+        _ => {}
     }
 }
 

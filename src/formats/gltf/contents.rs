@@ -22,7 +22,7 @@ pub struct Contents {
 
 /// Looks into the file at `path`.
 pub fn contents(path: &Path) -> Result<Contents, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let root = Container::open(&bytes, path)?.parse(path)?;
     let name = |given: &Option<String>, number: usize| given.clone().unwrap_or_else(|| number.to_string());
     let extensions = root.extensions.as_ref().map(|extensions| &extensions.others);

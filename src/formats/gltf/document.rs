@@ -15,6 +15,7 @@ use super::container::Container;
 use super::meshopt::Compressed;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
+use crate::memory;
 use crate::world::SourceFiles;
 
 /// Bytes that may be made of each byte of the files. Exporters share vertices between a
@@ -97,9 +98,11 @@ impl<'p> Document<'p> {
     /// Counts `bytes` that are about to be made of the file's.
     pub(super) fn charge(&self, bytes: u64, place: impl Display) -> Result<(), LoadError> {
         let left = self.budget.get().checked_sub(bytes).ok_or_else(|| {
-            self.error(place, "what is read up to here is far larger than the file can honestly hold")
+            self.error(&place, "what is read up to here is far larger than the file can honestly hold")
         })?;
         self.budget.set(left);
+        memory::claim(format_args!("what is read at {place}"), bytes)
+            .map_err(LoadError::shortage(self.path))?;
         Ok(())
     }
 

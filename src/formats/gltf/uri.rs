@@ -2,6 +2,8 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use crate::files;
+
 /// Where the bytes are.
 #[derive(Debug, PartialEq)]
 pub(super) enum Resource {
@@ -71,7 +73,13 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
         .map_err(|_| format!("\"{}\" is not UTF-8 once its % signs are decoded", shown()))?;
     // Some exporters on Windows write its separators.
     let decoded = decoded.replace('\\', "/");
-    let leaves = || format!("\"{}\" leaves the folder of this file: put what it refers to into it", shown());
+    if files::outside_is_allowed() && !decoded.contains('\0') {
+        return Ok(folder.join(decoded));
+    }
+    let leaves = || {
+        let remedy = "put what it refers to into it, or say --allow-outside";
+        format!("\"{}\" leaves the folder of this file: {remedy}", shown())
+    };
     let mut below = PathBuf::new();
     for part in decoded.split('/').filter(|part| *part != ".") {
         if part == ".." {

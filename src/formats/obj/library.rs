@@ -4,7 +4,6 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use super::tidy::short;
 use super::{first_of, refer, text_of};
 use crate::world::SourceFiles;
 
@@ -93,6 +92,12 @@ fn load_one(
     }
 }
 
+/// What lines of a library begin with.
+const KEYWORDS: [&str; 17] = [
+    "newmtl", "Ka", "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "d", "Tr", "illum", "map_Ka", "map_Kd", "map_Ks",
+    "map_d", "bump", "map_Bump",
+];
+
 /// The lines of a library that make sense, and the numbers and keywords of the others. One bad line shall not cost the whole library, as it would with tobj.
 fn tidy(text: &str) -> (String, Vec<String>) {
     let mut tidied = String::with_capacity(text.len());
@@ -116,7 +121,9 @@ fn tidy(text: &str) -> (String, Vec<String>) {
                 // Writing to a string can't fail.
                 let _ = writeln!(tidied, "{keyword} {value}");
             }
-            None => faults.push(format!("{} ({})", i + 1, short(keyword))),
+            None if KEYWORDS.contains(&keyword) => faults.push(format!("{} ({keyword})", i + 1)),
+            // Whatever file this is, messages are not for what is in it.
+            None => faults.push((i + 1).to_string()),
         }
     }
     (tidied, faults)

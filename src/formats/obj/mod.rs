@@ -20,10 +20,14 @@ use std::path::{Path, PathBuf};
 use crate::error::LoadError;
 use crate::formats::triangulate::Triangulator;
 use crate::math::{Rgb, Vec2, Vec3};
+use crate::memory;
 use crate::world::{Assets, ImageId, MaterialId, Mesh};
 
 use material::Materials;
 use tidy::Tidied;
+
+/// Memory that a byte of text takes while it is read.
+const BYTES_OF_TEXT: u64 = 8;
 
 /// Reads a mesh and the materials that its faces use. `images` is called once for each
 /// picture file that they name; a picture or library that can't be had is a warning.
@@ -34,6 +38,8 @@ pub fn load(
     images: &mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
 ) -> Result<Mesh, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
+    let _claim = memory::claim("what it says", BYTES_OF_TEXT * bytes.len() as u64)
+        .map_err(LoadError::shortage(path))?;
     let tidied = Tidied::new(&text_of(&bytes)).map_err(|fault| LoadError::At {
         file: path.to_owned(),
         line: fault.line,

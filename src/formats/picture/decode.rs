@@ -56,7 +56,7 @@ pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<I
     let decoder = open(bytes, format).map_err(refuse)?;
     let (width, height) = decoder.dimensions();
     let pixel_bytes = if is_wide(decoder.color_type()) { 12 } else { 4 };
-    limits::check(path, [width.into(), height.into()], pixel_bytes, bytes.len())?;
+    let _claim = limits::check(path, [width.into(), height.into()], pixel_bytes, bytes.len())?;
     let texels = texels(DynamicImage::from_decoder(decoder).map_err(refuse)?);
     Ok(Image { source: None, width, height, texels })
 }

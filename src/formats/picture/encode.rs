@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::{encode_openexr, encode_png, encode_radiance};
 use crate::error::SaveError;
+use crate::files::whole::{writable, write_whole};
 use crate::film::Channel;
 use crate::film::tonemap::DisplayTransform;
-use crate::formats::whole_file::{writable, write_whole};
 use crate::math::Rgb;
 
 /// Bits a channel of a PNG.

@@ -10,8 +10,8 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 
 use super::encode::Output;
+use crate::files::whole::Writer;
 use crate::film::Values;
-use crate::formats::whole_file::Writer;
 
 /// Bytes before the first attribute: magic number and version.
 const ATTRIBUTES_START: usize = 8;

@@ -5,7 +5,7 @@ use std::io::Write;
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 
 use super::encode::{Output, PngBits};
-use crate::formats::whole_file::Writer;
+use crate::files::whole::Writer;
 
 /// Returns why it failed.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use super::encode::Output;
-use crate::formats::whole_file::Writer;
+use crate::files::whole::Writer;
 use crate::math::Rgb;
 
 /// Rows of other widths cannot be packed.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::LoadError;
+use crate::memory::{self, Claim};
 
 /// Pixels along a side.
 pub const LARGEST_SIDE: u64 = 65_536;
@@ -14,15 +15,20 @@ pub const LARGEST_SIZE: u64 = 2 << 30;
 const LARGEST_EXPANSION: u64 = 1 << 16;
 /// Decoded bytes that any file may have, however short.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
+/// The same for what is larger than [`LARGE`]: nobody draws so much of one colour.
+const LARGEST_EXPANSION_OF_LARGE: u64 = 1 << 12;
+/// Decoded bytes of a large picture.
+const LARGE: u64 = 256 << 20;
 
 /// Refuses a picture of `width` times `height` pixels that are to become `pixel_bytes`
-/// each if it is too large, or larger than a file of `file_bytes` can honestly be.
+/// each if it is too large, larger than a file of `file_bytes` can honestly be, or than memory does for. The claim is for
+/// the time while it is decoded.
 pub(in crate::formats) fn check(
     path: &Path,
     [width, height]: [u64; 2],
     pixel_bytes: u64,
     file_bytes: usize,
-) -> Result<(), LoadError> {
+) -> Result<Claim<'static>, LoadError> {
     let refuse = |reason: String| Err(LoadError::invalid(path, reason));
     let too_large = |reason: String| Err(LoadError::too_large(path, reason));
     if width == 0 || height == 0 {
@@ -39,10 +45,14 @@ pub(in crate::formats) fn check(
             "the picture is {width} x {height} pixels, {size} bytes when decoded: at most {LARGEST_SIZE} can be read"
         ));
     }
-    if size > ALWAYS_ALLOWED && size / LARGEST_EXPANSION > file_bytes as u64 {
+    let expansion = if size > LARGE { LARGEST_EXPANSION_OF_LARGE } else { LARGEST_EXPANSION };
+    if size > ALWAYS_ALLOWED && size / expansion > file_bytes as u64 {
         return refuse(format!(
             "the picture claims to be {width} x {height} pixels, which a file of {file_bytes} bytes does not hold"
         ));
     }
-    Ok(())
+    // As the decoder has it, and as texels.
+    let what = format_args!("the picture of {width} x {height} pixels");
+    let claim = memory::claim(what, 2 * size).map_err(|shortage| shortage.or("use a smaller one"));
+    claim.map_err(LoadError::shortage(path))
 }

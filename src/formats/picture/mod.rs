@@ -63,7 +63,7 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 /// PNG and the like by the sRGB curve without alpha; OpenEXR and Radiance HDR as they
 /// are, NaN, infinity and all.
 pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let image = decode_unchanged(&bytes, path)?;
     let pixels = match image.texels {
         Texels::Rgb32(texels) => texels.into_iter().map(Rgb::from).collect(),

@@ -126,7 +126,7 @@ impl DecodedLayer {
         let data = header.own_attributes.layer_position;
         limits::check(path, [size.x() as u64, size.y() as u64], 12, file_bytes)?;
         let layer = [header.layer_size.x() as u64, header.layer_size.y() as u64];
-        limits::check(path, layer, header.channels.bytes_per_pixel as u64, file_bytes)?;
+        let _claim = limits::check(path, layer, header.channels.bytes_per_pixel as u64, file_bytes)?;
         Ok(Self {
             source,
             channels: header.channels.clone(),

@@ -11,7 +11,7 @@ use crate::error::LoadError;
 
 /// The text that an image carries under a name; none if there is none, or nowhere to carry it.
 pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     Ok(match decode::recognise(&bytes, path)? {
         image::ImageFormat::Png => of_png(&bytes, name),
         image::ImageFormat::OpenExr => of_openexr(&bytes, name),

@@ -18,6 +18,7 @@ mod write;
 use std::path::Path;
 
 use crate::error::LoadError;
+use crate::memory;
 use crate::world::Mesh;
 
 use header::{Element, Encoding, Header};
@@ -27,7 +28,7 @@ pub use write::{save, write};
 
 /// Reads a mesh from a PLY file.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
-    let bytes = std::fs::read(path).map_err(LoadError::io(path))?;
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     parse(&bytes, path)
 }
 
@@ -39,6 +40,15 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
         column: 1,
         reason: fault.reason,
     })?;
+    let count = |name: &str| {
+        let elements = header.elements.iter().filter(|element| element.name == name);
+        elements.map(|element| element.count as u64).sum::<u64>()
+    };
+    let (vertices, faces) = (count("vertex"), count("face"));
+    let what = format_args!("the mesh of {vertices} vertices and {faces} faces");
+    // Positions, normals, texture coordinates; corners of two triangles. A file can claim more than it holds.
+    let bytes = (32 * vertices + 24 * faces).min(12 * body.len() as u64);
+    let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
     let mesh = match header.encoding {
         Encoding::Ascii => read_body(Ascii::new(body), &header),
         Encoding::LittleEndian => read_body(Binary::<false>::new(body), &header),

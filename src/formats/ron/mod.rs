@@ -26,11 +26,17 @@ use self::source::Source;
 pub use self::write::{Portrait, camera, look_at, portrait, save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
+use crate::memory;
 use crate::world::World;
+
+/// Memory that a byte of text takes while it is read.
+const BYTES_OF_TEXT: u64 = 16;
 
 /// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
 pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let bytes = files.read(path)?;
+    let _claim = memory::claim("what it says", BYTES_OF_TEXT * bytes.len() as u64)
+        .map_err(LoadError::shortage(path))?;
     match std::str::from_utf8(&bytes) {
         Ok(text) => parse(text, path, files),
         Err(error) => {

@@ -77,6 +77,17 @@ impl<'a> Source<'a> {
         LoadError::At { file: self.path.to_owned(), line, column, reason: reason.into() }
     }
 
+    /// What `raw` names could not be read.
+    pub(super) fn nested(&self, raw: Raw<'a>, error: LoadError) -> LoadError {
+        let (line, column) = self.position(raw.0);
+        match error {
+            LoadError::TooLarge { .. } => {
+                LoadError::too_large(self.path, format!("{line}:{column}: {error}"))
+            }
+            _ => self.error(raw.0, error.to_string()),
+        }
+    }
+
     /// `ron`'s own reading of `raw`, when all that matters is whether it succeeds.
     pub(super) fn try_read<T: Deserialize<'a>>(&self, raw: Raw<'a>) -> Option<T> {
         self.options.from_str(raw.0).ok()

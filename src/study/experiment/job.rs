@@ -9,10 +9,11 @@ use crate::bvh::narrow::Narrow;
 use crate::bvh::traverse::closest_one;
 use crate::bvh::{self, Asker, Bvh, Coherence, HitsMut, Rays, Stack, brute};
 use crate::error::LoadError;
-use crate::film::metrics;
+use crate::film::{PixelSum, metrics};
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
 use crate::formats::{Files, LoadOptions};
 use crate::math::{Rgb, Vec3};
+use crate::memory;
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
 use crate::scene::CompiledScene;
@@ -169,6 +170,11 @@ fn render(
         Some(Sorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
     };
     let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
+    let [width, height] = world.settings.size;
+    // Its sums, and the picture that is made of them.
+    let bytes = u64::from(width) * u64::from(height) * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
+    memory::claim(format_args!("an image of {width}x{height}"), bytes)
+        .map_err(|shortage| shortage.to_string())?;
     let mut session = Session::new(compiled, &world.settings, options);
     let threads = change.threads.unwrap_or(1) as usize;
     let clean = change.denoise == Some(true);

@@ -120,7 +120,7 @@ impl<'a> Run<'a> {
             return Ok(*hash);
         }
         let bytes =
-            std::fs::read(&path).map_err(|error| format!("{}: cannot read: {error}", path.display()))?;
+            crate::files::read(&path).map_err(|error| format!("{}: cannot read: {error}", path.display()))?;
         let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
         known.insert(path, hash);
         Ok(hash)
@@ -260,7 +260,7 @@ impl<'a> Run<'a> {
     }
 
     fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
-        std::fs::read(path).map_err(|error| format!("{}: cannot read: {error}", path.display()))
+        crate::files::read(path).map_err(|error| format!("{}: cannot read: {error}", path.display()))
     }
 
     fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), SaveError> {

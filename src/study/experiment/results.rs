@@ -71,8 +71,8 @@ pub struct Results {
 impl Results {
     /// Reads what there is already. A last line that was cut off is dropped.
     pub fn open(path: &Path) -> Result<Results, StudyError> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
+        let text = match crate::files::read(path) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
             Err(error) => return Err(format!("{}: cannot read: {error}", path.display()).into()),
         };

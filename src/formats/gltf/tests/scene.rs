@@ -217,3 +217,23 @@ fn a_camera_says_what_shape_the_picture_has() {
     let read = read(&with(&[("/cameras", cameras), ("/nodes/0/camera", json!(0))]));
     assert_eq!(read.model.aspect, Some(2.0));
 }
+
+/// What Khronos' validator finds no error in.
+#[test]
+fn what_is_odd_but_allowed_is_read() {
+    let mut file = with(&[("/scenes/0", json!({"name": "empty"}))]);
+    assert!(read(&file).model.nodes.is_empty());
+    // JSON has one kind of number.
+    file = with(&[("/nodes/0/mesh", json!(0.0)), ("/accessors/0/count", json!(3.0)), ("/scene", json!(0.0))]);
+    assert_eq!(read(&file).mesh().triangles.len(), 1);
+    moving::animate(&mut file, "translation", "VEC3", 2, &[0.0, 0.0, 0.0, 4.0, 0.0, 2.0]);
+    let channel = file["animations"][0]["channels"][0].clone();
+    set(&mut file, "/animations/0/channels/1", channel);
+    file["animations"][0]["channels"][0]["target"] = json!({"path": "rotation"});
+    let moment = LoadOptions { time_s: Some(1.0), ..LoadOptions::default() };
+    let read = read_with(file.to_string().as_bytes(), &moment).unwrap();
+    assert_eq!(read.model.nodes.len(), 1, "a channel for nobody moves nothing");
+    let half = with(&[("/accessors/0/count", json!(2.5))]);
+    let refusal = read_bytes(half.to_string().as_bytes()).unwrap_err().to_string();
+    assert!(refusal.contains("invalid type: floating point `2.5`"), "half a vertex: {refusal}");
+}

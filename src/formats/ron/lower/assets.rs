@@ -74,7 +74,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
             Some(id) => *id,
             None => {
                 let read = self.files.mesh(&path, &mut world.assets, &mut world.warnings);
-                let mesh = read.map_err(|error| source.error(raw.0, error.to_string()))?;
+                let mesh = read.map_err(|error| source.nested(raw, error))?;
                 world.assets.add_mesh(mesh)
             }
         };
@@ -102,7 +102,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
             return Ok((model.clone(), path));
         }
         let read = self.files.model(&path, &mut world.assets, &mut world.warnings);
-        let model = Rc::new(read.map_err(|error| source.error(raw.0, error.to_string()))?);
+        let model = Rc::new(read.map_err(|error| source.nested(raw, error))?);
         self.models.insert(file, model.clone());
         Ok((model, path))
     }
@@ -143,7 +143,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     pub(super) fn read_images(self, source: &Source<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);
         for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
-            let image = image.map_err(|error| source.error(raw.0, error.to_string()))?;
+            let image = image.map_err(|error| source.nested(raw, error))?;
             world.assets.images[id.0 as usize] = image;
         }
         Ok(())

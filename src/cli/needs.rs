@@ -1,0 +1,55 @@
+//! How much memory a rendering takes besides its scene.
+
+use super::{Failure, aov};
+use crate::denoise;
+use crate::film::{Features, PixelSum, Region};
+use crate::integrator::wavefront::Wave;
+use crate::integrator::{Frame, Schedule};
+use crate::math::Rgb;
+use crate::memory;
+use crate::world::Settings;
+
+/// Width and height of what a worker renders at a time.
+const TILE: usize = 64;
+
+/// What of a rendering takes memory.
+pub struct Needs {
+    /// Pixels.
+    pub region: Region,
+    /// Whether noise is taken out.
+    pub denoises: bool,
+    /// In which order.
+    pub schedule: Schedule,
+    /// Paths of a wave.
+    pub wave: usize,
+}
+
+impl Needs {
+    /// In bytes.
+    pub fn bytes(&self, frame: &Frame, settings: &Settings) -> u64 {
+        // Sums, the picture that is made of them, and its bytes on the way to a file.
+        let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>() + 4;
+        if !settings.aov.is_empty() {
+            pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+        }
+        if self.denoises {
+            pixel += denoise::BYTES + 2 * size_of::<Features>();
+        }
+        let queues = match self.schedule {
+            Schedule::Wavefront => Wave::new(frame, self.wave, Default::default()).bytes(),
+            Schedule::Recursive => 0,
+        };
+        let worker = queues + TILE * TILE * size_of::<PixelSum>();
+        let area = self.region.area();
+        (area as u64).saturating_mul(pixel as u64) + (worker * rayon::current_num_threads()) as u64
+    }
+
+    /// Whether memory will do.
+    pub fn check(&self, frame: &Frame, settings: &Settings) -> Result<(), Failure> {
+        let (width, height) = (self.region.width(), self.region.height());
+        let what = format_args!("an image of {width}x{height}");
+        let claim = memory::claim(what, self.bytes(frame, settings));
+        claim.map_err(|shortage| shortage.or("use --crop or a smaller --size"))?;
+        Ok(())
+    }
+}

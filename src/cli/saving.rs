@@ -1,0 +1,114 @@
+//! Outputs on their way to the disk: what fails costs no other, and what was rendered is not lost.
+
+use std::path::{Path, PathBuf};
+
+use super::films::save;
+use super::{Failure, command_line};
+use crate::formats::film_file::Header;
+use crate::render::Gathered;
+
+/// What has been written, and what could not be.
+#[derive(Default)]
+pub struct Saved {
+    /// Images, in the order in which they were asked for.
+    pub images: Vec<PathBuf>,
+    /// A film, of which images can be made again.
+    pub film: Option<PathBuf>,
+    failures: Vec<Failure>,
+    /// Whether pixels were among what could not be written.
+    lacks_pixels: bool,
+}
+
+impl Saved {
+    /// Notes what became of the report.
+    pub fn report(&mut self, outcome: Result<(), Failure>) {
+        self.failures.extend(outcome.err());
+    }
+
+    /// Notes what became of pixels that are in no image that was asked for by name.
+    pub fn pixels(&mut self, outcome: Result<(), impl Into<Failure>>) {
+        let failure: Option<Failure> = outcome.err().map(Into::into);
+        // Who has closed the pipe does not want them.
+        self.lacks_pixels |= failure.as_ref().is_some_and(|failure| !failure.is_closed_pipe());
+        self.failures.extend(failure);
+    }
+
+    /// Notes what became of an image.
+    pub fn image(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
+        match outcome {
+            Ok(()) => self.images.push(path.to_owned()),
+            failed => self.pixels(failed),
+        }
+    }
+
+    /// Notes what became of a film.
+    pub fn film(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
+        match outcome {
+            Ok(()) => self.film = Some(path.to_owned()),
+            failed => self.pixels(failed),
+        }
+    }
+
+    /// Whether all that was asked for is there.
+    pub fn is_whole(&self) -> bool {
+        self.failures.is_empty()
+    }
+
+    /// Says what could not be written. If nothing holds what was rendered, it goes wherever there is room.
+    pub fn end(self, header: &Header, gathered: &Gathered) -> Result<(), Failure> {
+        if self.failures.is_empty() {
+            return Ok(());
+        }
+        if !self.lacks_pixels {
+            return Err(Failure::all(self.failures, ""));
+        }
+        let film = self.film.map(Ok).unwrap_or_else(|| rescue(header, gathered));
+        let note = match film {
+            Ok(film) => {
+                let film = command_line::quoted(&film.to_string_lossy());
+                format!(
+                    "what was rendered is in {film}: rayfront merge {film} --partial -o image.png makes an image of it"
+                )
+            }
+            Err(()) => "and nowhere was room for what was rendered".to_owned(),
+        };
+        Err(Failure::all(self.failures, &note))
+    }
+
+    /// The same for what was made of other films.
+    pub fn end_of_merge(
+        self,
+        header: &Header,
+        gathered: &Gathered,
+        films: &[PathBuf],
+    ) -> Result<(), Failure> {
+        match films.iter().any(|film| film.as_os_str() == "-") {
+            false if !self.is_whole() => {
+                Err(Failure::all(self.failures, "the films that were put together are as they were"))
+            }
+            _ => self.end(header, gathered),
+        }
+    }
+}
+
+/// Saves a film that was not asked for where there is room.
+fn rescue(header: &Header, gathered: &Gathered) -> Result<PathBuf, ()> {
+    let asked = header.note.outputs.first().map(PathBuf::as_path).or(Some(&header.scene.path));
+    let beside = asked.and_then(Path::parent).map(Path::to_owned);
+    let folders = [beside, Some(PathBuf::new()), std::env::home_dir(), Some(std::env::temp_dir())];
+    let memory = Some(PathBuf::from("/dev/shm")).filter(|folder| folder.is_dir());
+    let stem = asked.and_then(Path::file_stem).unwrap_or("image".as_ref()).to_owned();
+    let name = |number: u32| {
+        let mut name = stem.clone();
+        name.push(if number == 0 { ".saved.film".to_owned() } else { format!(".saved-{number}.film") });
+        name
+    };
+    for folder in folders.into_iter().chain([memory]).flatten() {
+        let free = (0..1000).map(|number| folder.join(name(number))).find(|path| !path.exists());
+        let Some(path) = free else { continue };
+        if save(&path, header, gathered).is_ok() {
+            return Ok(std::path::absolute(&path).unwrap_or(path));
+        }
+    }
+    Err(())
+}

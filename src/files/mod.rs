@@ -1,0 +1,81 @@
+//! Files of other people, and our own: the only place that opens them. What is read is an ordinary file whose size is
+//! looked at first; what is written is whole or not there.
+
+pub mod whole;
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::memory;
+
+/// Whether scenes may refer to whatever files they like.
+static OUTSIDE: AtomicBool = AtomicBool::new(false);
+
+/// Scenes may refer to files outside of their folders, from now on. For scenes that are known to be harmless.
+pub fn allow_outside() {
+    OUTSIDE.store(true, Ordering::Relaxed);
+}
+
+/// Whether they may.
+pub fn outside_is_allowed() -> bool {
+    OUTSIDE.load(Ordering::Relaxed)
+}
+
+/// Opens what must be an ordinary file: a pipe would be waited for without end, a device has none.
+pub fn open(path: &Path) -> io::Result<(File, u64)> {
+    // Asked first: to open a pipe is to wait already.
+    is_ordinary(&std::fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    is_ordinary(&metadata)?;
+    Ok((file, metadata.len()))
+}
+
+/// Reads all of an ordinary file, if there is memory for it.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let (file, length) = open(path)?;
+    let _claim = memory::claim("what is in it", length).map_err(io::Error::other)?;
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX).saturating_add(1))?;
+    // Not more than was asked for, even if somebody appends to it meanwhile.
+    file.take(length).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn is_ordinary(metadata: &Metadata) -> io::Result<()> {
+    let what = match metadata.file_type() {
+        kind if kind.is_file() => return Ok(()),
+        kind if kind.is_dir() => "a folder",
+        _ => "a device, a pipe or the like",
+    };
+    Err(io::Error::new(io::ErrorKind::InvalidInput, format!("this is {what}: name an ordinary file")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ordinary_files_alone_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::fs::write(&path, "some bytes").unwrap();
+        assert_eq!(read(&path).unwrap(), b"some bytes");
+        assert!(read(folder.path()).unwrap_err().to_string().contains("a folder"));
+        assert_eq!(read(&folder.path().join("b")).unwrap_err().kind(), io::ErrorKind::NotFound);
+        // Would never end.
+        #[cfg(unix)]
+        assert!(read(Path::new("/dev/zero")).unwrap_err().to_string().contains("a device"));
+    }
+
+    #[test]
+    fn a_file_that_memory_does_not_do_for_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large");
+        File::create(&path).unwrap().set_len(1 << 43).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.starts_with("what is in it takes 8796.09 GB"), "{message}");
+    }
+}

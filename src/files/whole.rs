@@ -1,0 +1,192 @@
+//! Files that are either whole or not there, even if the power fails.
+
+use std::fs::{File, TryLockError};
+use std::io::{BufWriter, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::SaveError;
+
+/// What is written to before the file has its name.
+pub type Writer<'a> = BufWriter<&'a File>;
+
+/// What such files are called meanwhile.
+const PREFIX: &str = ".rayfront-";
+const SUFFIX: &str = ".part";
+
+/// Writes a file beside its place, waits until the disk has it and gives it its name. Until then an older
+/// one of that name stays as it was, and after an error, too. Links to it stay links, and who may read it may still.
+pub fn write_whole<E: std::fmt::Display>(
+    path: &Path,
+    write: impl FnOnce(Writer<'_>) -> Result<(), E>,
+) -> Result<(), SaveError> {
+    let failed = |error: std::io::Error| SaveError::new(path, error);
+    let place = place_of(path)?;
+    let temporary = temporary_beside(path, &place)?;
+    write(BufWriter::new(temporary.as_file())).map_err(|reason| SaveError::new(path, reason))?;
+    if let Ok(older) = std::fs::metadata(&place) {
+        temporary.as_file().set_permissions(older.permissions()).map_err(failed)?;
+    }
+    // Else a rename could reach the disk before the content does.
+    temporary.as_file().sync_all().map_err(failed)?;
+    let (file, named) = temporary.into_parts();
+    std::fs::rename(&named, &place).map_err(failed)?;
+    // It has another name now: there is nothing to be removed.
+    let _ = named.keep();
+    drop(file);
+    // The name is the folder's content. Not every file system can be asked to keep it.
+    #[cfg(unix)]
+    let _ = File::open(folder_of(&place)).and_then(|folder| folder.sync_all());
+    Ok(())
+}
+
+/// Whether a file could be made there now. What was left there by those who were killed while they wrote is removed.
+pub fn writable(path: &Path) -> Result<(), SaveError> {
+    let place = place_of(path)?;
+    remove_left_behind(folder_of(&place));
+    temporary_beside(path, &place).map(|_| ())
+}
+
+/// Where a path leads: links are followed, even where nothing is yet.
+fn place_of(path: &Path) -> Result<PathBuf, SaveError> {
+    let failed = |error: std::io::Error| SaveError::new(path, error);
+    let mut place = path.to_owned();
+    // (Systems follow some forty.)
+    for _ in 0..40 {
+        let found = match std::fs::symlink_metadata(&place) {
+            Ok(found) => found,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(place),
+            Err(error) => return Err(failed(error)),
+        };
+        if found.is_dir() {
+            return Err(SaveError::new(path, "this is a folder: give the name of a file"));
+        }
+        if found.is_file() {
+            return Ok(place);
+        }
+        if !found.is_symlink() {
+            return Err(SaveError::new(
+                path,
+                "this is a device, a pipe or the like: give the name of a file",
+            ));
+        }
+        place = folder_of(&place).join(std::fs::read_link(&place).map_err(failed)?);
+    }
+    Err(SaveError::new(path, "its links lead nowhere"))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A file in the same folder, for a rename works only within one file system. It is locked as long as somebody
+/// writes it.
+fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveError> {
+    let folder = folder_of(place);
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return Err(SaveError::new(path, format!("there is no folder {folder}: make it first")));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    // Temporary files are private; this one will be an ordinary file, and the umask applies.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let temporary = builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))?;
+    // Not every file system has locks: then the file is left alone for being young.
+    let _ = temporary.as_file().try_lock();
+    Ok(temporary)
+}
+
+/// Removes files of ours that nobody writes any more.
+fn remove_left_behind(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+        if is_ours && is_left_behind(&entry.path()) {
+            // Somebody else's stay.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether nobody has locked a file, or written to it for some time.
+fn is_left_behind(path: &Path) -> bool {
+    // Opened to write: on some file systems no other lock is to be had. Never waited for: it is an ordinary file.
+    let is_ordinary = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
+    let Some(file) = is_ordinary.then(|| File::options().write(true).open(path).ok()).flatten() else {
+        return false;
+    };
+    let age =
+        file.metadata().and_then(|metadata| metadata.modified()).ok().and_then(|time| time.elapsed().ok());
+    let is_old = age.is_some_and(|age| age.as_secs() >= 60);
+    is_old && !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+}
+
+#[cfg(unix)]
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+
+    fn replace(path: &Path, content: &str) -> Result<(), SaveError> {
+        write_whole(path, |mut file| file.write_all(content.as_bytes()).and_then(|()| file.flush()))
+    }
+
+    #[test]
+    fn links_and_modes_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, hanging] = ["file", "link", "hanging"].map(|name| folder.path().join(name));
+        std::fs::create_dir(folder.path().join("below")).unwrap();
+        std::fs::write(&file, "old").unwrap();
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).unwrap();
+        symlink("file", &link).unwrap();
+        symlink("below/new", &hanging).unwrap();
+        replace(&link, "new").unwrap();
+        assert!(link.is_symlink() && std::fs::read(&file).unwrap() == b"new");
+        assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        replace(&hanging, "newer").unwrap();
+        assert!(hanging.is_symlink());
+        assert_eq!(std::fs::read(folder.path().join("below/new")).unwrap(), b"newer");
+    }
+
+    #[test]
+    fn what_is_no_file_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let [device, ring] = ["device", "ring"].map(|name| folder.path().join(name));
+        symlink("/dev/null", &device).unwrap();
+        symlink("ring", &ring).unwrap();
+        for (path, reason) in
+            [(&device, "a device"), (&ring, "lead nowhere"), (&folder.path().into(), "a folder")]
+        {
+            let error = replace(path, "x").unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+            assert!(writable(path).is_err());
+        }
+        assert!(!Path::new("/dev/null").is_file());
+        let long = folder.path().join("a".repeat(300));
+        assert!(writable(&long).is_err(), "known before anything is rendered");
+    }
+
+    #[test]
+    fn what_was_left_behind_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = |name: &str| {
+            let path = folder.path().join(name);
+            let file = File::create(&path).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(90)).unwrap();
+            (path, file)
+        };
+        let (left, other) = (old(".rayfront-abc.part").0, old(".rayfront-abc").0);
+        let (written, file) = old(".rayfront-def.part");
+        file.lock().unwrap();
+        let young = folder.path().join(".rayfront-ghi.part");
+        std::fs::write(&young, "").unwrap();
+        writable(&folder.path().join("a.png")).unwrap();
+        assert_eq!([left, other, written, young].map(|path| path.exists()), [false, true, true, true]);
+    }
+}

@@ -1,0 +1,291 @@
+//! How much memory the process may use. What is large is claimed before it is taken, so that too much is a message
+//! and not the end of the process, or of the machine.
+
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What the process may use, by what it was told and by what the system lets it have.
+static OURS: Budget = Budget::of(u64::MAX);
+
+/// Bytes that are never handed out: stacks, waves, the allocator's own.
+const RESERVE: u64 = 48 << 20;
+/// Claims that are smaller together need no look at the system.
+const SMALL: u64 = 4 << 20;
+
+/// Says how many bytes the process may use in all, from now on.
+pub fn set_limit(bytes: u64) {
+    OURS.most.store(bytes, Ordering::Relaxed);
+}
+
+/// Claims memory for what is about to be made, for as long as the claim lives: until it is made, and others that are
+/// made at the same time should know. Errors: there is not as much.
+pub fn claim(what: impl Display, bytes: u64) -> Result<Claim<'static>, Shortage> {
+    OURS.claim(what, bytes)
+}
+
+/// Bytes that can still be claimed, where the system tells.
+pub fn available() -> Option<u64> {
+    OURS.left().map(|left| left.bytes.saturating_sub(RESERVE))
+}
+
+/// The most memory that was resident, in bytes, where /proc tells.
+pub fn peak() -> Option<u64> {
+    status("VmHWM:")
+}
+
+/// What is resident now.
+pub fn resident() -> Option<u64> {
+    status("VmRSS:")
+}
+
+/// So many bytes that all that is claimed must fit.
+struct Budget {
+    /// That the process may have in all.
+    most: AtomicU64,
+    /// What is being made.
+    claimed: AtomicU64,
+    /// Small claims since the last look.
+    small: AtomicU64,
+}
+
+/// Memory for something that is being made.
+#[derive(Debug)]
+pub struct Claim<'b> {
+    claimed: &'b AtomicU64,
+    bytes: u64,
+}
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        self.claimed.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
+/// There is not enough memory for something.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{what} takes {}, and {} of {bound}: {hint}", in_words(*.needed), Left(*.left))]
+pub struct Shortage {
+    what: String,
+    needed: u64,
+    left: u64,
+    bound: Bound,
+    hint: String,
+}
+
+impl Shortage {
+    /// Says what else could be done about it.
+    pub fn or(self, what: &str) -> Shortage {
+        Shortage { hint: format!("{what}, or {}", self.hint), ..self }
+    }
+}
+
+/// What says how much there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bound {
+    Told,
+    Free,
+    AddressSpace,
+    Group,
+}
+
+impl Display for Bound {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Bound::Told => "what --memory allows",
+            Bound::Free => "the machine's memory",
+            Bound::AddressSpace => "the address space (ulimit -v)",
+            Bound::Group => "the control group's memory",
+        })
+    }
+}
+
+struct Left(u64);
+
+impl Display for Left {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0 {
+            0 => f.write_str("nothing is left"),
+            bytes => write!(f, "{} are left", in_words(bytes)),
+        }
+    }
+}
+
+struct Room {
+    bytes: u64,
+    bound: Bound,
+}
+
+impl Budget {
+    const fn of(most: u64) -> Budget {
+        Budget { most: AtomicU64::new(most), claimed: AtomicU64::new(0), small: AtomicU64::new(0) }
+    }
+
+    fn claim(&self, what: impl Display, bytes: u64) -> Result<Claim<'_>, Shortage> {
+        let claimed = self.claimed.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+        let claim = Claim { claimed: &self.claimed, bytes };
+        if bytes < SMALL && self.small.fetch_add(bytes, Ordering::Relaxed) < SMALL {
+            return Ok(claim);
+        }
+        self.small.store(0, Ordering::Relaxed);
+        match self.left() {
+            Some(Room { bytes: room, bound }) if claimed.saturating_add(RESERVE) > room => {
+                let left = room.saturating_sub(claimed - bytes).saturating_sub(RESERVE);
+                let hint = match bound {
+                    Bound::Told => "allow more",
+                    Bound::Free => "use a machine with more",
+                    Bound::AddressSpace | Bound::Group => "raise that limit",
+                };
+                Err(Shortage { what: what.to_string(), needed: bytes, left, bound, hint: hint.into() })
+            }
+            _ => Ok(claim),
+        }
+    }
+
+    /// What can still be had of what bounds us most, the reserve and claims included.
+    fn left(&self) -> Option<Room> {
+        let most = self.most.load(Ordering::Relaxed);
+        let told = (most < u64::MAX).then(|| most.saturating_sub(resident().unwrap_or(0)));
+        let bounds = [
+            (told, Bound::Told),
+            (field("/proc/meminfo", "MemAvailable:"), Bound::Free),
+            (address_space(), Bound::AddressSpace),
+            (control_group(), Bound::Group),
+        ];
+        let rooms = bounds.into_iter().filter_map(|(bytes, bound)| Some(Room { bytes: bytes?, bound }));
+        rooms.min_by_key(|room| room.bytes)
+    }
+}
+
+/// As people say it.
+pub fn in_words(bytes: u64) -> String {
+    match bytes as f64 {
+        bytes if bytes >= 999.5e6 => format!("{:.2} GB", bytes / 1e9),
+        bytes => format!("{:.1} MB", bytes / 1e6),
+    }
+}
+
+/// A number of bytes as people write it: 800M, 1.5G, 2GiB.
+pub fn parse(text: &str) -> Result<u64, String> {
+    let wrong = || format!("{text:?} is no amount of memory: write it as 800M, 1.5G or 2GiB");
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let number: f64 = text[..end].parse().map_err(|_| wrong())?;
+    let factor = match text[end..].trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "k" | "kb" => 1e3,
+        "m" | "mb" => 1e6,
+        "g" | "gb" => 1e9,
+        "t" | "tb" => 1e12,
+        "kib" => 1024.0,
+        "mib" => 1024.0 * 1024.0,
+        "gib" => 1024.0 * 1024.0 * 1024.0,
+        _ => return Err(wrong()),
+    };
+    let bytes = (number * factor) as u64;
+    if bytes < 1 << 20 {
+        return Err(format!("{text:?} is less than a megabyte: {}", wrong()));
+    }
+    Ok(bytes)
+}
+
+/// What of the address space that the process may have it has not mapped yet.
+fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let limit = |name: &str| {
+        let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
+        line.split_whitespace().next()?.parse::<u64>().ok()
+    };
+    let left = |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(status(used)?));
+    let [space, data] = [(limit("Max address space"), "VmSize:"), (limit("Max data size"), "VmData:")]
+        .map(|(limit, used)| left(limit, used));
+    space.into_iter().chain(data).min()
+}
+
+/// What the process's control group and those around it may still take, of either version.
+fn control_group() -> Option<u64> {
+    let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
+    let rooms = groups.lines().filter_map(|line| {
+        let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>()[..] else { return None };
+        let is_memory = controllers.split(',').any(|name| name == "memory");
+        let (base, most, used, file) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "),
+            _ if is_memory => (
+                "/sys/fs/cgroup/memory",
+                "memory.limit_in_bytes",
+                "memory.usage_in_bytes",
+                "total_inactive_file ",
+            ),
+            _ => return None,
+        };
+        // Within a container the group's own path may be that of the host.
+        let path = Path::new(path.trim_start_matches('/'));
+        let rooms = path.ancestors().filter_map(|group| {
+            let folder = Path::new(base).join(group);
+            let number =
+                |name: &str| std::fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
+            // Pages of files that nobody has used for some time are given back.
+            let stat = std::fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
+            let files = stat.lines().find_map(|line| line.strip_prefix(file)?.parse::<u64>().ok());
+            let used = number(used)?.saturating_sub(files.unwrap_or(0));
+            Some(number(most)?.saturating_sub(used))
+        });
+        rooms.min()
+    });
+    rooms.min()
+}
+
+/// A line of what the system says of the process.
+fn status(name: &str) -> Option<u64> {
+    field("/proc/self/status", name)
+}
+
+/// A line of numbers in kibibytes.
+fn field(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_a_reason() {
+        let budget = Budget::of(1 << 40);
+        // (No machine has an exabyte.)
+        let shortage = budget.claim("a film", 1 << 60).unwrap_err().or("use --crop").to_string();
+        if cfg!(target_os = "linux") {
+            assert!(shortage.starts_with("a film takes 1152921504.61 GB, and "), "{shortage}");
+            assert!(shortage.contains("use --crop, or "), "{shortage}");
+        }
+        assert_eq!(budget.claimed.load(Ordering::Relaxed), 0, "what is refused is not kept");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn claims_count_as_long_as_they_live() {
+        let budget = Budget::of(resident().unwrap() + (1 << 30));
+        let half = 600 << 20;
+        let first = budget.claim("one", half).unwrap();
+        let message = budget.claim("two", half).unwrap_err().to_string();
+        assert!(message.ends_with("of what --memory allows: allow more"), "{message}");
+        drop(first);
+        drop(budget.claim("two", half).unwrap());
+        // Many small ones are looked at as well.
+        let many: Result<Vec<_>, _> = (0..2000).map(|_| budget.claim("a small one", 1 << 20)).collect();
+        assert!(many.is_err());
+    }
+
+    #[test]
+    fn amounts_are_read_as_they_are_written() {
+        assert_eq!(
+            [parse("800M"), parse("1.5g"), parse("2 GiB")],
+            [Ok(800_000_000), Ok(1_500_000_000), Ok(2 << 30)]
+        );
+        for wrong in ["", "M", "1X", "-1G", "1e3G", "12", "nan"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!([in_words(1_234_567), in_words(2_345_678_901)], ["1.2 MB", "2.35 GB"]);
+    }
+}

@@ -1,0 +1,145 @@
+//! Every call that can fail does, one by one: never a panic, never a damaged file, and the exit code says it.
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+use super::{ball, folder};
+
+/// The library that lets calls fail, or none where there is no compiler.
+static SHIM: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/hostile/shim.rs");
+    let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("shim-{}.so", std::process::id()));
+    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
+    let mut compile = Command::new(rustc);
+    compile.args(["--edition", "2024", "--crate-type", "cdylib", "-O", "-C", "panic=abort", "-o"]);
+    let done = compile.arg(&library).arg(source).output().ok()?;
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    Some(library)
+});
+
+const EIO: i32 = 5;
+const EAGAIN: i32 = 11;
+const ENOMEM: i32 = 12;
+const ENOSPC: i32 = 28;
+
+/// What came of all runs.
+#[derive(Default)]
+struct Outcomes(BTreeMap<String, BTreeMap<i32, u32>>);
+
+/// Has the calls of a function fail one by one until there are no more, or some at a distance.
+fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcomes: &mut Outcomes) {
+    let name = name_of_call;
+    let Some(shim) = &*SHIM else { return };
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    let render = |fault: Option<usize>| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+        command.current_dir(here).args(line).env("LD_PRELOAD", shim);
+        if let Some(nth) = fault {
+            command.env("RAYFRONT_FAULT", format!("{name}:{nth}:{errno}"));
+        }
+        command.output().expect("the program runs")
+    };
+    let read = |file: &str| std::fs::read(here.join(file)).ok();
+    let outputs: Vec<&str> = line.windows(2).filter(|pair| pair[0] == "-o").map(|pair| pair[1]).collect();
+    let whole = render(None);
+    assert_eq!(whole.status.code(), Some(0), "{}", String::from_utf8_lossy(&whole.stderr));
+    // Films say how long they took.
+    let hash = |file: &str| match file.ends_with(".film") {
+        true => rayfront::formats::film_file::load(&here.join(file))
+            .ok()
+            .map(|film| film.film.hash().to_le_bytes().to_vec()),
+        false => read(file),
+    };
+    let right: Vec<_> = outputs.iter().map(|file| hash(file).expect("an output")).collect();
+    let calls = calls(here, name, line, shim);
+    assert!(calls > 0, "{name} is never called");
+    for nth in (0..calls).step_by(step) {
+        outputs.iter().for_each(|file| drop(std::fs::remove_file(here.join(file))));
+        let found = render(Some(nth));
+        let error = String::from_utf8_lossy(&found.stderr);
+        let what = format!("{name} {nth} ({errno})");
+        let code = found.status.code().unwrap_or_else(|| panic!("{what}: {:?}: {error}", found.status));
+        assert!(!error.contains("panicked"), "{what}: {error}");
+        assert!(matches!(code, 0 | 1 | 3 | 4), "{what}: {code}: {error}");
+        assert!(code == 0 || !error.is_empty() || name == "write", "{what}: {code} without a word");
+        let mut missing = 0;
+        for (file, right) in outputs.iter().zip(&right) {
+            match hash(file) {
+                None => {
+                    assert!(!here.join(file).exists(), "{what}: {file} is damaged");
+                    missing += 1;
+                }
+                Some(found) => assert!(found == *right, "{what}: {file} is another"),
+            }
+        }
+        assert!(code != 0 || missing == 0, "{what}: {missing} outputs are missing, and nobody says so");
+        let left = std::fs::read_dir(here).expect("a folder").flatten().map(|file| file.path());
+        for path in left {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if name.ends_with(".part") {
+                // Who cannot remove anything, or ends at once, leaves it; it is removed the next time.
+                assert!(code != 0 || name_of_call == "unlink", "{what}: left {name}");
+                std::fs::remove_file(path).expect("removed");
+            } else if name.contains(".saved") {
+                assert!(rayfront::formats::film_file::load(&path).is_ok(), "{what}: {name}");
+                std::fs::remove_file(path).expect("removed");
+            }
+        }
+        *outcomes.0.entry(format!("{name} ({errno})")).or_default().entry(code).or_default() += 1;
+    }
+    println!("{name} ({errno}): {calls} calls");
+}
+
+/// How many calls there are.
+fn calls(here: &Path, name: &str, line: &[&str], shim: &Path) -> usize {
+    const MANY: usize = 1_000_000;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    command.current_dir(here).args(line).env("LD_PRELOAD", shim);
+    let output =
+        command.env("RAYFRONT_FAULT", format!("{name}:{MANY}:0")).output().expect("the program runs");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let left = text.lines().find_map(|line| line.strip_prefix("shim: ")?.parse::<usize>().ok());
+    MANY - left.unwrap_or_else(|| panic!("no count: {text}"))
+}
+
+const LINE: [&str; 8] = ["scene.ron", "-t", "2", "-q", "-o", "a.png", "-o", "a.film"];
+
+#[test]
+fn files_that_fail_are_told_of() {
+    let mut outcomes = Outcomes::default();
+    for (name, errno) in [
+        ("open64", EIO),
+        ("read", EIO),
+        ("write", ENOSPC),
+        ("fsync", EIO),
+        ("rename", EIO),
+        ("fchmod", EIO),
+        ("flock", EIO),
+        ("unlink", EIO),
+        ("opendir", EIO),
+    ] {
+        all_calls(name, errno, 1, &LINE, &mut outcomes);
+    }
+    println!("{:#?}", outcomes.0);
+}
+
+#[test]
+fn threads_that_do_not_start_are_told_of() {
+    let mut outcomes = Outcomes::default();
+    all_calls("pthread_create", EAGAIN, 1, &LINE, &mut outcomes);
+    println!("{:#?}", outcomes.0);
+}
+
+#[test]
+fn memory_that_is_not_had_is_told_of() {
+    let mut outcomes = Outcomes::default();
+    // All calls together are some thousands.
+    for (name, step) in [("malloc", 41), ("calloc", 1), ("realloc", 7), ("posix_memalign", 1)] {
+        all_calls(name, ENOMEM, step, &LINE, &mut outcomes);
+    }
+    println!("{:#?}", outcomes.0);
+}
