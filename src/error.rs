@@ -147,6 +147,11 @@ pub fn in_one_line(text: &str) -> String {
     shown(text).replace('\n', "\\n").replace('\t', "\\t")
 }
 
+/// A line as long as the text, below which places in it can be marked.
+pub fn with_blanks(text: &str) -> String {
+    text.chars().map(|c| if is_harmful(c) || c.is_control() { ' ' } else { c }).collect()
+}
+
 /// What is said of a file, in one line.
 fn of_file(file: &Path, what: impl std::fmt::Display) -> String {
     in_one_line(&format!("{}: {what}", file.display()))

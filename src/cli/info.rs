@@ -29,7 +29,13 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let settings = world.settings.clone();
     let frame = Frame::new(scene, &settings);
     let region = Region::whole(settings.size);
-    let needs = Needs { region, denoises: false, schedule: Schedule::Wavefront, wave: DEFAULT_WAVE };
+    let needs = Needs {
+        region,
+        to_openexr: false,
+        denoises: false,
+        schedule: Schedule::Wavefront,
+        wave: DEFAULT_WAVE,
+    };
     // The world ends before anything is rendered.
     let rendering = before.map(|before| before + scene_bytes + needs.bytes(&frame, &settings));
     facts["memory_bytes"]["peak"] = peak.max(rendering).into();

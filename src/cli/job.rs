@@ -236,7 +236,9 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     }
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
     let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
-    let needs = Needs { region: job.header.region, denoises: wanted.output.denoise, schedule, wave };
+    let to_openexr = images.iter().any(|path| aov::holds(path));
+    let (region, denoises) = (job.header.region, wanted.output.denoise);
+    let needs = Needs { region, to_openexr, denoises, schedule, wave };
     needs.check(&job.frame, &job.header.settings)?;
     job.header.note.outputs = outputs.images.clone();
     let mut session = job.session(wanted.work);

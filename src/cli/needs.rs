@@ -9,6 +9,9 @@ use crate::math::Rgb;
 use crate::memory;
 use crate::world::Settings;
 
+/// What a thread takes by itself: its stack as far as it is used, and what the allocator sets aside for it.
+const THREAD: usize = 5 << 19;
+
 /// Width and height of what a worker renders at a time.
 const TILE: usize = 64;
 
@@ -16,6 +19,8 @@ const TILE: usize = 64;
 pub struct Needs {
     /// Pixels.
     pub region: Region,
+    /// Whether an OpenEXR file is written.
+    pub to_openexr: bool,
     /// Whether noise is taken out.
     pub denoises: bool,
     /// In which order.
@@ -32,6 +37,10 @@ impl Needs {
         if !settings.aov.is_empty() {
             pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
         }
+        if self.to_openexr {
+            // Channel by channel.
+            pixel += size_of::<Rgb>();
+        }
         if self.denoises {
             pixel += denoise::BYTES + 2 * size_of::<Features>();
         }
@@ -39,7 +48,7 @@ impl Needs {
             Schedule::Wavefront => Wave::new(frame, self.wave, Default::default()).bytes(),
             Schedule::Recursive => 0,
         };
-        let worker = queues + TILE * TILE * size_of::<PixelSum>();
+        let worker = queues + TILE * TILE * size_of::<PixelSum>() + THREAD;
         let area = self.region.area();
         (area as u64).saturating_mul(pixel as u64) + (worker * rayon::current_num_threads()) as u64
     }

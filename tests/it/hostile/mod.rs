@@ -4,6 +4,7 @@
 mod faults;
 mod finds;
 mod limits;
+mod load;
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;

@@ -16,7 +16,7 @@ mod set;
 #[cfg(test)]
 mod tests;
 
-use crate::error::did_you_mean;
+use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::locate::{self, find_unclosed};
 
 pub use select::{Selected, select};
@@ -38,8 +38,7 @@ impl QueryError {
         let offset = locate::offset_of(text, part).unwrap_or(text.len());
         let column = text[..offset].chars().count();
         let width = part.trim_end().chars().count();
-        // Lines below each other have no breaks within.
-        QueryError { text: text.replace(['\n', '\r', '\t'], " "), column, width, reason: reason.into() }
+        QueryError { text: with_blanks(text), column, width, reason: in_one_line(&reason.into()) }
     }
 }
 
