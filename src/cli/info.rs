@@ -226,7 +226,6 @@ fn text(facts: &Value) -> String {
     let memory = &facts["memory_bytes"];
     lines.push(format!(
         "memory     {} while it renders; of the scene geometry {}, bvh {}, textures {}, lights {}; of the image {}",
-
         megabytes(&memory["peak"]),
         megabytes(&memory["geometry"]),
         megabytes(&memory["bvh"]),

@@ -15,6 +15,9 @@ const THREAD: usize = 5 << 19;
 /// Width and height of what a worker renders at a time.
 const TILE: usize = 64;
 
+/// Paths of a wave that is made to be measured.
+const MEASURED: usize = 1024;
+
 /// What of a rendering takes memory.
 pub struct Needs {
     /// Pixels.
@@ -45,7 +48,10 @@ impl Needs {
             pixel += denoise::BYTES + 2 * size_of::<Features>();
         }
         let queues = match self.schedule {
-            Schedule::Wavefront => Wave::new(frame, self.wave, Default::default()).bytes(),
+            // A wave of some size takes in proportion what any other does.
+            Schedule::Wavefront => {
+                Wave::new(frame, MEASURED, Default::default()).bytes() / MEASURED * self.wave
+            }
             Schedule::Recursive => 0,
         };
         let worker = queues + TILE * TILE * size_of::<PixelSum>() + THREAD;

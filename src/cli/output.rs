@@ -21,7 +21,7 @@ pub const RECORD: &str = "rayfront";
 /// The name under which an image without noise carries its hash.
 pub const DENOISED: &str = "denoised_hash";
 /// Options that leave no trace in an image: how it was rendered, and where it went.
-const WITHOUT_TRACE: [&str; 17] = [
+const WITHOUT_TRACE: [&str; 18] = [
     "--schedule",
     "--wave",
     "--threads",
@@ -39,6 +39,7 @@ const WITHOUT_TRACE: [&str; 17] = [
     "--frames",
     "--fps",
     "--tev",
+    "--memory",
 ];
 
 /// A film as files show it.
@@ -145,7 +146,8 @@ impl<'a> Picture<'a> {
         entries.extend(limits);
         // Whose machine it was is nobody's business, and the same image shall be the same file.
         let command = command_line::without(&self.header.note.command, &WITHOUT_TRACE);
-        let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview"];
+        let switches =
+            ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview", "--allow-outside"];
         let command = command.into_iter().filter(|word| !switches.contains(&&word[..])).collect();
         let note = Note { command, ..Note::default() };
         let record = serde_json::to_string(&Header { note, ..self.header.clone() });

@@ -79,7 +79,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
 }
 
 /// What an image says of its film.
-fn record(path: &Path) -> Result<Header, Failure> {
+pub(super) fn record(path: &Path) -> Result<Header, Failure> {
     let wrong = |reason: &str| Failure::file(format!("{}: {reason}", path.display()));
     let text = load_text(path, RECORD)?;
     let text = text.ok_or_else(|| {

@@ -1,6 +1,6 @@
 //! `rayfront resume FILM`: what was interrupted is finished, what is finished gets more samples.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -9,6 +9,7 @@ use super::Failure;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::onlookers::Onlookers;
+use super::reproduce::record;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -48,6 +49,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     let mut outputs = Outputs::of(&arguments.output.output)?;
     if outputs.images.is_empty() && !outputs.to_stdout && outputs.film.is_none() {
         outputs.images.clone_from(&film.header.note.outputs);
+        outputs.images.iter().try_for_each(|image| may_be_replaced(image, &film.header))?;
     }
     outputs.images.iter().try_for_each(|path| supported(path))?;
     // It goes on where it is.
@@ -81,6 +83,19 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         let _ = std::fs::remove_file(&arguments.film);
     }
     Ok(code)
+}
+
+/// Whether an image that a film alone names is none yet, or one of the same scene: whoever made the film shall not choose
+/// which of our pictures are lost.
+fn may_be_replaced(image: &Path, header: &Header) -> Result<(), Failure> {
+    let is_of_it = || record(image).is_ok_and(|found| found.scene.hash == header.scene.hash);
+    if !image.exists() || is_of_it() {
+        return Ok(());
+    }
+    let image = image.display();
+    Err(Failure::output(format!(
+        "{image}, where the film says that its image goes, holds something else: say where it goes with -o"
+    )))
 }
 
 /// A film from a file or standard input.

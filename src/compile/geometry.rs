@@ -202,12 +202,17 @@ fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<Claim<'s
             "{vertices} vertices and {triangles} triangles; the most is {most}"
         )));
     }
+    let others = inputs.shapes.iter().filter(|placed| !matches!(placed.shape, Shape::Mesh(_))).count();
+    let primitives = triangles + others;
+    bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
     // A part beside each triangle, and the finished tree.
-    let built = peak_bytes(triangles, true, inputs.quality) + triangles * (4 + TREE_BYTES);
+    let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
     let what = format_args!("the geometry of {triangles} triangles with its tree");
     Ok(memory::claim(what, bytes.saturating_add(built) as u64)?)
 }
 
+/// Of an instance, or of another shape that is placed.
+const PLACED_BYTES: usize = 320;
 /// Of nodes and blocks, for each triangle.
 const TREE_BYTES: usize = 60;
 

@@ -137,6 +137,8 @@ impl<'a> Jobs<'a> {
         let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {
             Failure::command_line(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
         })?;
+        // What tasks may do, their planning may.
+        arguments.limits.set();
         if arguments.command.is_some() || !arguments.render.output.output.is_empty() {
             return Err(Failure::command_line(
                 "where things go is said with --output and --folder, before --",

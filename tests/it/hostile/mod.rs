@@ -195,6 +195,22 @@ fn scenes_read_no_file_outside_of_their_folder() {
     }
 }
 
+/// Whoever made a film does not say which pictures are replaced.
+#[test]
+fn a_film_replaces_no_picture_but_its_own() {
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    let words = |line: &str| line.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    expect(&run(here, &words("scene.ron -q -o a.film -o mine.png")), 0, &[]);
+    expect(&run(here, &words("resume a.film -q")), 0, &[]);
+    let picture =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png")).expect("a picture");
+    std::fs::write(here.join("mine.png"), &picture).expect("a file");
+    expect(&run(here, &words("resume a.film -q")), 3, &["mine.png", "holds something else", "-o"]);
+    assert_eq!(std::fs::read(here.join("mine.png")).expect("a file"), picture);
+    expect(&run(here, &words("resume a.film -q -o mine.png")), 0, &[]);
+}
+
 /// What never ends is never begun.
 #[test]
 fn devices_and_pipes_are_no_files() {
