@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 
-use super::scene::{LiveScene, SceneError};
+use super::scene::{ChangedSettings, LiveScene, SceneError};
 use super::viewer::Work;
 use crate::integrator::Schedule;
-use crate::world::{DepthLimits, Sampler, Settings, Sharing, Transport};
+use crate::world::{Sampler, Transport};
 
 /// A wish, and its number.
 pub struct Command {
@@ -186,18 +186,7 @@ impl Changes {
         work.schedule = schedule.unwrap_or(work.schedule);
         work.wave = wave.map_or(work.wave, |wave| wave as usize);
         let shares = self.sharing;
-        scene.change_settings(move |settings: &mut Settings| {
-            settings.transport = transport.unwrap_or(settings.transport);
-            settings.sampler = sampler.unwrap_or(settings.sampler);
-            settings.max_depth = depth.unwrap_or(settings.max_depth);
-            if depth.is_some() {
-                settings.depth_limits = DepthLimits::default();
-            }
-            settings.samples = samples.unwrap_or(settings.samples);
-            if let Some(shares) = shares {
-                settings.sharing = if shares { Sharing::Auto } else { Sharing::Off };
-            }
-        })
+        scene.change_settings(ChangedSettings { transport, sampler, max_depth: depth, samples, shares })
     }
 }
 

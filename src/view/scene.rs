@@ -16,14 +16,12 @@ use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::GivenNames;
 use crate::world::{
-    Camera, Kept, LookAtFault, Parent, Placed, Pose, Rig, Settings, Sharing, SourceFiles, Transform, World,
+    Camera, DepthLimits, Kept, LookAtFault, Parent, Placed, Pose, Rig, Sampler, Settings, Sharing,
+    SourceFiles, Transform, Transport, World,
 };
 
 /// A page that shows more has no room in any window, and may have none in memory.
 const MOST_PIXELS: u64 = 1 << 26;
-
-/// What somebody wants of settings, whatever a scene's files say.
-type ChangeSettings = Box<dyn Fn(&mut Settings) + Send>;
 
 /// What the command line says about a scene.
 pub type ChangeWorld = Box<dyn Fn(&mut World) + Send>;
@@ -68,10 +66,50 @@ pub struct LiveScene {
     camera: Option<String>,
     /// What the files say of it.
     authored: Authored,
-    /// What was changed of its settings, in order.
-    changes: Vec<ChangeSettings>,
+    /// What was changed of its settings.
+    changed: ChangedSettings,
     /// Where a hand has put it.
     rig: Option<Rig>,
+}
+
+/// Settings that somebody wants to be other than the files say, whatever these say later.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChangedSettings {
+    /// How light travels.
+    pub transport: Option<Transport>,
+    /// Which numbers paths draw.
+    pub sampler: Option<Sampler>,
+    /// Bounces, of all kinds alike.
+    pub max_depth: Option<u32>,
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// Whether paths are shared.
+    pub shares: Option<bool>,
+}
+
+impl ChangedSettings {
+    fn apply(&self, settings: &mut Settings) {
+        settings.transport = self.transport.unwrap_or(settings.transport);
+        settings.sampler = self.sampler.unwrap_or(settings.sampler);
+        if let Some(depth) = self.max_depth {
+            (settings.max_depth, settings.depth_limits) = (depth, DepthLimits::default());
+        }
+        settings.samples = self.samples.unwrap_or(settings.samples);
+        if let Some(shares) = self.shares {
+            settings.sharing = if shares { Sharing::Auto } else { Sharing::Off };
+        }
+    }
+
+    /// Both, this one last.
+    fn after(self, earlier: ChangedSettings) -> ChangedSettings {
+        ChangedSettings {
+            transport: self.transport.or(earlier.transport),
+            sampler: self.sampler.or(earlier.sampler),
+            max_depth: self.max_depth.or(earlier.max_depth),
+            samples: self.samples.or(earlier.samples),
+            shares: self.shares.or(earlier.shares),
+        }
+    }
 }
 
 /// What files say of a camera.
@@ -98,7 +136,7 @@ impl LiveScene {
         let authored = authored(&world, camera.as_deref());
         let mut live = LiveScene {
             findings: Vec::new(),
-            changes: Vec::new(),
+            changed: ChangedSettings::default(),
             path: path.to_owned(),
             authored,
             options,
@@ -126,7 +164,7 @@ impl LiveScene {
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let read = read(&self.path, &self.options, &sources, &self.change).and_then(|mut world| {
-            self.changes.iter().for_each(|change| change(&mut world.settings));
+            self.changed.apply(&mut world.settings);
             let compiled = compiled(&self.path, &world, self.camera.as_deref(), Some(&self.compiled))?;
             Ok((world, compiled))
         });
@@ -157,12 +195,9 @@ impl LiveScene {
     }
 
     /// Changes settings, from now on: whatever its files say later.
-    pub fn change_settings(
-        &mut self,
-        change: impl Fn(&mut Settings) + Send + 'static,
-    ) -> Result<(), SceneError> {
-        change(&mut self.world.settings);
-        self.changes.push(Box::new(change));
+    pub fn change_settings(&mut self, change: ChangedSettings) -> Result<(), SceneError> {
+        change.apply(&mut self.world.settings);
+        self.changed = change.after(self.changed);
         self.compile()?;
         self.look_for_faults();
         Ok(())

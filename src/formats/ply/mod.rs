@@ -42,7 +42,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     })?;
     let count = |name: &str| {
         let elements = header.elements.iter().filter(|element| element.name == name);
-        elements.map(|element| element.count as u64).sum::<u64>()
+        elements.map(|element| element.count).sum::<u64>()
     };
     let (vertices, faces) = (count("vertex"), count("face"));
     let what = format_args!("the mesh of {vertices} vertices and {faces} faces");
