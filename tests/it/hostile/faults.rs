@@ -138,7 +138,7 @@ fn threads_that_do_not_start_are_told_of() {
 fn memory_that_is_not_had_is_told_of() {
     let mut outcomes = Outcomes::default();
     // All calls together are some thousands.
-    for (name, step) in [("malloc", 41), ("calloc", 5), ("realloc", 7), ("posix_memalign", 1)] {
+    for (name, step) in [("malloc", 83), ("calloc", 11), ("realloc", 17), ("posix_memalign", 1)] {
         all_calls(name, ENOMEM, step, &LINE, &mut outcomes);
     }
     println!("{:#?}", outcomes.0);

@@ -106,7 +106,7 @@ fn paths_are_any_bytes() {
         "profile @ron --size 8x6 --spp 1 --runs 1 --json",
         "resume @film --scene-file @ron --json -o @hdr",
         "merge @film --scene-file @ron --json -o @png",
-        "ab @ron --spp 2 --json -o @png",
+        "ab @ron --hide Light --spp 2 --json -o @png",
         "ls @ron --json",
         "diff @ron @ron",
         "check @ron --json",
