@@ -147,6 +147,11 @@ pub fn in_one_line(text: &str) -> String {
     shown(text).replace('\n', "\\n").replace('\t', "\\t")
 }
 
+/// A name from a file, as it can stand in a line: its first 64 signs.
+pub fn words(name: &str) -> String {
+    name.chars().take(64).flat_map(char::escape_debug).collect()
+}
+
 /// A line as long as the text, below which places in it can be marked.
 pub fn with_blanks(text: &str) -> String {
     text.chars().map(|c| if is_harmful(c) || c.is_control() { ' ' } else { c }).collect()

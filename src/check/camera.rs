@@ -2,6 +2,7 @@
 
 use super::probes::{Tracer, directions};
 use super::{Checked, Finding};
+use crate::error::words;
 use crate::math::Vec3;
 use crate::shading::camera::pixel_width;
 
@@ -40,7 +41,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         let (name, far) = (checked.name(first.entity), farthest(&met));
         findings.push(Finding::new(
             None,
-            format!("the camera is inside \"{}\" and sees nothing else", super::printable(&name)),
+            format!("the camera is inside \"{}\" and sees nothing else", words(&name)),
             format!("move it by more than {far:.3} m, or take the body away"),
         ));
     }

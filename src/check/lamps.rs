@@ -1,7 +1,8 @@
 //! Whether light reaches what is seen, and if not, why.
 
 use super::probes::{Met, Tracer, directions};
-use super::{Checked, Finding, printable};
+use super::{Checked, Finding};
+use crate::error::words;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::material::Coverage;
 use crate::world::transforms;
@@ -139,7 +140,7 @@ impl Lamp {
                     || !material.diffuse_transmission.is_zero()
             })
         };
-        let name = printable(&checked.name(first.entity));
+        let name = words(&checked.name(first.entity));
         if enclosed
             && !met.iter().any(lets_out)
             && (is_dark || !is_around_the_camera(checked, tracer, first.entity))

@@ -14,6 +14,7 @@ mod sizes;
 
 use std::sync::Arc;
 
+use crate::error::words;
 use crate::integrator::Frame;
 use crate::scene::CompiledScene;
 use crate::world::World;
@@ -41,16 +42,11 @@ impl Finding {
 impl std::fmt::Display for Finding {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         if let Some(about) = &self.about {
-            write!(f, "{}: ", printable(about))?;
+            write!(f, "{}: ", words(about))?;
         }
         f.write_str(&self.what)?;
         self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
     }
-}
-
-/// A name from a file, at most as long as a line.
-fn printable(name: &str) -> String {
-    name.chars().take(64).flat_map(char::escape_debug).collect()
 }
 
 /// What all rules look at.

@@ -1,5 +1,6 @@
 //! Single samples that spoil an image: too bright for it, or no numbers.
 
+use crate::error::words;
 use crate::film::{Film, Region};
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, explain};
@@ -57,7 +58,7 @@ impl std::fmt::Display for Outlier {
                 "samples are brighter than {brightest:.4e} W/(m² sr) and count as that ({count} times): the first is {sample} of pixel {x},{y}"
             )?,
         }
-        let names: Vec<String> = self.materials.iter().map(|name| super::printable(name)).collect();
+        let names: Vec<String> = self.materials.iter().map(|name| words(name)).collect();
         if names.is_empty() { Ok(()) } else { write!(f, ", by way of {}", names.join(", ")) }
     }
 }

@@ -31,7 +31,12 @@ pub enum Fault {
 impl Fault {
     /// What the program ends with.
     pub fn code(self) -> ExitCode {
-        ExitCode::from(match self {
+        ExitCode::from(self.number())
+    }
+
+    /// The same as a number.
+    pub fn number(self) -> u8 {
+        match self {
             Fault::File => 1,
             Fault::CommandLine => 2,
             Fault::Output => 3,
@@ -39,7 +44,7 @@ impl Fault {
             Fault::Difference => 5,
             // As shells tell that SIGPIPE (13) has ended a program.
             Fault::ClosedPipe => 128 + 13,
-        })
+        }
     }
 }
 
@@ -143,7 +148,7 @@ impl From<TevError> for Failure {
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
-        Failure { fault: of_file(&error), message: in_one_line(&error.to_string()) }
+        Failure { fault: of_file(&error), message: error.to_string() }
     }
 }
 
@@ -155,7 +160,7 @@ impl From<Shortage> for Failure {
 
 impl From<SaveError> for Failure {
     fn from(error: SaveError) -> Self {
-        Failure::output(in_one_line(&error.to_string()))
+        Failure::output(error.to_string())
     }
 }
 
@@ -182,7 +187,7 @@ impl From<SceneError> for Failure {
             SceneError::Save(_) => Fault::Output,
             SceneError::Refused(_) => Fault::CommandLine,
         };
-        Failure { fault, message: in_one_line(&error.to_string()) }
+        Failure { fault, message: error.to_string() }
     }
 }
 

@@ -11,10 +11,9 @@ use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Region;
 use crate::formats::gltf::{Contents, contents};
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::Frame;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
-use crate::render::DEFAULT_WAVE;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
 use crate::world::{ColorInput, Light, Material, MaterialId, Shape, World};
@@ -26,19 +25,17 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let peak = memory::peak();
     let mut facts = facts(&world, &scene)?;
     let scene_bytes = scene.memory().total() as u64;
+    // How much of its bound the builder takes depends on which thread is when where.
+    let meshes: usize = world.assets.meshes.iter().map(|mesh| mesh.bytes()).sum();
+    let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
+    let building = before.map(|before| before + building as u64);
     let settings = world.settings.clone();
     let frame = Frame::new(scene, &settings);
     let region = Region::whole(settings.size);
-    let needs = Needs {
-        region,
-        to_openexr: false,
-        denoises: false,
-        schedule: Schedule::Wavefront,
-        wave: DEFAULT_WAVE,
-    };
+    let needs = Needs::usual(region);
     // The world ends before anything is rendered.
     let rendering = before.map(|before| before + scene_bytes + needs.bytes(&frame, &settings));
-    facts["memory_bytes"]["peak"] = peak.max(rendering).into();
+    facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)

@@ -66,9 +66,12 @@ const SIGINT: u8 = 2;
 pub(super) fn guard() {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
 
+    use super::failure::Fault;
+
+    let limit = Fault::Limit.number().into();
     let gives_up = Arc::new(AtomicBool::new(true));
     // Without these handlers it is as it always is.
-    let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, LIMIT, gives_up.clone());
+    let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, limit, gives_up.clone());
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -76,10 +79,6 @@ pub(super) fn guard() {
         usual(panic);
     }));
 }
-
-/// The code of [`super::failure::Fault::Limit`].
-#[cfg(unix)]
-const LIMIT: i32 = 4;
 
 #[cfg(not(unix))]
 pub(super) fn guard() {}

@@ -119,8 +119,6 @@ fn frame(
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
     let frame = crate::integrator::Frame::new(compiled, &world.settings);
     let region = crate::film::Region::whole(world.settings.size);
-    let (schedule, wave) = (crate::integrator::Schedule::Wavefront, crate::render::DEFAULT_WAVE);
-    needs::Needs { region, to_openexr: false, denoises: false, schedule, wave }
-        .check(&frame, &world.settings)?;
+    needs::Needs::usual(region).check(&frame, &world.settings)?;
     Ok(std::sync::Arc::new(frame))
 }

@@ -7,13 +7,11 @@ use crate::integrator::wavefront::Wave;
 use crate::integrator::{Frame, Schedule};
 use crate::math::Rgb;
 use crate::memory;
+use crate::render::{DEFAULT_WAVE, Options};
 use crate::world::Settings;
 
 /// What a thread takes by itself: its stack as far as it is used, and what the allocator sets aside for it.
 const THREAD: usize = 5 << 19;
-
-/// Width and height of what a worker renders at a time.
-const TILE: usize = 64;
 
 /// Paths of a wave that is made to be measured.
 const MEASURED: usize = 1024;
@@ -33,6 +31,17 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// As it is unless told otherwise.
+    pub fn usual(region: Region) -> Needs {
+        Needs {
+            region,
+            to_openexr: false,
+            denoises: false,
+            schedule: Schedule::Wavefront,
+            wave: DEFAULT_WAVE,
+        }
+    }
+
     /// In bytes.
     pub fn bytes(&self, frame: &Frame, settings: &Settings) -> u64 {
         // Sums, the picture that is made of them, and its bytes on the way to a file.
@@ -54,7 +63,8 @@ impl Needs {
             }
             Schedule::Recursive => 0,
         };
-        let worker = queues + TILE * TILE * size_of::<PixelSum>() + THREAD;
+        let tile = Options::default().tile as usize;
+        let worker = queues + tile * tile * size_of::<PixelSum>() + THREAD;
         let area = self.region.area();
         (area as u64).saturating_mul(pixel as u64) + (worker * rayon::current_num_threads()) as u64
     }

@@ -104,8 +104,7 @@ fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<()
         events.extend(spans.iter().map(|span| event(process, span)));
     }
     let trace = json!({"traceEvents": events, "displayTimeUnit": "ms"});
-    std::fs::write(path, trace.to_string())
-        .map_err(|error| Failure::output(format!("{}: cannot write: {error}", path.display())))
+    Ok(crate::files::replace(path, trace.to_string().as_bytes())?)
 }
 
 fn event(process: usize, span: &Span) -> Value {

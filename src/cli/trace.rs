@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 use super::args::Trace;
 use super::{Failure, output, usage};
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
-use crate::formats::rays::{HIT_BYTES, HitFile, HitRecord, RAY_BYTES, load_hits, load_rays};
+use crate::files::whole::writable;
+use crate::formats::rays::{HIT_BYTES, HitRecord, RAY_BYTES, load_hits, load_rays, save_hits};
 use crate::math::Hit;
 use crate::query::{HitBatch, RayBatch};
 use crate::render::thread_pool;
@@ -25,7 +26,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let rays = load_rays(&arguments.rays, most_rays())?;
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
-    let out = arguments.out.as_deref().map(HitFile::create).transpose()?;
+    arguments.out.iter().try_for_each(|path| writable(path))?;
 
     let query = TraceQuery {
         bvh: &scene.compiled.bvh,
@@ -39,8 +40,8 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     for _ in 0..arguments.repeat {
         best = best.or_less(query.trace(&rays, &mut answers));
     }
-    if let Some(out) = out {
-        out.write(answers.records())?;
+    if let Some(out) = &arguments.out {
+        save_hits(out, answers.records())?;
     }
     let mismatches = reference.map(|reference| mismatches(&answers, &reference, query.any));
     let report = TraceReport {

@@ -18,7 +18,7 @@ mod textures;
 use std::sync::Arc;
 
 use crate::bvh::Bvh;
-use crate::error::CompileError;
+use crate::error::{CompileError, words};
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::assets::NamedMaterial;
@@ -170,8 +170,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
 fn opaque_glass(scene: &CompiledScene) -> Option<String> {
     let all = scene.materials.iter().zip(&scene.material_names);
     let opaque = all.filter(|(m, _)| m.metallic.is_one() && !m.transmission.is_zero());
-    let printable = |name: &String| name.chars().take(64).flat_map(char::escape_debug).collect::<String>();
-    let names: Vec<String> = opaque.map(|(_, name)| printable(name)).take(4).collect();
+    let names: Vec<String> = opaque.map(|(_, name)| words(name)).take(4).collect();
     (!names.is_empty())
         .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
 }

@@ -19,15 +19,15 @@ pub mod surroundings;
 mod track;
 pub mod triangulate;
 
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{LoadError, SaveError, did_you_mean};
-use crate::files::{self, whole};
+use crate::error::{LoadError, did_you_mean};
+use crate::files;
 use crate::world::{Assets, Image, Mesh, SourceFiles, World};
 pub use edits::Edits;
 use surroundings::Surroundings;
@@ -74,7 +74,8 @@ pub fn load(path: &Path) -> Result<World, LoadError> {
 }
 
 /// Reads a scene by its file name's extension: `.ron`, or a model (`.gltf`, `.glb`) or mesh
-/// (`.ply`, `.obj`), which get the camera and light that they lack.
+/// (`.ply`, `.obj`), which get the camera and light that they lack. What it refers to must lie in its folder or below (see
+/// [`SourceFiles::confine`]).
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<World, LoadError> {
     load_again(path, options, &SourceFiles::default())
 }
@@ -148,11 +149,6 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
-/// Writes a file that is either as it was or whole.
-pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
-    whole::write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
 }
 
 /// Reads until the buffer is full or there is no more; says how many bytes there were.

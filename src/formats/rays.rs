@@ -4,11 +4,11 @@
 //! x y z, t_min, t_max. A hit is three 32-bit floats t u v and the primitive as a 32-bit
 //! integer; a miss is infinity, 0, 0 and 2³² − 1.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use crate::error::{LoadError, SaveError};
+use crate::files::whole::write_whole;
 use crate::formats::fill;
 use crate::math::{NONE, Vec3};
 use crate::query::RayBatch;
@@ -116,24 +116,14 @@ fn read_records<T, const SIZE: usize>(
     }
 }
 
-/// A file of hits that is being written.
-pub struct HitFile {
-    path: PathBuf,
-    out: BufWriter<File>,
-}
-
-impl HitFile {
-    /// Makes the file, empty, or empties the one that is there.
-    pub fn create(path: &Path) -> Result<HitFile, SaveError> {
-        let file = File::create(path).map_err(|error| SaveError::new(path, error))?;
-        Ok(HitFile { path: path.to_owned(), out: BufWriter::with_capacity(BLOCK * HIT_BYTES, file) })
-    }
-
-    /// Writes all hits and ends the file.
-    pub fn write(mut self, hits: impl Iterator<Item = HitRecord>) -> Result<(), SaveError> {
-        let written = hits.into_iter().try_for_each(|hit| self.out.write_all(&bytes(&hit)));
-        written.and_then(|()| self.out.flush()).map_err(|error| SaveError::new(&self.path, error))
-    }
+/// Writes a file of hits.
+pub fn save_hits(path: &Path, hits: impl Iterator<Item = HitRecord>) -> Result<(), SaveError> {
+    write_whole(path, |mut file| {
+        for hit in hits {
+            file.write_all(&bytes(&hit))?;
+        }
+        file.flush()
+    })
 }
 
 fn bytes(hit: &HitRecord) -> [u8; HIT_BYTES] {
@@ -149,7 +139,7 @@ fn bytes(hit: &HitRecord) -> [u8; HIT_BYTES] {
 mod tests {
     use super::*;
 
-    fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> std::path::PathBuf {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).expect("a file");
         path
@@ -190,7 +180,7 @@ mod tests {
         let hit = |i: u32| HitRecord { t: i as f32 * 0.1, u: 0.25, v: f32::MIN_POSITIVE, primitive: i * 7 };
         let hits: Vec<HitRecord> =
             (0..BLOCK as u32 * 2 + 5).map(hit).chain([HitRecord::MISS, HitRecord::BLOCKED]).collect();
-        HitFile::create(&path).and_then(|file| file.write(hits.iter().copied())).expect("written");
+        save_hits(&path, hits.iter().copied()).expect("written");
         assert_eq!(load_hits(&path, u64::MAX).expect("hits"), hits);
         let bytes = std::fs::read(&path).expect("a file");
         assert_eq!(bytes.len(), hits.len() * HIT_BYTES);

@@ -8,6 +8,7 @@ use super::watched::Watched;
 use crate::check::{self, Finding};
 use crate::compile::{self, Compiled};
 use crate::error::{CompileError, LoadError, SaveError};
+use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::Frame;
@@ -349,7 +350,7 @@ impl LiveScene {
             })
         })?;
         let [camera, transform] = self.camera_texts(&self.rig())?;
-        let bytes = crate::files::read(&path).map_err(LoadError::io(&path))?;
+        let bytes = files::read(&path).map_err(LoadError::io(&path))?;
         if !self.lock_files().is_as_read(&path, &bytes) {
             return Err(refused(
                 "the file has changed meanwhile, and what it says now is not shown: mend it first",
@@ -359,7 +360,7 @@ impl LiveScene {
         let keys = [("camera", camera), ("transform", transform)];
         let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
         // What a link leads to is written, not the link.
-        formats::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
+        files::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
         self.rig = None;
         // The file says now what the command line said before.
         self.options.edits.forget_camera();

@@ -160,6 +160,26 @@ fn unsafe_code_is_in_simd_alone() {
     none(problems);
 }
 
+/// Whoever opens or writes files in another way forgets what is looked at there.
+#[test]
+fn files_are_opened_and_written_in_one_place() {
+    let words = ["File::open", "File::create", "fs::read(", "fs::write("];
+    let mut problems = Vec::new();
+    let mut found = 0;
+    for source in sources() {
+        for (number, line) in source.numbered() {
+            if words.iter().any(|word| line.contains(word)) {
+                found += 1;
+                if source.module() != "files" {
+                    problems.push(format!("src/{}:{number}: {}", source.name, line.trim()));
+                }
+            }
+        }
+    }
+    assert!(found > 0);
+    none(problems);
+}
+
 #[test]
 fn nothing_panics_by_design() {
     let words = [".unwrap()", ".expect(", "panic!", "todo!", "unimplemented!", "unreachable!", "dbg!"];

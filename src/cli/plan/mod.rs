@@ -118,7 +118,7 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
     let failed = |error: std::io::Error| Failure::output(format!("{folder}: cannot write: {error}"));
     std::fs::create_dir_all(&jobs.folder).map_err(failed)?;
     for (name, content) in &files {
-        std::fs::write(jobs.folder.join(name), content).map_err(failed)?;
+        crate::files::replace(&jobs.folder.join(name), content.as_bytes())?;
     }
     output::print(&jobs.what_to_do())?;
     Ok(ExitCode::SUCCESS)

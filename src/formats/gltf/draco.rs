@@ -6,8 +6,8 @@ use gltf::json::mesh::Primitive;
 
 use super::document::Document;
 #[cfg(feature = "draco")]
-use super::{extensions::draco::Compressed, words};
-use crate::error::LoadError;
+use super::extensions::draco::Compressed;
+use crate::error::{LoadError, words};
 
 /// The extension.
 pub(super) const NAME: &str = "KHR_draco_mesh_compression";

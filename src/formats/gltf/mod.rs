@@ -57,7 +57,7 @@ use self::pose::Moved;
 use self::texture::Textures;
 use super::LoadOptions;
 use super::names::TakenNames;
-use crate::error::{LoadError, did_you_mean};
+use crate::error::{LoadError, did_you_mean, words};
 use crate::math::DAffine3;
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
 
@@ -199,11 +199,6 @@ fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, Lo
 /// Names that can stand in a line as they are.
 fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterator<Item = &'n str> + Clone {
     names.filter(|name| name.len() <= 64 && !name.contains(char::is_control))
-}
-
-/// A name from a file as it can stand in a line.
-fn words(name: &str) -> String {
-    name.chars().take(64).flat_map(char::escape_debug).collect()
 }
 
 impl Model {

@@ -6,8 +6,8 @@ use super::document::Document;
 use super::extensions::node::Visibility;
 use super::mesh::Shaping;
 use super::pose::is_flat;
-use super::{Import, Node, presentable, words};
-use crate::error::{LoadError, did_you_mean};
+use super::{Import, Node, presentable};
+use crate::error::{LoadError, did_you_mean, words};
 use crate::world::Transform;
 
 /// A node that is to be visited.

@@ -4,14 +4,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::error::SaveError;
+use crate::files::whole::write_whole;
 use crate::world::Mesh;
 
 /// Writes a mesh to a file, as [`write()`] does.
 pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
-    let to_error = |error: io::Error| SaveError::new(path, error);
-    let mut file = io::BufWriter::with_capacity(1 << 20, std::fs::File::create(path).map_err(to_error)?);
-    write(mesh, &mut file).map_err(to_error)?;
-    file.flush().map_err(to_error)
+    write_whole(path, |mut file| write(mesh, &mut file).and_then(|()| file.flush()))
 }
 
 /// Writes positions, triangles and whichever of normals, texture coordinates and colours

@@ -264,7 +264,7 @@ impl<'a> Run<'a> {
     }
 
     fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
-        std::fs::write(path, bytes).map_err(|error| SaveError::new(path, error))
+        crate::files::replace(path, bytes)
     }
 
     fn save_plot(&self, path: &Path, figure: &Figure) -> Result<(), StudyError> {

@@ -183,7 +183,7 @@ fn a_full_disk_loses_nothing() {
         shell(here, &format!("unshare -rm bash -c '{mount}; {} {line}'", env!("CARGO_BIN_EXE_rayfront")))
     };
     if !full("--version").status.success() {
-        // Not everybody may mount something.
+        println!("skipped: not everybody may mount something");
         return;
     }
     let size = "--size 160x120 -q";

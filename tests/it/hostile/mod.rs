@@ -1,5 +1,5 @@
 //! Strangers' files, faulty machines and small limits: no panic, no file that is damaged, no machine out of memory,
-//! nothing told that is nobody's business. The table in the guide for services (ARCHITECTURE.md) names these tests.
+//! nothing told that is nobody's business. The table in `src/cli/SERVICE.md` names these tests.
 
 mod faults;
 mod finds;

@@ -12,7 +12,7 @@ pub(super) mod variants;
 use gltf::json::Root;
 
 use super::document::Document;
-use crate::error::LoadError;
+use crate::error::{LoadError, words};
 
 /// Those that are not merely tolerated, besides those of [`is_known`].
 const KNOWN: [&str; 27] = [
@@ -72,11 +72,8 @@ fn is_known(name: &str) -> bool {
 
 fn list(names: &[String]) -> String {
     const MOST: usize = 16;
-    let mut unknown: Vec<String> = names
-        .iter()
-        .filter(|name| !is_known(name))
-        .map(|name| name.chars().take(64).flat_map(char::escape_debug).collect())
-        .collect();
+    let mut unknown: Vec<String> =
+        names.iter().filter(|name| !is_known(name)).map(|name| words(name)).collect();
     if unknown.len() > MOST {
         unknown.truncate(MOST);
         unknown.push("…".to_owned());

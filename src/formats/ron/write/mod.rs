@@ -20,6 +20,7 @@ use std::path::Path;
 use self::assets::AssetPaths;
 use super::lower::reread::Component;
 use crate::error::SaveError;
+use crate::files;
 use crate::math::Vec3;
 use crate::world::assets::NamedMaterial;
 use crate::world::{
@@ -32,7 +33,7 @@ const LONGEST_LINE: usize = 110;
 /// Writes `world` to `path`; paths of meshes and images become relative to its folder.
 pub fn save(world: &World, path: &Path) -> Result<(), SaveError> {
     let text = write(world, path)?;
-    std::fs::write(path, text).map_err(|error| SaveError::new(path, error))
+    files::replace(path, text.as_bytes())
 }
 
 /// The text of the scene file that [`save`] would write to `scene_path`.
