@@ -4,7 +4,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::bvh::{BuildQuality, Bvh, Geometry};
+use rayfront::internals::bvh::{BuildQuality, Bvh, Geometry};
 
 /// Everything from geometry to finished nodes and blocks.
 fn build(c: &mut Criterion) {

@@ -4,9 +4,9 @@ mod common;
 
 use common::{Stage, glass, grey, look, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::integrator::{Frame, Schedule, Sorting, Worker};
+use rayfront::internals::integrator::{Frame, Schedule, Sorting, Worker};
+use rayfront::internals::simd::Level;
 use rayfront::math::{Quat, Rgb, Vec3};
-use rayfront::simd::Level;
 use rayfront::world::{Background, BlinnPhong, Camera, Pattern, Shape, Transform};
 
 const SIZE: [u32; 2] = [128, 96];

@@ -6,10 +6,10 @@ use std::hint::black_box;
 
 use common::{Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::integrator::{Frame, Schedule};
-use rayfront::math::elementary::{acos_turns, atan2_turns, exp2, log2, pow, sin_cos_turns};
+use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::math::elementary::{acos_turns, atan2_turns, exp2, log2, pow, sin_cos_turns};
+use rayfront::internals::simd::{Float, Kernel, Lanes, Level, dispatch};
 use rayfront::math::{Rgb, Vec3};
-use rayfront::simd::{Float, Kernel, Lanes, Level, dispatch};
 use rayfront::world::BlinnPhong;
 
 const SAMPLES: u32 = 4;

@@ -7,11 +7,11 @@ use std::hint::black_box;
 
 use common::{RayClasses, Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::bvh::{self, Coherence, Stack};
+use rayfront::internals::bvh::{self, Coherence, Stack};
+use rayfront::internals::scene::CompiledScene;
+use rayfront::internals::simd::Level;
 use rayfront::math::{Quat, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
-use rayfront::scene::CompiledScene;
-use rayfront::simd::Level;
 use rayfront::world::{Shape, Transform};
 
 /// Rays along each side of the image.

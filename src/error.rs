@@ -51,7 +51,7 @@ pub enum LoadError {
 
 impl LoadError {
     /// For [`std::io::Result::map_err`].
-    pub fn io(file: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
+    pub(crate) fn io(file: &Path) -> impl FnOnce(std::io::Error) -> LoadError {
         let file = file.to_owned();
         move |source| {
             if let Some(shortage) = source.get_ref().and_then(|inner| inner.downcast_ref::<Shortage>()) {
@@ -64,18 +64,18 @@ impl LoadError {
     }
 
     /// An [`LoadError::Invalid`].
-    pub fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
+    pub(crate) fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
         LoadError::Invalid { file: file.to_owned(), reason: reason.into() }
     }
 
     /// For a file that memory does not do for.
-    pub fn shortage(file: &Path) -> impl FnOnce(Shortage) -> LoadError {
+    pub(crate) fn shortage(file: &Path) -> impl FnOnce(Shortage) -> LoadError {
         let file = file.to_owned();
         move |shortage| LoadError::TooLarge { file, reason: shortage.to_string() }
     }
 
     /// A [`LoadError::TooLarge`].
-    pub fn too_large(file: &Path, reason: impl Into<String>) -> LoadError {
+    pub(crate) fn too_large(file: &Path, reason: impl Into<String>) -> LoadError {
         LoadError::TooLarge { file: file.to_owned(), reason: reason.into() }
     }
 }
@@ -127,14 +127,14 @@ pub struct SaveError {
 
 impl SaveError {
     /// From anything that says why.
-    pub fn new(file: &Path, reason: impl std::fmt::Display) -> SaveError {
+    pub(crate) fn new(file: &Path, reason: impl std::fmt::Display) -> SaveError {
         SaveError { file: file.to_owned(), reason: reason.to_string() }
     }
 }
 
 /// Text as it can be shown: signs that would move a terminal's cursor, change its colours or the order in which it is read
 /// are written as escapes. A tabulator and the ends of lines stay.
-pub fn shown(text: &str) -> Cow<'_, str> {
+pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     if !text.contains(is_harmful) {
         return Cow::Borrowed(text);
     }
@@ -143,17 +143,17 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 }
 
 /// The same in one line.
-pub fn in_one_line(text: &str) -> String {
+pub(crate) fn in_one_line(text: &str) -> String {
     shown(text).replace('\n', "\\n").replace('\t', "\\t")
 }
 
 /// A name from a file, as it can stand in a line: its first 64 signs.
-pub fn words(name: &str) -> String {
+pub(crate) fn words(name: &str) -> String {
     name.chars().take(64).flat_map(char::escape_debug).collect()
 }
 
 /// A line as long as the text, below which places in it can be marked.
-pub fn with_blanks(text: &str) -> String {
+pub(crate) fn with_blanks(text: &str) -> String {
     text.chars().map(|c| if is_harmful(c) || c.is_control() { ' ' } else { c }).collect()
 }
 
@@ -169,7 +169,7 @@ fn is_harmful(c: char) -> bool {
 }
 
 /// The one of `known` that `name` most likely meant, as `(did you mean "x"?)`, or nothing.
-pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let near = known
         .into_iter()
         .map(|k| (distance(name, k), k))

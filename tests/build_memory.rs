@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayfront::bvh::{BuildQuality, Bvh, Geometry};
+use rayfront::internals::bvh::{BuildQuality, Bvh, Geometry};
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);

@@ -1,5 +1,6 @@
 //! Makes everything in assets/ and the generated scene, the same bytes every time:
-//! `cargo run --release --example generate-assets [folder instead of the repository]`.
+//! `cargo run --release --example generate-assets [folder instead of the repository]`; with `gallery` in place
+//! of a folder, pictures of all scenes instead.
 //!
 //! All shapes and pictures are this project's own designs, made by calculation.
 
@@ -8,6 +9,7 @@ mod clock;
 mod dial;
 mod dynamo;
 mod fractal;
+mod gallery;
 mod gears;
 mod glass;
 mod knot;
@@ -30,6 +32,9 @@ use mesh::Polygons;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1);
+    if given.as_deref() == Some("gallery") {
+        return gallery::make(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"));
+    }
     let root = Path::new(given.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")));
     let (assets, scenes) = (root.join("assets"), root.join("scenes"));
     std::fs::create_dir_all(&assets)?;

@@ -7,15 +7,15 @@ use std::f64::consts::TAU;
 
 use criterion::Criterion;
 use rand::RngExt;
-use rayfront::bvh::{self, Coherence, SPHERE, Stack};
 use rayfront::compile::compile;
-use rayfront::film::{Film, Region};
-use rayfront::integrator::{Frame, Schedule, Sorting, Statistics, Worker};
+use rayfront::internals::bvh::{self, Coherence, SPHERE, Stack};
+use rayfront::internals::film::{Film, Region};
+use rayfront::internals::integrator::{Frame, Schedule, Sorting, Statistics, Worker};
+use rayfront::internals::sampling::Stream;
+use rayfront::internals::scene::CompiledScene;
+use rayfront::internals::simd::Level;
 use rayfront::math::{NONE, Quat, Rgb, Vec2, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
-use rayfront::sampling::Stream;
-use rayfront::scene::CompiledScene;
-use rayfront::simd::Level;
 use rayfront::world::{
     BlinnPhong, Camera, ColorInput, Falloff, Image, Light, Material, MaterialId, Mesh, Pattern, Shape,
     Texels, Texture, Transform, World,
@@ -267,7 +267,7 @@ impl RayClasses {
 
 fn primary(scene: &CompiledScene, side: u32) -> RayBatch {
     let camera = &scene.camera;
-    let rayfront::scene::Projection::Pinhole { tan_half_fov } = camera.projection else {
+    let rayfront::internals::scene::Projection::Pinhole { tan_half_fov } = camera.projection else {
         panic!("benchmarks look through a pinhole");
     };
     let place = |i: u32| ((i as f32 + 0.5) / side as f32 * 2.0 - 1.0) * tan_half_fov;

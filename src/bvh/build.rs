@@ -6,13 +6,13 @@
 
 use rayon::prelude::*;
 
+use super::BuildQuality;
 use super::binary::{BinaryNode, Nodes, Room, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition, partition_by};
 use super::buckets::Buckets;
 use super::layout::BLOCK;
 use super::primitives::Primitives;
 use super::reference::{Extent, Reference};
-use crate::world::BuildQuality;
 
 /// Subtrees with fewer references are built by one thread.
 pub(super) const PARALLEL: usize = 8192;

@@ -2,10 +2,10 @@
 
 use std::hint::select_unpredictable;
 
+use super::BuildQuality;
 use super::presence::{Presence, Word};
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
-use crate::world::BuildQuality;
 
 /// Children of a node.
 pub const WIDTH: usize = 16;

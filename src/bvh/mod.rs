@@ -50,11 +50,24 @@ pub mod triangle;
 #[cfg(test)]
 mod tests;
 
-pub use crate::world::BuildQuality;
 pub use assemble::Geometry;
 pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE};
 pub use presence::{Asker, Crossing, Presence, Surfaces};
 pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
+
+/// How much work goes into the acceleration structure: what it costs to build against what
+/// it saves while tracing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
+pub enum BuildQuality {
+    /// As soon as possible; traces slower.
+    Fast,
+    /// Good for nearly everything.
+    #[default]
+    Default,
+    /// As good as it gets: large triangles may be split between leaves, within a budget.
+    High,
+}
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]
@@ -68,17 +81,28 @@ pub struct Rays<'a> {
     /// Infinity where nothing bounds the ray.
     pub t_max: &'a [f32],
     /// Asks for the first of them what is there.
-    pub asker: Asker<'a>,
+    pub(crate) asker: Asker<'a>,
 }
 
 impl<'a> Rays<'a> {
+    /// Of columns: X, Y and Z of the origins and of the directions, and the range of t of each. All have the same
+    /// length.
+    pub fn new(
+        origin: [&'a [f32]; 3],
+        direction: [&'a [f32]; 3],
+        t_min: &'a [f32],
+        t_max: &'a [f32],
+    ) -> Self {
+        Self { origin, direction, t_min, t_max, asker: Asker::CREDULOUS }
+    }
+
     /// How many rays there are.
     pub fn len(&self) -> usize {
         self.t_max.len()
     }
 
     /// One of them.
-    pub fn ray(&self, i: usize) -> crate::math::Ray<f32> {
+    pub(crate) fn ray(&self, i: usize) -> crate::math::Ray<f32> {
         self.get(i)
     }
 
@@ -89,7 +113,7 @@ impl<'a> Rays<'a> {
     }
 
     /// Some of them.
-    pub fn range(&self, range: std::ops::Range<usize>) -> Self {
+    pub(crate) fn range(&self, range: std::ops::Range<usize>) -> Self {
         let part = |column: &'a [f32]| &column[range.clone()];
         Self {
             origin: self.origin.map(part),

@@ -4,6 +4,7 @@
 //! the one first that the ray comes to first. Leaves are the wide tree's blocks with the wide tree's test, so
 //! that the two differ in nothing but the way to the leaves.
 
+use super::BuildQuality;
 use super::assemble::{Geometry, triangle_block};
 use super::binary::{BinaryNode, Tree};
 use super::build::build;
@@ -14,7 +15,6 @@ use super::ray::LocalRay;
 use super::{HitsMut, Rays};
 use crate::math::{Aabb, Hit, Ray};
 use crate::simd::{Kernel, Lanes, Level, dispatch};
-use crate::world::BuildQuality;
 
 /// A binary tree over triangles.
 pub struct Narrow {

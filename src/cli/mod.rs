@@ -66,6 +66,12 @@ pub fn main() -> ExitCode {
     outcome.unwrap_or_else(|failure| failure.tell())
 }
 
+/// Whether words, of which the first is the program's name, are a command line: what the guides show must be.
+pub fn understands(words: &[String]) -> Result<(), String> {
+    let words = command_line::understood(words.iter().map(OsString::from));
+    Arguments::try_parse_from(&words).map(drop).map_err(|error| error.to_string())
+}
+
 fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     arguments.limits.set();
     match arguments.command {

@@ -11,6 +11,7 @@ use super::job_args::LookOptions;
 use super::progress::Meter;
 use super::{Failure, output};
 use crate::film::Film;
+use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::render::{Gathered, Progress, Session};
 use crate::view::terminal::{half_blocks, thinned};
@@ -149,7 +150,7 @@ fn picture_of(film: &Film, settings: &Settings) -> String {
     let room = [u32::from(columns).max(1), u32::from(rows / 2).max(1)];
     let (region, radiance) = (film.region(), film.radiance());
     let (few, size) = thinned(&radiance, [region.width(), region.height()], room);
-    let exposure_ev = output::exposure_ev(settings, &few);
+    let exposure_ev = exposure_ev(settings, &few);
     let display = DisplayTransform::new(settings.tonemap, exposure_ev, &radiance);
     let pixels: Vec<_> = few.iter().map(|pixel| display.apply_8_bit(*pixel)).collect();
     half_blocks(&pixels, size, room)

@@ -8,13 +8,13 @@ use super::saving::Saved;
 use super::{Failure, aov, command_line};
 use crate::denoise::Denoised;
 use crate::error::{in_one_line, shown};
-use crate::film::exposure::automatic_ev;
+use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
 use crate::formats::film_file::{Header, Note};
 use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
-use crate::world::{Adaptive, Settings};
+use crate::world::Adaptive;
 
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
@@ -161,12 +161,6 @@ pub fn denoised_name(image: &Path) -> PathBuf {
     let mut extension = std::ffi::OsString::from("denoised.");
     extension.push(image.extension().unwrap_or_default());
     image.with_extension(extension)
-}
-
-/// Stops by which an image is exposed.
-pub fn exposure_ev(settings: &Settings, radiance: &[Rgb]) -> f32 {
-    let own_ev = if settings.auto_exposure { automatic_ev(radiance) } else { 0.0 };
-    own_ev + settings.exposure_ev
 }
 
 /// Samples that all pixels have, and how many there were to be.

@@ -449,8 +449,9 @@ fn instances(out: &mut Emitters, surfaces: &Surfaces, most: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{geometry, materials, transforms};
+    use super::super::{geometry, materials};
     use super::*;
+    use crate::world::transforms;
     use crate::world::{self, BlinnPhong, ColorInput, Mesh, Shape, Transform, World};
 
     #[test]

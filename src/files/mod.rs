@@ -1,15 +1,17 @@
-//! Files of other people, and our own: scenes and all that they name are opened here, and what comes of them is written here. What is read is an ordinary file whose size is
-//! looked at first; what is written is whole or not there.
+//! Files of other people, and our own: scenes and all that they name are opened here, and what comes of them is
+//! written here. What is read is an ordinary file whose size is looked at first; what is written is whole or not there.
 
+#[cfg(feature = "formats")]
 pub mod whole;
 
 use std::fs::{File, Metadata};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::SaveError;
 use crate::memory;
+#[cfg(feature = "formats")]
+pub use whole::replace;
 
 /// Whether scenes may refer to whatever files they like.
 static OUTSIDE: AtomicBool = AtomicBool::new(false);
@@ -43,11 +45,6 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     // Not more than was asked for, even if somebody appends to it meanwhile.
     file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
-}
-
-/// Writes a file that is either as it was or whole.
-pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
-    whole::write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
 }
 
 fn is_ordinary(metadata: &Metadata) -> io::Result<()> {

@@ -1,7 +1,7 @@
 //! Files that are either whole or not there, even if the power fails.
 
 use std::fs::{File, TryLockError};
-use std::io::{BufWriter, ErrorKind};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -14,6 +14,11 @@ pub type Writer<'a> = BufWriter<&'a File>;
 /// What such files are called meanwhile.
 const PREFIX: &str = ".rayfront-";
 const SUFFIX: &str = ".part";
+
+/// Writes a file that is either as it was or whole.
+pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
+    write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
+}
 
 /// Writes a file beside its place, waits until the disk has it and gives it its name. Until then an older
 /// one of that name stays as it was, and after an error, too. Links to it stay links, and who may read it may still.
@@ -127,7 +132,6 @@ fn is_left_behind(path: &Path) -> bool {
 #[cfg(unix)]
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
     use std::os::unix::fs::{PermissionsExt, symlink};
     use std::time::{Duration, SystemTime};
 

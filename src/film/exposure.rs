@@ -1,6 +1,7 @@
 //! Exposure chosen by the image itself.
 
 use crate::math::Rgb;
+use crate::world::Settings;
 
 /// What the middle of an image should come to: the reflectance of a grey card.
 const MIDDLE_GREY: f64 = 0.18;
@@ -28,6 +29,12 @@ pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
     let ev = libm::log2(MIDDLE_GREY) - sum / middle.len() as f64;
     // A negative zero would be printed with its sign.
     (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
+}
+
+/// Stops by which an image is exposed: by settings, and by itself where they say so.
+pub fn exposure_ev(settings: &Settings, radiance: &[Rgb]) -> f32 {
+    let own_ev = if settings.auto_exposure { automatic_ev(radiance) } else { 0.0 };
+    own_ev + settings.exposure_ev
 }
 
 #[cfg(test)]

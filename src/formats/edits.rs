@@ -32,17 +32,17 @@ pub struct Edits {
 
 impl Edits {
     /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         *self == Edits::default()
     }
 
     /// Leaves cameras where files say.
-    pub fn forget_camera(&mut self) {
+    pub(crate) fn forget_camera(&mut self) {
         (self.look_at, self.orbit, self.zoom) = (None, None, None);
     }
 
     /// Carries out what is no matter of where things are. Errors: what is no query, or means nothing.
-    pub fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
+    pub(crate) fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
         let wrong =
             |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
         if let Some([from, to]) = &self.look_at {

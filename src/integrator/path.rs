@@ -27,7 +27,7 @@ pub struct Path<F: Float> {
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
     /// found it (the camera's, a mirror's). As [`Path::medium`] for the path transport alone.
     pub pdf: F,
-    /// Where the surface faced that it has left ([`crate::shading::facing`]), or [`crate::math::NONE`]. For the path
+    /// Where the surface faced that it has left (`shading::facing`), or [`crate::math::NONE`]. For the path
     /// transport alone.
     pub facing: F::Int,
     /// How wide the ray is at its origin, in metres.

@@ -32,7 +32,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
 pub struct WhittedVertex<F: Float> {
     /// In world space.
     pub position: Vector<F>,
-    /// See [`Surface::offset`].
+    /// See `Surface::offset`.
     pub offset: F,
     /// Of the surface itself, on the viewer's side.
     pub geometric_normal: Vector<F>,

@@ -16,17 +16,17 @@ impl Aabb {
     pub const EMPTY: Aabb = Aabb { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around points.
-    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Aabb {
+    pub(crate) fn around(points: impl IntoIterator<Item = Vec3>) -> Aabb {
         points.into_iter().fold(Aabb::EMPTY, Aabb::with)
     }
 
     /// Grown to hold a point.
-    pub fn with(self, point: Vec3) -> Aabb {
+    pub(crate) fn with(self, point: Vec3) -> Aabb {
         Aabb { min: self.min.min(point), max: self.max.max(point) }
     }
 
     /// The smallest box around both.
-    pub fn union(self, other: Aabb) -> Aabb {
+    pub(crate) fn union(self, other: Aabb) -> Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
@@ -47,7 +47,7 @@ impl Aabb {
 
     /// Half of the surface area, which is what the surface area heuristic compares.
     #[inline]
-    pub fn half_area(&self) -> f32 {
+    pub(crate) fn half_area(&self) -> f32 {
         let d = self.max - self.min;
         if d.x < 0.0 { 0.0 } else { d.x * d.y + d.y * d.z + d.z * d.x }
     }

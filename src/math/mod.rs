@@ -1,14 +1,19 @@
 //! Vectors, colours, rays and boxes. Everything above speaks in these types: the
 //! author's side in `Vec3` and [`Rgb`], the renderer's in lanes of [`Vector`] and [`Color`].
 
-pub mod aabb;
-pub mod elementary;
-pub mod ray;
-pub mod rgb;
-pub mod vector;
+pub(crate) mod aabb;
+pub(crate) mod elementary;
+pub(crate) mod hash;
+pub(crate) mod ray;
+pub(crate) mod rgb;
+#[cfg(any(test, feature = "render"))]
+pub(crate) mod stream;
+pub(crate) mod vector;
 
 pub use aabb::Aabb;
+#[doc(no_inline)]
 pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
-pub use ray::{Hit, NONE, Ray};
+pub(crate) use ray::Ray;
+pub use ray::{Hit, NONE};
 pub use rgb::Rgb;
-pub use vector::{Color, Vector};
+pub(crate) use vector::{Color, Vector};

@@ -4,7 +4,8 @@ use std::ops::{Add, AddAssign, Mul};
 
 /// Three linear components with Rec. 709 (sRGB) primaries: a reflectance, a
 /// radiance in W m⁻² sr⁻¹ or a power in W, as the owner says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Rgb {
     /// Red.

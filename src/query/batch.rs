@@ -1,6 +1,6 @@
 //! Columns of rays and hits that own their memory.
 
-use crate::bvh::{Asker, HitsMut, Rays};
+use crate::bvh::{HitsMut, Rays};
 use crate::math::{Hit, NONE, Vec3};
 
 /// Rays in columns, all of the same length.
@@ -49,13 +49,9 @@ impl RayBatch {
 
     /// All of them.
     pub fn rays(&self) -> Rays<'_> {
-        Rays {
-            origin: self.origin.each_ref().map(|column| &column[..]),
-            direction: self.direction.each_ref().map(|column| &column[..]),
-            t_min: &self.t_min,
-            t_max: &self.t_max,
-            asker: Asker::CREDULOUS,
-        }
+        let [origin, direction] =
+            [&self.origin, &self.direction].map(|columns| columns.each_ref().map(|column| &column[..]));
+        Rays::new(origin, direction, &self.t_min, &self.t_max)
     }
 
     /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use rand::RngExt;
 
 use super::*;
+use crate::math::stream::Stream;
 use crate::math::{DAffine3, DQuat, DVec3, Hit, NONE, Vec3};
-use crate::sampling::Stream;
 use crate::simd::Level;
 
 /// What was handed to a builder.

@@ -12,6 +12,7 @@ use crate::world::Aov;
 impl Session {
     /// What the samples that all pixels have hit first, pixel by pixel, row by row: camera rays are
     /// traced once more. Before the first sample is done it is that of the first.
+    #[doc(hidden)]
     pub fn features(&self) -> Vec<Features> {
         let [all] = self.features_apart();
         all

@@ -16,7 +16,7 @@ pub struct Gathered {
     /// Those of a pass that is under way.
     pub pass: Option<Pass>,
     /// Rays that the first samples of each block have taken, where blocks get as many as they are worth: see
-    /// [`super::adaptive`].
+    /// `render::adaptive`.
     pub rays: Option<Vec<u64>>,
     /// How many samples blocks get, where that was decided beforehand. `samples` are then those that the pixels have
     /// which get them.
@@ -32,7 +32,7 @@ pub struct Pass {
     pub tile: u32,
     /// Which tiles have them, by their numbers.
     pub done: Vec<bool>,
-    /// Which blocks get them, where not all do: see [`super::adaptive`].
+    /// Which blocks get them, where not all do: see `render::adaptive`.
     pub blocks: Option<Vec<bool>>,
 }
 

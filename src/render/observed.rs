@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::{Session, lock};
+use super::Session;
+use super::session::lock;
 use crate::film::{Film, Region};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
 use crate::integrator::wavefront::Wave;
@@ -29,7 +30,7 @@ pub struct Span {
 impl Session {
     /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
     /// is told what happens. The session's own film stays as it is; returned is the last tile's.
-    pub fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
+    pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
         let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
         let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 }, frame.unit);
@@ -46,7 +47,7 @@ impl Session {
 
     /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
     /// called at the end of each stage.
-    pub fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
+    pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
         let (frame, options) = (&self.frame, &self.options);
         let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
@@ -58,7 +59,7 @@ impl Session {
     }
 
     /// Renders all samples on all threads and says when each thread did what.
-    pub fn spans(&self) -> Vec<Span> {
+    pub(crate) fn spans(&self) -> Vec<Span> {
         let (frame, options, start) = (&self.frame, &self.options, Instant::now());
         let spans = Mutex::new(Vec::new());
         self.tiles().into_par_iter().for_each(|tile| {

@@ -18,7 +18,7 @@ pub enum Dimension {
     /// bounces. As the place in the pixel.
     Wavelength = 6,
     /// Of a bounce: which light, and the place on it. Lights and their samples are told apart by
-    /// [`super::Key::fork`].
+    /// `Key::fork`.
     Light = 16,
     /// Of a bounce: the bits of the place on a light that the choice of the light has used up. One number
     /// and the order of the strata.

@@ -1,9 +1,9 @@
 //! The numbers of the path transport: one or two for each use, spread over a pixel's samples
 //! as its sampler says.
 
-use super::hash::Key;
 use super::pattern::{self, Grid};
 use super::sobol;
+use crate::math::hash::Key;
 use crate::simd::{Float, Int};
 use crate::world::{Pattern, Sampler};
 

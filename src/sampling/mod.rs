@@ -4,12 +4,12 @@
 pub mod dimension;
 pub mod draw;
 pub mod filter;
-pub mod hash;
 pub mod pattern;
 pub mod sobol;
 pub mod table;
 pub mod warp;
 
+pub(crate) use crate::math::hash::{self, Key};
+pub use crate::math::stream::Stream;
 pub use dimension::Dimension;
-pub use hash::{Key, Stream};
 pub use table::Distribution2d;

@@ -1,7 +1,7 @@
 //! N points in the unit square: uniform, jittered or regular, each point a pure
 //! function of its index.
 
-use super::hash::Key;
+use crate::math::hash::Key;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Pattern;
 

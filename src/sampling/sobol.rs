@@ -10,7 +10,7 @@
 //! A pair takes about 100 integer operations: four reversals of 7, three scrambles of 10,
 //! three hashes of 9, the triangle's 14 and the conversion.
 
-use super::hash::{mix, to_unit};
+use crate::math::hash::{mix, to_unit};
 use crate::simd::{Float, Int};
 
 /// Point `index` of a sequence in the unit square, another sequence for each `seed`.

@@ -34,29 +34,34 @@ use emitters::kind;
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     /// What is looked through.
+    #[doc(hidden)]
     pub camera: Camera,
     /// The opening of its lens, if that is not round.
-    pub aperture: Option<Aperture>,
+    pub(crate) aperture: Option<Aperture>,
     /// Vertices, triangles and spheres with what shading needs of them.
+    #[doc(hidden)]
     pub geometry: Arc<Geometry>,
     /// The same geometry in the order of rays.
+    #[doc(hidden)]
     pub bvh: Arc<Bvh>,
     /// How surfaces answer light, by material id.
-    pub materials: Vec<Material>,
+    pub(crate) materials: Vec<Material>,
     /// What people call them.
-    pub material_names: Vec<String>,
+    pub(crate) material_names: Vec<String>,
     /// Pictures and how they are looked up.
+    #[doc(hidden)]
     pub textures: Arc<Textures>,
     /// Everything that lights a surface.
+    #[doc(hidden)]
     pub emitters: Arc<Emitters>,
     /// Those that are light entities, in their order, and how Whitted's transport samples them.
-    pub lights: Vec<LightSamples>,
+    pub(crate) lights: Vec<LightSamples>,
     /// What rays see that hit nothing.
-    pub environment: Arc<Environment>,
+    pub(crate) environment: Arc<Environment>,
     /// Radiance that every surface sends back times its diffuse colour.
-    pub ambient: Rgb,
+    pub(crate) ambient: Rgb,
     /// Around everything that can be hit.
-    pub bounds: Aabb,
+    pub(crate) bounds: Aabb,
     /// What compilation noticed that is no error, one line each.
     pub warnings: Vec<String>,
 }
@@ -101,7 +106,7 @@ impl Memory {
 impl CompiledScene {
     /// About the radiance of the brightest thing that can be seen, and what surfaces are lit by: both in
     /// proportion to all light that there is.
-    pub fn levels(&self) -> (f32, f32) {
+    pub(crate) fn levels(&self) -> (f32, f32) {
         let far = self.bounds.size().length().max(1e-6);
         let (mut brightest, mut usual) = self.environment.levels();
         let mut lamps = Vec::new();
@@ -162,6 +167,7 @@ impl CompiledScene {
     }
 
     /// The first of its parts in which it differs from another scene, to the last bit. Takes its time.
+    #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
         fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
             [
@@ -195,7 +201,7 @@ impl CompiledScene {
     }
 
     /// What it takes.
-    pub fn memory(&self) -> Memory {
+    pub(crate) fn memory(&self) -> Memory {
         Memory {
             geometry: self.geometry.bytes(),
             bvh: self.bvh.bytes(),

@@ -36,7 +36,7 @@ pub struct Assets {
     /// Materials. The first is always the default one.
     pub materials: Vec<NamedMaterial>,
     /// The files that all this was read from.
-    pub files: SourceFiles,
+    pub(crate) files: SourceFiles,
 }
 
 impl Default for Assets {
@@ -59,7 +59,7 @@ impl Assets {
     }
 
     /// Adds a mesh that was made of what files hold: the one that it was before, if it is the same.
-    pub fn add_made_mesh(&mut self, mesh: Mesh) -> MeshId {
+    pub(crate) fn add_made_mesh(&mut self, mesh: Mesh) -> MeshId {
         let mesh = self.files.kept.meshes.same(mesh, Mesh::hash);
         self.add_mesh(mesh)
     }
@@ -71,7 +71,7 @@ impl Assets {
     }
 
     /// Adds an image that was made of what files hold: the one that it was before, if it is the same.
-    pub fn add_made_image(&mut self, image: Image) -> ImageId {
+    pub(crate) fn add_made_image(&mut self, image: Image) -> ImageId {
         let image = self.files.kept.images.same(image, Image::hash);
         self.add_image(image)
     }
@@ -134,7 +134,7 @@ pub struct Mesh {
 
 impl Mesh {
     /// Of its vertices and triangles.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let Self { positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         size_of_val(&positions[..])
             + size_of_val(&normals[..])
@@ -148,7 +148,7 @@ impl Mesh {
     }
 
     /// Of all that it is.
-    pub fn hash(&self) -> u128 {
+    pub(crate) fn hash(&self) -> u128 {
         let Self { name, source, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         let mut hasher = Xxh3::new();
         let mut column = |bytes: &[u8]| {
@@ -187,7 +187,7 @@ pub struct Image {
 
 impl Image {
     /// Of all that it is.
-    pub fn hash(&self) -> u128 {
+    pub(crate) fn hash(&self) -> u128 {
         let mut hasher = Xxh3::new();
         hasher.update(self.source.as_deref().map_or(&[], |path| path.as_os_str().as_encoded_bytes()));
         hasher.update(bytemuck::bytes_of(&[self.width, self.height]));

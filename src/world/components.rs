@@ -19,7 +19,7 @@ pub struct Overrides(pub Vec<(String, MaterialId)>);
 
 /// Marks the entities that came with an ancestor's [`Model`]: a saved scene names the file and
 /// leaves them out, as long as they are what they were, which is hashed here
-/// ([`super::World::fingerprint`]).
+/// (`World::fingerprint`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placed(pub u64);
 
@@ -156,7 +156,7 @@ pub enum Outline {
 
 impl Outline {
     /// The part of the rectangle that is there.
-    pub fn part(self) -> f32 {
+    pub(crate) fn part(self) -> f32 {
         match self {
             Self::Rectangle => 1.0,
             Self::Disc => std::f32::consts::FRAC_PI_4,
@@ -277,7 +277,7 @@ const STRAIGHT: f64 = 1e-9;
 
 /// Whether the corners go around a flat convex quadrilateral; else what is wrong and at
 /// which of them.
-pub fn check_plane(corners: [Vec3; 4]) -> Result<(), (Option<usize>, String)> {
+pub(crate) fn check_plane(corners: [Vec3; 4]) -> Result<(), (Option<usize>, String)> {
     let [a, b, c, d] = corners.map(|corner| corner.as_dvec3());
     // Twice the area, along the normal: what the two diagonals span.
     let normal = (c - a).cross(d - b);

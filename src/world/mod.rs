@@ -5,27 +5,30 @@
 
 use std::hash::{Hash, Hasher};
 
-pub mod assets;
-pub mod components;
-pub mod kept;
-pub mod material;
-pub mod rig;
-pub mod settings;
-pub mod source_files;
-pub mod transforms;
+pub(crate) mod assets;
+pub(crate) mod components;
+pub(crate) mod kept;
+pub(crate) mod material;
+pub(crate) mod rig;
+pub(crate) mod settings;
+pub(crate) mod source_files;
+pub(crate) mod transforms;
 
-pub use assets::{Assets, Image, ImageId, MaterialId, Mesh, MeshId, Texels, Texture, TextureId};
+pub use crate::bvh::BuildQuality;
+pub use assets::*;
 pub use components::*;
-pub use kept::Kept;
+pub use hecs;
+pub(crate) use kept::Kept;
 pub use material::*;
-pub use rig::{Pose, Rig};
+pub(crate) use rig::{Pose, Rig};
 pub use settings::*;
-pub use source_files::{Content, SourceFiles};
+pub(crate) use source_files::{Content, SourceFiles};
 
 /// Everything that a scene file says.
 #[derive(Default)]
 pub struct World {
-    /// The entities with their components (see [`components`]).
+    /// The entities with their components: a [`Transform`], a [`Shape`] with its [`MaterialId`], a [`Light`],
+    /// a [`Camera`], a [`Name`], a [`Parent`].
     pub entities: hecs::World,
     /// Meshes, images, textures and materials, which entities share.
     pub assets: Assets,
@@ -34,9 +37,9 @@ pub struct World {
     /// What the loader noticed that is no error, one line each.
     pub warnings: Vec<String>,
     /// Whether its files say that anything changes with time.
-    pub moves: bool,
+    pub(crate) moves: bool,
     /// Whether its transport is [`World::fitting_transport`], since no file says which.
-    pub transport_is_chosen: bool,
+    pub(crate) transport_is_chosen: bool,
 }
 
 impl World {
@@ -50,13 +53,13 @@ impl World {
     }
 
     /// [`World::name_of`] the entities by their numbers.
-    pub fn names(&self) -> std::collections::HashMap<u32, String> {
+    pub(crate) fn names(&self) -> std::collections::HashMap<u32, String> {
         self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
     }
 
     /// A hash of what an entity is: where it stands, its shape, material, light and camera. The same
     /// within a program alone.
-    pub fn fingerprint(&self, entity: hecs::Entity) -> u64 {
+    pub(crate) fn fingerprint(&self, entity: hecs::Entity) -> u64 {
         type Components<'a> = (
             Option<&'a Transform>,
             Option<&'a Shape>,
@@ -72,18 +75,18 @@ impl World {
     }
 
     /// Marks an entity as one that has come with a [`Model`] as it is now.
-    pub fn mark_placed(&mut self, entity: hecs::Entity) {
+    pub(crate) fn mark_placed(&mut self, entity: hecs::Entity) {
         let placed = Placed(self.fingerprint(entity));
         // One that is not there needs no mark.
         let _ = self.entities.insert_one(entity, placed);
     }
 
     /// What is said of a scene for which the path transport was chosen.
-    pub const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, which glTF files, principled materials and \
+    pub(crate) const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, which glTF files, principled materials and \
          surroundings are made for (settings: (transport: Path) says so, too)";
 
     /// Has a scene that says nothing of it rendered by the transport that takes all of it at its word.
-    pub fn choose_transport(&mut self) {
+    pub(crate) fn choose_transport(&mut self) {
         self.warnings.retain(|warning| warning != Self::PATH_IS_CHOSEN);
         if self.transport_is_chosen {
             self.settings.transport = self.fitting_transport();
@@ -95,7 +98,7 @@ impl World {
 
     /// The transport that renders all of it: what glTF files, principled materials and surroundings say
     /// the path transport alone takes at its word.
-    pub fn fitting_transport(&self) -> Transport {
+    pub(crate) fn fitting_transport(&self) -> Transport {
         let entities = &self.entities;
         let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
         let asks = entities.query::<&Model>().iter().next().is_some()
@@ -105,17 +108,18 @@ impl World {
     }
 
     /// Does something to every light.
+    #[doc(hidden)]
     pub fn change_lights(&mut self, change: impl FnMut(&mut Light)) {
         self.entities.query_mut::<&mut Light>().into_iter().for_each(change);
     }
 
     /// Does something to every camera.
-    pub fn change_cameras(&mut self, change: impl FnMut(&mut Camera)) {
+    pub(crate) fn change_cameras(&mut self, change: impl FnMut(&mut Camera)) {
         self.entities.query_mut::<&mut Camera>().into_iter().for_each(change);
     }
 
     /// Triangles as they are seen: those of a mesh as often as it is placed.
-    pub fn placed_triangles(&self) -> usize {
+    pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
             Shape::Sphere { .. } => 0,
             Shape::Triangle { .. } => 1,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bvh::BuildQuality;
 use crate::math::Rgb;
 
 use super::components::Pattern;
@@ -135,7 +136,7 @@ impl Aov {
     ];
 
     /// Whether it says something about the samples themselves, not about what they hit.
-    pub fn is_of_film(self) -> bool {
+    pub(crate) fn is_of_film(self) -> bool {
         matches!(self, Aov::Samples | Aov::Variance)
     }
 }
@@ -158,7 +159,7 @@ impl DepthLimits {
     pub const MOST: u32 = 1000;
 
     /// Those that there are, by the names that a scene file has for them.
-    pub fn given(&self) -> impl Iterator<Item = (&'static str, u32)> {
+    pub(crate) fn given(&self) -> impl Iterator<Item = (&'static str, u32)> {
         let Self { diffuse, glossy, transmission } = *self;
         [("diffuse_depth", diffuse), ("glossy_depth", glossy), ("transmission_depth", transmission)]
             .into_iter()
@@ -210,7 +211,7 @@ impl Sharing {
     pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
 }
 
-/// Whether blocks of pixels get samples where they lessen the error most (see [`crate::render::adaptive`]).
+/// Whether blocks of pixels get samples where they lessen the error most.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Adaptive {
     /// All pixels get the same number.
@@ -220,19 +221,6 @@ pub enum Adaptive {
     On,
     /// Chosen beforehand, by samples that do not count.
     Unbiased,
-}
-
-/// How much work goes into the acceleration structure: what it costs to build against what
-/// it saves while tracing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum BuildQuality {
-    /// As soon as possible; traces slower.
-    Fast,
-    /// Good for nearly everything.
-    #[default]
-    Default,
-    /// As good as it gets: large triangles may be split between leaves, within a budget.
-    High,
 }
 
 /// The weight of a sample by its distance from the pixel's centre, sampled by

@@ -2,10 +2,10 @@
 //! schedule, wave size, instruction set, tile size, number of threads and split.
 
 use rayfront::compile::compile;
-use rayfront::film::{Film, Region};
-use rayfront::integrator::{RayCounts, Schedule, Sorting};
+use rayfront::internals::film::{Film, Region};
+use rayfront::internals::integrator::{RayCounts, Schedule, Sorting};
+use rayfront::internals::simd::Level;
 use rayfront::render::{Options, Session};
-use rayfront::simd::Level;
 use rayfront::world::{Sharing, Transport, World};
 
 use crate::support;

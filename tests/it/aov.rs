@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use exr::prelude::*;
 use rayfront::compile::compile;
-use rayfront::film::{Channel, Features, Film, Moments, Values};
-use rayfront::integrator::{Frame, Schedule};
+use rayfront::internals::film::{Channel, Features, Film, Moments, Values};
+use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::simd::Level;
 use rayfront::render::{Options, Session, on_threads};
-use rayfront::simd::Level;
 use rayfront::world::{Aov, Sampler, Transport, World};
 
 use crate::support;
@@ -171,7 +171,7 @@ fn the_same_bits_in_all_ways() {
 #[test]
 fn a_crop_is_as_in_the_whole() {
     let world = support::world(crate::agreement::SHAPES);
-    let region = rayfront::film::Region { x0: 5, y0: 3, x1: 18, y1: 16 };
+    let region = rayfront::internals::film::Region { x0: 5, y0: 3, x1: 18, y1: 16 };
     let whole = session(&world, Options { variance: true, ..Options::default() });
     let part =
         session(&world, Options { variance: true, region: Some(region), tile: 8, ..Options::default() });
@@ -253,8 +253,8 @@ fn files_hold_what_the_session_has() {
     session.advance(u32::MAX);
     let radiance = session.film().radiance();
     let channels = session.channels(&Aov::ALL);
-    let display = rayfront::film::tonemap::DisplayTransform::new(Default::default(), 0.0, &[]);
-    let output = rayfront::formats::picture::Output {
+    let display = rayfront::internals::film::tonemap::DisplayTransform::new(Default::default(), 0.0, &[]);
+    let output = rayfront::internals::formats::picture::Output {
         width: 8,
         height: 8,
         radiance: &radiance,
@@ -264,8 +264,11 @@ fn files_hold_what_the_session_has() {
         channels: &channels,
     };
     let path = folder.path().join("a.exr");
-    rayfront::formats::picture::save(&path, &output).expect("saving");
-    assert_eq!(rayfront::formats::picture::load_linear(&path).expect("light"), (8, 8, radiance.clone()));
+    rayfront::internals::formats::picture::save(&path, &output).expect("saving");
+    assert_eq!(
+        rayfront::internals::formats::picture::load_linear(&path).expect("light"),
+        (8, 8, radiance.clone())
+    );
 
     let found = read(&path);
     let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
@@ -308,7 +311,7 @@ fn files_hold_what_the_session_has() {
         }
     }
     let wrong = [Channel { name: "depth.Z", values: Values::Float(vec![0.0; 3]) }];
-    let wrong = rayfront::formats::picture::Output { channels: &wrong, ..output };
-    let error = rayfront::formats::picture::save(&path, &wrong).unwrap_err().to_string();
+    let wrong = rayfront::internals::formats::picture::Output { channels: &wrong, ..output };
+    let error = rayfront::internals::formats::picture::save(&path, &wrong).unwrap_err().to_string();
     assert!(error.contains("3 values of depth.Z for 64 pixels"), "{error}");
 }

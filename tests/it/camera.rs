@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use rayfront::compile::compile;
-use rayfront::formats::{LoadOptions, load_with};
+use rayfront::internals::formats::{LoadOptions, load_with};
+use rayfront::internals::scene::Camera;
 use rayfront::math::Vec3;
-use rayfront::scene::Camera;
 
 const SCENE: &str = r#"(
     settings: (size: (24, 16), samples: 2),

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use rayfront::formats::picture;
+use rayfront::internals::formats::picture;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(
@@ -326,8 +326,8 @@ fn info_tells_what_there_is() {
 fn a_saved_scene_is_the_same_scene() {
     let folder = folder();
     let path = folder.path().join("scene.ron");
-    let world = rayfront::formats::load(&path).expect("the scene");
-    rayfront::formats::ron::save(&world, &folder.path().join("again.ron")).expect("saved");
+    let world = rayfront::internals::formats::load(&path).expect("the scene");
+    rayfront::internals::formats::ron::save(&world, &folder.path().join("again.ron")).expect("saved");
     let hash = |name: &str| json(folder.path(), &[name, "--json"])["film_hash"].clone();
     assert!(hash("scene.ron").is_string());
     assert_eq!(hash("scene.ron"), hash("again.ron"));

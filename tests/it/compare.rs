@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use rayfront::film::tonemap::DisplayTransform;
-use rayfront::formats::picture;
+use rayfront::internals::film::tonemap::DisplayTransform;
+use rayfront::internals::formats::picture;
 use rayfront::math::Rgb;
 use rayfront::world::Tonemap;
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rayfront::compile::{Compiled, compile, compile_after};
-use rayfront::formats::{LoadOptions, load_again};
-use rayfront::world::{Kept, SourceFiles};
+use rayfront::internals::compile::{Compiled, compile, compile_after};
+use rayfront::internals::formats::{LoadOptions, load_again};
+use rayfront::internals::world::{Kept, SourceFiles};
 
 /// Edits, one after another.
 const EDITS: usize = 250;

@@ -182,13 +182,13 @@ fn an_audit_finds_what_another_machine_has_made_of_it() {
         serde_json::json!({"film": "a.film", "hosts": sound["hosts"], "tiles": 20, "differing": 0})
     );
     // One quantum in one pixel.
-    let mut forged = rayfront::formats::film_file::load(&here.join("b.film")).expect("a film");
+    let mut forged = rayfront::internals::formats::film_file::load(&here.join("b.film")).expect("a film");
     let mut pixels = forged.film.pixels().to_vec();
     pixels[70 * 20 + 35].sum[0][1] += 1;
-    let film = rayfront::film::Film::with_pixels(forged.film.region(), forged.film.unit(), pixels);
+    let film = rayfront::internals::film::Film::with_pixels(forged.film.region(), forged.film.unit(), pixels);
     forged.film = film.expect("a film");
     forged.header.set_film(&forged.film, None);
-    rayfront::formats::film_file::save(&here.join("b.film"), &forged.header, &forged.film, None)
+    rayfront::internals::formats::film_file::save(&here.join("b.film"), &forged.header, &forged.film, None)
         .expect("saved");
     let error = failure(here, 5, "merge a.film b.film --audit 100%");
     assert!(error.contains("b.film (rendered on") && error.contains("1 of 20 tiles"), "{error}");
@@ -382,7 +382,8 @@ fn planned_commands_are_what_a_shell_takes() {
         command(&here, &arguments).env("SLURM_ARRAY_TASK_ID", number).output().expect("a run")
     };
     assert_eq!(task("1").status.code(), Some(0));
-    let pixels = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name).2;
+    let pixels =
+        |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name).2;
     assert!(pixels("g.07.png") == pixels("f.07.png") && !here.join("g.03.png").exists());
     assert!(String::from_utf8_lossy(&task("3").stderr).contains("there are 3, from 0 on"));
     let error = failure(&here, 2, "plan scene.ron --for slurm -o f.png -- --frames 1-2");
@@ -515,7 +516,8 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
          material: Principled(base_color: 0, emission: 2), transform: (translate: Keys([(0, (-1, 0, 0)), (1, (1, 0, 0))])))])"#;
     std::fs::write(here.join("keys.ron"), scene).expect("a scene");
     let red = |name: &str| {
-        let (width, _, pixels) = rayfront::formats::picture::load_linear(&here.join(name)).expect(name);
+        let (width, _, pixels) =
+            rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name);
         let row = pixels[8 * width as usize..9 * width as usize].to_vec();
         row.iter().map(|pixel| pixel.r / 2.0).collect::<Vec<f32>>()
     };
@@ -552,11 +554,11 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
     assert_eq!((frames.len(), stream.len()), (3, 3 * (6 + 3 * 256)));
     for (frame, number) in frames.iter().zip([0, 2, 4]) {
         let (_, _, pixels) =
-            rayfront::formats::picture::load_linear(&here.join(format!("again.{number}.png")))
+            rayfront::internals::formats::picture::load_linear(&here.join(format!("again.{number}.png")))
                 .expect("an image");
         let luma = frame.strip_prefix(b"FRAME\n").expect("a frame");
         for (luma, pixel) in luma.iter().zip(&pixels) {
-            let shown = rayfront::film::tonemap::srgb_encode(pixel.r);
+            let shown = rayfront::internals::film::tonemap::srgb_encode(pixel.r);
             assert!((f32::from(*luma) - 16.0 - 219.0 * shown).abs() < 1.0, "{luma} for {pixel:?}");
         }
     }
@@ -599,7 +601,8 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     // A part of the image, by what was chosen for the whole.
     json(here, &format!("{line} --pilot pilot.film -o whole.exr"));
     json(here, &format!("{line} --pilot pilot.film --crop 21,9,60,50 -o crop.exr"));
-    let pixels = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name).2;
+    let pixels =
+        |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name).2;
     let (whole, crop) = (pixels("whole.exr"), pixels("crop.exr"));
     let rows = (9..50).flat_map(|y| whole[y * 72 + 21..y * 72 + 60].iter().copied());
     assert!(rows.eq(crop), "the crop shows other pixels");
@@ -635,13 +638,13 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
 fn any_tile_may_be_the_last() {
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-    use rayfront::integrator::Frame;
+    use rayfront::internals::integrator::Frame;
     use rayfront::render::{Options, Session};
     use rayfront::world::Adaptive;
 
     for adaptive in [Adaptive::Off, Adaptive::On, Adaptive::Unbiased] {
         let folder = folder();
-        let mut world = rayfront::formats::load(&folder.path().join("scene.ron")).expect("a scene");
+        let mut world = rayfront::internals::formats::load(folder.path().join("scene.ron")).expect("a scene");
         world.settings.size = [40, 30];
         (world.settings.samples, world.settings.adaptive) = (64, adaptive);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");

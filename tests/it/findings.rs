@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use rayfront::check::{Finding, check, of_image};
 use rayfront::compile::compile;
-use rayfront::film::exposure::automatic_ev;
-use rayfront::integrator::Frame;
+use rayfront::internals::check::{Finding, check, of_image};
+use rayfront::internals::film::exposure::automatic_ev;
+use rayfront::internals::integrator::Frame;
 use rayfront::render::{Options, Session};
 use rayfront::world::World;
 
@@ -282,7 +282,7 @@ fn a_good_scene_is_told_nothing() {
 
 /// A scene's findings, without its loader's and compilation's notes.
 fn findings(path: &Path) -> Vec<String> {
-    let world = rayfront::formats::load(path).expect("a scene");
+    let world = rayfront::internals::formats::load(path).expect("a scene");
     let mut settings = world.settings.clone();
     let by = settings.size[0].max(settings.size[1]).div_ceil(96).max(1);
     settings.size = settings.size.map(|side| side.div_ceil(by));

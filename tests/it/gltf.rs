@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use rayfront::compile::compile;
-use rayfront::formats::{self, LoadOptions};
-use rayfront::integrator::{Frame, Schedule};
+use rayfront::internals::formats::{self, LoadOptions};
+use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::scene::CompiledScene;
 use rayfront::render::{Options, Session};
-use rayfront::scene::CompiledScene;
 use rayfront::world::{Camera, Light, Settings, Tonemap, Transport, World};
 
 use crate::corpus::{self, Refusals};
@@ -94,7 +94,7 @@ fn triangle(name: &str, camera: bool) -> std::path::PathBuf {
 
 #[test]
 fn a_model_alone_stands_in_a_studio() {
-    let world = formats::load(&triangle("alone.gltf", false)).unwrap();
+    let world = formats::load(triangle("alone.gltf", false)).unwrap();
     let settings = &world.settings;
     assert_eq!((settings.transport, settings.tonemap), (Transport::Path, Tonemap::PbrNeutral));
     assert_eq!((settings.max_depth, settings.samples, settings.size), (16, 64, [960, 540]));
@@ -191,7 +191,7 @@ fn corners(world: &World) -> Vec<[i64; 9]> {
 #[test]
 fn compressed_copies_hold_the_same() {
     let Some(corpus) = corpus::folder() else { return };
-    let load = |path: &str| corners(&formats::load(&corpus.join(path)).unwrap_or_else(|e| panic!("{e}")));
+    let load = |path: &str| corners(&formats::load(corpus.join(path)).unwrap_or_else(|e| panic!("{e}")));
     let models = "khronos-sample-assets/Models/Box";
     let plain = load(&format!("{models}/glTF/Box.gltf"));
     assert_eq!(plain, load(&format!("{models}/glTF-Draco/Box.gltf")));
@@ -202,7 +202,7 @@ fn compressed_copies_hold_the_same() {
     assert_eq!(ext, khr);
     // What the accessors say that they hold.
     let path = format!("{meshopt}/EXT_meshopt_compression/meshopt-no-fallback/meshopt-no-fallback.gltf");
-    let world = formats::load(&corpus.join(path)).unwrap();
+    let world = formats::load(corpus.join(path)).unwrap();
     for (mesh, (least, most)) in world.assets.meshes.iter().zip([(0.0, 16_383.0), (1315.0, 15_068.0)]) {
         let numbers = mesh.positions.iter().flat_map(|position| position.to_array());
         let [low, high] = [f32::min, f32::max].map(|pick| numbers.clone().reduce(pick).unwrap());
@@ -224,7 +224,7 @@ fn damaged_draco_data_are_refused_or_read() {
             let mut data = data.clone();
             data[at] ^= change;
             std::fs::write(to.join("Box.bin"), data).unwrap();
-            if let Err(error) = formats::load(&to.join("Box.gltf")) {
+            if let Err(error) = formats::load(to.join("Box.gltf")) {
                 let message = error.to_string();
                 assert!(
                     message.contains("KHR_draco_mesh_compression") && !message.contains('\n'),
@@ -247,7 +247,7 @@ fn some_of_the_corpus_render_to_something() {
         "TransmissionTest/glTF/TransmissionTest.gltf",
         "SimpleSparseAccessor/glTF/SimpleSparseAccessor.gltf",
     ] {
-        let mut world = formats::load(&models.join(name)).unwrap();
+        let mut world = formats::load(models.join(name)).unwrap();
         world.settings.size = [32, 32];
         world.settings.samples = 4;
         let scene = compile(&world, None).unwrap();

@@ -1,10 +1,10 @@
 //! Surfaces that shine as lights of the path transport, wherever they are placed.
 
 use rayfront::compile::compile;
-use rayfront::film::Film;
+use rayfront::internals::film::Film;
+use rayfront::internals::scene::Emitters;
 use rayfront::math::Rgb;
 use rayfront::render::{Options, Session};
-use rayfront::scene::Emitters;
 use rayfront::world::{Settings, Shape, World};
 
 use crate::support::world;

@@ -13,6 +13,7 @@ mod findings;
 #[path = "../fuzz/src/targets.rs"]
 mod fuzz_targets;
 mod gltf;
+mod guides;
 #[cfg(unix)]
 mod hostile;
 mod images;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayfront::error::LoadError;
-use rayfront::formats::{obj, ply};
+use rayfront::internals::formats::{obj, ply};
 use rayfront::world::{Assets, ImageId, Mesh};
 
 use crate::corpus::{self, Refusals};
@@ -30,7 +30,7 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Assets), LoadE
     }
     let mut images = |image: &Path| match image.is_file() {
         true => Ok(ImageId(0)),
-        false => Err(LoadError::invalid(image, "no such picture")),
+        false => Err(LoadError::Invalid { file: image.into(), reason: "no such picture".into() }),
     };
     obj::load(path, &mut assets, warnings, &mut images).map(|mesh| (mesh, assets))
 }

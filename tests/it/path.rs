@@ -1,6 +1,6 @@
 //! The path transport against what can be said without rendering.
 
-use rayfront::integrator::Schedule;
+use rayfront::internals::integrator::Schedule;
 use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;
 use rayfront::world::{
@@ -409,7 +409,10 @@ fn schedules_agree_within_limits() {
     let expected = hash(Options::default());
     assert_eq!(expected, hash(Options { schedule: Schedule::Recursive, ..Options::default() }));
     assert_eq!(expected, hash(Options { wave: 7, ..Options::default() }));
-    assert_eq!(expected, hash(Options { level: rayfront::simd::Level::PORTABLE, ..Options::default() }));
+    assert_eq!(
+        expected,
+        hash(Options { level: rayfront::internals::simd::Level::PORTABLE, ..Options::default() })
+    );
     let mut free = support::world(text);
     free.settings.depth_limits = DepthLimits::default();
     assert_ne!(expected, support::film(&free, Options::default()).hash());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rayfront::formats::picture;
+use rayfront::internals::formats::picture;
 use rayfront::math::Rgb;
 use rayfront::world::Texels;
 

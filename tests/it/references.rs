@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use rayfront::formats::picture;
+use rayfront::internals::formats::picture;
 use rayfront::math::{Rgb, Vec3};
 use rayfront::world::Texels;
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rayfront::integrator::Schedule;
+use rayfront::internals::integrator::Schedule;
 use rayfront::render::Options;
 
 use crate::support;
@@ -22,7 +22,7 @@ fn all_scenes_render_the_same_both_ways() {
     let mut failures = Vec::new();
     for file in files() {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut world = match rayfront::formats::load(&file) {
+        let mut world = match rayfront::internals::formats::load(&file) {
             Ok(world) => world,
             Err(error) => {
                 failures.push(error.to_string());
@@ -57,13 +57,15 @@ fn all_studies_are_well_formed() {
     for entry in std::fs::read_dir(&folder).expect("the studies").flatten() {
         let path = entry.path();
         if path.to_string_lossy().ends_with("_scene.ron") {
-            rayfront::formats::load(&path).unwrap_or_else(|error| panic!("{error}"));
+            rayfront::internals::formats::load(&path).unwrap_or_else(|error| panic!("{error}"));
             continue;
         }
-        let study = rayfront::formats::study::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let study =
+            rayfront::internals::formats::study::load(&path).unwrap_or_else(|error| panic!("{error}"));
         for scene in study.experiments.iter().flat_map(|experiment| &experiment.scenes) {
-            if let rayfront::formats::study::Scene::File(file) = scene {
-                rayfront::formats::load(&folder.join(file)).unwrap_or_else(|error| panic!("{error}"));
+            if let rayfront::internals::formats::study::Scene::File(file) = scene {
+                rayfront::internals::formats::load(folder.join(file))
+                    .unwrap_or_else(|error| panic!("{error}"));
             }
         }
         count += 1;

@@ -68,7 +68,8 @@ fn a_pixel_is_told_by_names() {
     assert!(samples[0]["paths"].as_array().map(Vec::len) > Some(1), "glass forks");
     // The mean is that of the rendered image.
     stdout(folder.path(), &["scene.ron", "-q", "-o", "image.exr"]);
-    let image = rayfront::formats::picture::load_linear(&folder.path().join("image.exr")).expect("an image");
+    let image = rayfront::internals::formats::picture::load_linear(&folder.path().join("image.exr"))
+        .expect("an image");
     let pixel = image.2[6 * 16 + 8].to_array();
     for (channel, value) in pixel.into_iter().enumerate() {
         assert!((told["mean"][channel].as_f64().expect("a number") - f64::from(value)).abs() < 1e-6);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rayfront::compile::compile;
 use rayfront::error::LoadError;
-use rayfront::film::Film;
-use rayfront::formats::gltf::Model;
-use rayfront::formats::{AssetFiles, ron};
+use rayfront::internals::film::Film;
+use rayfront::internals::formats::gltf::Model;
+use rayfront::internals::formats::{AssetFiles, ron};
 use rayfront::math::{Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{Assets, Image, Mesh, Texels, World};
@@ -21,12 +21,14 @@ impl AssetFiles for MadeUp {
             Some("tetrahedron") => Ok(tetrahedron().into()),
             Some("bowl") => Ok(bowl().into()),
             Some("ball") => Ok(icosphere(3, |_| 1.0).into()),
-            _ => Err(LoadError::invalid(path, "no such mesh has been made up")),
+            _ => {
+                Err(LoadError::Invalid { file: path.into(), reason: "no such mesh has been made up".into() })
+            }
         }
     }
 
     fn model(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Model, LoadError> {
-        Err(LoadError::invalid(path, "no model has been made up"))
+        Err(LoadError::Invalid { file: path.into(), reason: "no model has been made up".into() })
     }
 
     fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
@@ -37,7 +39,10 @@ impl AssetFiles for MadeUp {
             Some("ramp") => Ok(ramp().into()),
             Some("lamp") => Ok(lamp(1.0).into()),
             Some("bright-lamp") => Ok(lamp(1000.0).into()),
-            _ => Err(LoadError::invalid(path, "no such picture has been made up")),
+            _ => Err(LoadError::Invalid {
+                file: path.into(),
+                reason: "no such picture has been made up".into(),
+            }),
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use rayfront::formats::picture;
+use rayfront::internals::formats::picture;
 
 const SCENE: &str = r#"(
     settings: (size: (100, 80), samples: 20, transport: Path),

@@ -141,7 +141,7 @@ fn hits_are_where_they_were_drawn() {
 #[test]
 fn triangles_are_numbered_as_in_the_file() {
     let folder = folder();
-    let mesh = rayfront::formats::ply::load(&folder.path().join("mesh.ply")).expect("the mesh");
+    let mesh = rayfront::internals::formats::ply::load(&folder.path().join("mesh.ply")).expect("the mesh");
     assert_eq!(mesh.triangles.len(), 6);
     let middle = |t: &[u32; 3]| {
         t.iter()
@@ -172,7 +172,7 @@ fn threads_lanes_and_repeats_change_no_byte() {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
         (state >> 8) as f32 / (1 << 24) as f32 * size
     };
-    let many: Vec<[f32; 8]> = (0..3 * rayfront::bvh::QUEUE + 7)
+    let many: Vec<[f32; 8]> = (0..3 * rayfront::internals::bvh::QUEUE + 7)
         .map(|_| {
             let (x, y) = (number(24.0), number(3.0));
             [x, y, 5.0, number(0.4) - 0.2, number(0.4) - 0.2, -1.0, 0.0, 1e30]
@@ -197,7 +197,7 @@ fn threads_lanes_and_repeats_change_no_byte() {
         ] {
             assert!(trace(more) == first, "{any:?} {more:?}");
         }
-        for level in rayfront::simd::Level::available() {
+        for level in rayfront::internals::simd::Level::available() {
             assert!(trace(&["--simd", level.name()]) == first, "{any:?} {level:?}");
         }
     }
@@ -225,7 +225,7 @@ fn what_was_measured_is_told() {
         ("triangles", 6.into()),
         ("spheres", 0.into()),
         ("instances", 0.into()),
-        ("simd", rayfront::simd::Level::detect().name().into()),
+        ("simd", rayfront::internals::simd::Level::detect().name().into()),
     ] {
         assert_eq!(facts[key], value, "{key}");
     }

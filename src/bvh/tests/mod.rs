@@ -16,9 +16,9 @@ use self::oracle::{bracket, oracle};
 use super::layout::Instance;
 use super::presence::Word;
 use super::*;
+use crate::math::hash::combine;
+use crate::math::stream::Stream;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
-use crate::sampling::Stream;
-use crate::sampling::hash::combine;
 use crate::simd::Level;
 
 /// Geometry, what of it is in the world and what in the one subtree, and where that is placed.

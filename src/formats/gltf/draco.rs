@@ -7,7 +7,7 @@ use gltf::json::mesh::Primitive;
 use super::document::Document;
 #[cfg(feature = "draco")]
 use super::extensions::draco::Compressed;
-use crate::error::{LoadError, words};
+use crate::error::LoadError;
 
 /// The extension.
 pub(super) const NAME: &str = "KHR_draco_mesh_compression";
@@ -72,7 +72,7 @@ pub(super) fn decode(
     for (name, id) in &read.attributes {
         let Some(attribute) = mesh.attribute_by_unique_id(*id) else {
             let reason = format!("there is no attribute {id} in the compressed data");
-            return Err(document.error(format!("{at}/attributes/{}", words(name)), reason));
+            return Err(document.error(format!("{at}/attributes/{}", crate::error::words(name)), reason));
         };
         let width = usize::from(attribute.num_components()).clamp(1, 4);
         document.charge((vertices * width) as u64 * 4, &at)?;
@@ -85,7 +85,7 @@ pub(super) fn decode(
         };
         let numbers = attribute.read_f32s(vertices, width);
         if numbers.iter().any(|number| !number.is_finite()) {
-            let at = format!("{at}/attributes/{}", words(name));
+            let at = format!("{at}/attributes/{}", crate::error::words(name));
             return Err(document.error(at, "the compressed data hold a number that is not finite"));
         }
         columns.insert(name.clone(), Attribute { width, numbers, one });

@@ -66,6 +66,13 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     })
 }
 
+/// The bytes of a PNG.
+pub fn png_bytes(output: &Output<'_>) -> Result<Vec<u8>, SaveError> {
+    let mut bytes = Vec::new();
+    encode_png::encode(&mut bytes, output).map_err(|error| SaveError::new(Path::new("PNG"), error))?;
+    Ok(bytes)
+}
+
 /// Whether [`save`] could write to `path` now: a known extension, in a folder that exists
 /// and lets files be made. To be asked before an hour of rendering.
 pub fn supported(path: &Path) -> Result<(), SaveError> {

@@ -13,7 +13,7 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
     writer.flush().map_err(|error| error.to_string())
 }
 
-fn encode(writer: &mut Writer<'_>, output: &Output<'_>) -> Result<(), png::EncodingError> {
+pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(writer, output.width, output.height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(match output.bits {

@@ -65,7 +65,7 @@ fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u3
         Scene::File(file) => {
             let size = change.size.map(|(width, height)| [width, height]);
             let options = LoadOptions { edits, size, ..LoadOptions::default() };
-            crate::formats::load_with(&path(folder, file), &options).map_err(text)?
+            crate::formats::load_with(path(folder, file), &options).map_err(text)?
         }
         Scene::Ball | Scene::Cloud => {
             let mesh = if *scene == Scene::Ball { shapes::ball(triangles) } else { shapes::cloud(triangles) };

@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::QUANTUM;
+use crate::film::sums::QUANTUM;
 use crate::math::{Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Name, Shape, Transform};
 

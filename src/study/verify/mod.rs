@@ -10,7 +10,7 @@ use crate::film::Film;
 use crate::integrator::{Frame, Schedule};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Level;
-pub use narrow::{Difference, First, Side};
+pub use narrow::{Difference, First};
 
 /// Sizes of waves that are tried.
 const WAVES: [usize; 4] = [1, 7, 64, 4096];

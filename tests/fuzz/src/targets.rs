@@ -9,13 +9,13 @@ use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use rayfront::compile::compile;
-use rayfront::formats::ron::query::{Query, select, set};
-use rayfront::formats::{self, LoadOptions, film_file, picture, rays, ron, study};
-use rayfront::integrator::{Frame, Schedule};
+use rayfront::internals::formats::ron::query::{Query, select, set};
+use rayfront::internals::formats::{self, LoadOptions, film_file, picture, rays, ron, study};
+use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::view::scene::LiveScene;
+use rayfront::internals::view::server::Server;
+use rayfront::internals::view::viewer::{Viewer, Work};
 use rayfront::render::{Options, Session};
-use rayfront::view::scene::LiveScene;
-use rayfront::view::server::Server;
-use rayfront::view::viewer::{Viewer, Work};
 use rayfront::world::{Adaptive, Texels, World};
 
 use crate::support::MadeUp;

@@ -49,7 +49,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
     assert_eq!(whole.status.code(), Some(0), "{}", String::from_utf8_lossy(&whole.stderr));
     // Films say how long they took.
     let hash = |file: &str| match file.ends_with(".film") {
-        true => rayfront::formats::film_file::load(&here.join(file))
+        true => rayfront::internals::formats::film_file::load(&here.join(file))
             .ok()
             .map(|film| film.film.hash().to_le_bytes().to_vec()),
         false => read(file),
@@ -85,7 +85,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
                 assert!(code != 0 || name_of_call == "unlink", "{what}: left {name}");
                 std::fs::remove_file(path).expect("removed");
             } else if name.contains(".saved") {
-                assert!(rayfront::formats::film_file::load(&path).is_ok(), "{what}: {name}");
+                assert!(rayfront::internals::formats::film_file::load(&path).is_ok(), "{what}: {name}");
                 std::fs::remove_file(path).expect("removed");
             }
         }

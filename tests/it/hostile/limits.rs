@@ -192,7 +192,7 @@ fn a_full_disk_loses_nothing() {
         3,
         &["full/a.exr: cannot write", "what was rendered is in", "rayfront merge"],
     );
-    let load = |name: &str| rayfront::formats::picture::load_linear(&here.join(name)).expect(name);
+    let load = |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name);
     let (good, _) = (load("good.exr"), load("good.png"));
     // What the message says.
     let command = error.split("rayfront merge ").nth(1).expect("a command");

@@ -3,11 +3,11 @@
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use rayfront::math::{Quat, Rgb, Vec2, Vec3};
-use rayfront::world::assets::{TextureFilter, Wrap};
 use rayfront::world::{
     Anisotropy, Background, BlinnPhong, Camera, ColorInput, Image, Light, Material, Mesh, NormalMap,
     PixelFilter, Principled, ScalarInput, Shape, Texels, Texture, TextureId, Transform, Transport, World,
 };
+use rayfront::world::{TextureFilter, Wrap};
 
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Surfaces in the same place: each is met, in whatever order they come.
 
 use rayfront::compile::compile;
-use rayfront::film::Values;
+use rayfront::internals::film::Values;
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{

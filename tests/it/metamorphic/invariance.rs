@@ -2,8 +2,8 @@
 //! it was made, how its work is divided.
 
 use rayfront::compile::compile;
-use rayfront::film::{Film, Region};
-use rayfront::integrator::Schedule;
+use rayfront::internals::film::{Film, Region};
+use rayfront::internals::integrator::Schedule;
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{

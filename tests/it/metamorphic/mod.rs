@@ -12,10 +12,10 @@ mod stage;
 mod textures;
 
 use rayfront::compile::compile;
-use rayfront::film::Film;
+use rayfront::internals::film::Film;
+use rayfront::internals::scene::{CompiledScene, Emitters};
 use rayfront::math::Rgb;
 use rayfront::render::{Options, Session};
-use rayfront::scene::{CompiledScene, Emitters};
 use rayfront::world::World;
 
 /// A picture and how uncertain it is.

@@ -1,12 +1,12 @@
 //! Worlds, meshes and materials to make pictures of.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3, Vec4};
-use rayfront::world::assets::{ColorSpace, TextureFilter};
 use rayfront::world::{
     AlphaMode, Anisotropy, Assets, Background, BlinnPhong, Camera, Channel, ColorInput, Image, ImageId,
     Material, MaterialId, Mesh, NormalMap, PixelFilter, Principled, ScalarInput, Shape, Texels, Texture,
     TextureId, Transform, Transport, Volume, World,
 };
+use rayfront::world::{ColorSpace, TextureFilter};
 
 pub const BOTH: [Transport; 2] = [Transport::Whitted, Transport::Path];
 

@@ -1,11 +1,11 @@
 //! Pictures on surfaces: from whichever set of coordinates and however turned.
 
 use rayfront::math::{Mat4, Rgb, Vec2};
-use rayfront::world::assets::{ColorSpace, TextureFilter, Wrap};
 use rayfront::world::{
     AlphaMode, Background, BlinnPhong, Channel, ColorInput, Falloff, Light, Material, Mesh, ScalarInput,
     Shape, Texels, Texture, TextureId, Transform, Transport, World,
 };
+use rayfront::world::{ColorSpace, TextureFilter, Wrap};
 
 use super::stage::{self, camera, grey, number, place, place_mesh, principled};
 use super::{Relations, Seen};

@@ -1,0 +1,321 @@
+//! All systems in their order, and what of them need not be done again.
+
+use std::sync::Arc;
+
+use super::made::Made;
+use super::{camera, emitters, environment, geometry, ignored, lights, materials, textures};
+use crate::bvh::Bvh;
+use crate::error::{CompileError, words};
+use crate::math::{Aabb, Vec3};
+use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
+use crate::world::assets::NamedMaterial;
+use crate::world::{self, Sharing, Transport, World, transforms};
+
+/// A scene, and what each system has made of what.
+pub struct Compiled {
+    /// The scene.
+    pub scene: Arc<CompiledScene>,
+    textures: Made<textures::Inputs, Arc<Textures>>,
+    environment: Made<environment::Inputs, Arc<Environment>>,
+    geometry: Made<geometry::Inputs, geometry::CompiledGeometry>,
+    emitters: Made<emitters::Inputs, emitters::CompiledEmitters>,
+}
+
+/// Makes a world ready for rendering, looking through its first camera or the one named.
+pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
+    let Compiled { scene, .. } = compile_after(world, camera, None)?;
+    // Nobody else has it.
+    Ok(Arc::unwrap_or_clone(scene))
+}
+
+/// The same after another state of the world was compiled: each system that would be given what it was given then
+/// has what it made then. Meshes and images are known by their pointers (see [`world::Kept`]).
+///
+/// All that takes long is a system of its own, a function of its inputs alone: what changes nothing there costs nothing
+/// there.
+pub fn compile_after(
+    world: &World,
+    camera: Option<&str>,
+    before: Option<&Compiled>,
+) -> Result<Compiled, CompileError> {
+    let order = world.in_order();
+    let transforms = transforms::to_world(world, &order)?;
+    let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
+    let textures_before = before.map(|before| &before.textures);
+    let textures = Made::again(textures_before, textures::Inputs::new(&world.assets), |inputs| {
+        textures::compile(&world.assets, inputs, textures_before)
+    })?;
+    let (mut materials, mut material_names) = materials::compile(&world.assets);
+    let lights::CompiledLights { lamps, panels } =
+        lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
+    let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
+    let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &mut sheets)?;
+    let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
+    let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
+        let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
+        bvh = tree;
+        Ok::<_, CompileError>(made)
+    })?;
+    set_presence(&mut bvh, &geometry.made.geometry, &materials, before.map(|before| &*before.scene));
+    let environment = Made::again(
+        before.map(|before| &before.environment),
+        environment::Inputs::new(world, &order, &transforms),
+        |inputs| environment::compile(inputs).map(Arc::new),
+    )?;
+    let emitters = Made::again(
+        before.map(|before| &before.emitters),
+        emitters::Inputs::new(&geometry.made.geometry, &textures.made, &environment.made, &materials, &lamps),
+        |_| {
+            let geometry::CompiledGeometry { geometry, placed, copies } = &geometry.made;
+            let surfaces = emitters::Surfaces {
+                geometry,
+                materials: &materials,
+                textures: &textures.made,
+                placed,
+                copies,
+            };
+            Ok::<_, CompileError>(emitters::compile(&surfaces, &lamps, &environment.made))
+        },
+    )?;
+    let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
+    let mut scene = CompiledScene {
+        camera,
+        aperture,
+        geometry: geometry.made.geometry.clone(),
+        bvh,
+        materials,
+        material_names,
+        textures: textures.made.clone(),
+        emitters: emitters.made.emitters.clone(),
+        lights: emitters.made.lights.clone(),
+        environment: environment.made.clone(),
+        ambient: world.settings.ambient,
+        bounds,
+        warnings: Vec::new(),
+    };
+    scene.warnings = warnings(&scene, world);
+    let left_out = emitters.made.left_out;
+    if left_out > 0 && world.settings.transport == Transport::Path {
+        scene.warnings.push(format!(
+            "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
+             which is noisier: more than {} triangles would be lights",
+            emitters::MOST_PLACED
+        ));
+    }
+    Ok(Compiled { scene: Arc::new(scene), textures, environment, geometry, emitters })
+}
+
+/// Says from where each surface is there, by its material.
+fn set_presence(
+    bvh: &mut Arc<Bvh>,
+    geometry: &Geometry,
+    materials: &[Material],
+    before: Option<&CompiledScene>,
+) {
+    let presence = |materials: &[Material]| -> Vec<_> {
+        materials.iter().flat_map(|m| [false, true].map(|mirrored| m.presence(mirrored))).collect()
+    };
+    let is_as_before = |before: &CompiledScene| {
+        let [old, new] = [&before.geometry, geometry];
+        Arc::ptr_eq(bvh, &before.bvh)
+            && presence(materials) == presence(&before.materials)
+            && (&old.parts.material, &old.parts.sign) == (&new.parts.material, &new.parts.sign)
+            && (&old.triangle_parts, &old.sphere_parts) == (&new.triangle_parts, &new.sphere_parts)
+            && old.instance_materials == new.instance_materials
+    };
+    if before.is_some_and(is_as_before) {
+        return;
+    }
+    let of = |primitive: u32| {
+        let material = geometry.parts.material[geometry.part_of(primitive) as usize];
+        materials[material as usize].presence(geometry.is_mirrored(primitive))
+    };
+    let given = geometry.instance_materials.iter();
+    let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.presence(false))).collect();
+    Arc::make_mut(bvh).set_presence(of, &placed);
+}
+
+/// What a person should know before waiting for the image.
+fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
+    let mut warnings = world.warnings.clone();
+    warnings.extend(ignored::by_transport(world));
+    warnings.extend(unshared(world));
+    warnings.extend(opaque_glass(scene));
+    warnings.extend(idle_scattering(world));
+    warnings.extend(endless_forks(scene, world));
+    if scene.bvh.root.is_none() {
+        warnings.push("no shape: the image shows the background alone".into());
+    }
+    warnings
+}
+
+/// What is to let light through and is all metal, as materials are unless they say otherwise.
+fn opaque_glass(scene: &CompiledScene) -> Option<String> {
+    let all = scene.materials.iter().zip(&scene.material_names);
+    let opaque = all.filter(|(m, _)| m.metallic.is_one() && !m.transmission.is_zero());
+    let names: Vec<String> = opaque.map(|(_, name)| words(name)).take(4).collect();
+    (!names.is_empty())
+        .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
+}
+
+/// Glass that splits paths in two, with nothing that ends them: each bounce can double the work.
+fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
+    const MANY: u32 = 16;
+    let settings = &world.settings;
+    // Whatever is above it is a part of one: there are no more paths than 1 / min_throughput at any depth.
+    let is_endless = settings.transport == Transport::Whitted
+        && settings.max_depth > MANY
+        && settings.min_throughput < 1e-5
+        && scene.materials.iter().any(|material| material.classic.ior > 0.0);
+    is_endless.then(|| {
+        let depth = settings.max_depth;
+        format!(
+            "glass splits paths in two, up to 2^{depth} of them for each sample: raise min_throughput (to 0.001) or lower max_depth (--depth {MANY})"
+        )
+    })
+}
+
+/// What is to scatter light and lets all of it pass.
+fn idle_scattering(world: &World) -> Option<String> {
+    let is_clear = |named: &&NamedMaterial| match &named.material {
+        world::Material::Principled(m) => m.volume.is_some_and(|volume| {
+            let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);
+            let enters = m.transmission.factor > 0.0 || m.diffuse_transmission.factor > 0.0;
+            !volume.multiscatter_color.is_black()
+                && (passes || volume.attenuation_distance.is_infinite() || !enters)
+        }),
+        world::Material::BlinnPhong(_) => false,
+    };
+    let count = world.assets.materials.iter().filter(is_clear).count();
+    (count > 0).then(|| {
+        format!(
+            "{} a multiscatter_color and nothing is scattered: that takes an attenuation_color below 1, an \
+             attenuation_distance_m, and a transmission or diffuse_transmission",
+            if count == 1 { "1 material has".into() } else { format!("{count} materials have") }
+        )
+    })
+}
+
+/// Groups that somebody asks for and that other settings rule out.
+fn unshared(world: &World) -> Option<String> {
+    let settings = &world.settings;
+    let asked = matches!(settings.sharing, Sharing::Groups(_)) && settings.transport == Transport::Path;
+    let limit = settings.depth_limits.given().map(|(name, _)| name).next();
+    let why = settings.clamp.map(|_| "clamp").or(limit).filter(|_| asked)?;
+    Some(format!("paths are not shared: {why} is about each path for itself (leave one of both out)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Camera, Transform};
+
+    #[test]
+    fn metal_glass_is_told() {
+        use crate::world::{Material, Principled, ScalarInput};
+
+        let said = |metallic: f32, transmission: f32| {
+            let mut world = World::default();
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+            let [metallic, transmission] = [metallic, transmission].map(ScalarInput::constant);
+            let glass = Principled { metallic, transmission, ..Principled::default() };
+            world.assets.add_material(Some("pane".into()), Material::Principled(Box::new(glass)));
+            let warnings = compile(&world, None).expect("a scene").warnings;
+            warnings.into_iter().find(|warning| warning.contains("metals let no light through"))
+        };
+        assert!(said(1.0, 0.5).is_some_and(|warning| warning.contains("pane")));
+        assert_eq!((said(0.0, 1.0), said(1.0, 0.0), said(0.5, 1.0)), (None, None, None));
+    }
+
+    /// A world after another one is what it would be by itself, and shares what is the same.
+    #[test]
+    fn what_was_compiled_before_is_shared_where_it_is_the_same() {
+        use crate::math::Vec2;
+        use crate::world::{
+            AlphaMode, ColorInput, Image, Material, Mesh, Principled, Shape, Texels, Texture,
+        };
+
+        let kept = world::Kept::keeping();
+        let world = |change: fn(&mut World)| {
+            let mut world = World::default();
+            world.settings.transport = Transport::Path;
+            world.settings.copied_triangles = 0;
+            world.assets.files = world::SourceFiles::with(kept.clone());
+            let texels = Texels::Rgba8((0..64).map(|i| [i as u8 * 3, 7, 200 - i as u8, 255]).collect());
+            let image = world.assets.add_made_image(Image { source: None, width: 8, height: 8, texels });
+            let texture = world.assets.add_texture(Texture::new(image));
+            let base_color = ColorInput::Texture(texture);
+            let material = Material::Principled(Box::new(Principled { base_color, ..Principled::default() }));
+            let material = world.assets.add_material(None, material);
+            let meshes = [1.0, 2.0].map(|size| {
+                let positions = vec![Vec3::ZERO, Vec3::X * size, Vec3::Y * size];
+                let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::Y];
+                let mesh = Mesh { positions, uvs, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+                world.assets.add_made_mesh(mesh)
+            });
+            let at = |x: f32| Transform::Trs {
+                translation: Vec3::new(x, 0.0, 0.0),
+                rotation: crate::math::Quat::IDENTITY,
+                scale: Vec3::ONE,
+            };
+            for (x, mesh) in [(0.0, 0), (2.0, 1), (5.0, 0), (8.0, 1)] {
+                world.entities.spawn((Shape::Mesh(meshes[mesh]), at(x), material));
+            }
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+            change(&mut world);
+            world
+        };
+        let compiled = |change, before| compile_after(&world(change), None, before).expect("a scene");
+        let first = compiled(|_| (), None);
+        let third_is_of_the_second_mesh = |world: &mut World| {
+            let third = world.in_order()[2];
+            let Ok(second) = world.entities.get::<&Shape>(world.in_order()[1]).map(|shape| (*shape).clone())
+            else {
+                return;
+            };
+            let _ = world.entities.insert_one(third, second);
+        };
+        /// What changes, and whether trees and texels stay.
+        type Change = (fn(&mut World), bool, bool);
+        let changes: [Change; 6] = [
+            (|world| world.change_cameras(|c| *c = Camera::Orthographic { height_m: 2.0 }), true, true),
+            (
+                |world| {
+                    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY));
+                },
+                false,
+                true,
+            ),
+            (third_is_of_the_second_mesh, false, true),
+            (|world| Arc::make_mut(&mut world.assets.meshes[1]).positions[1].x = 2.5, false, true),
+            (
+                |world| {
+                    if let Texels::Rgba8(t) = &mut Arc::make_mut(&mut world.assets.images[0]).texels {
+                        t[9][1] = 8
+                    }
+                },
+                true,
+                false,
+            ),
+            (
+                |world| {
+                    if let Some(Material::Principled(paint)) =
+                        world.assets.materials.last_mut().map(|m| &mut m.material)
+                    {
+                        paint.double_sided = true;
+                        paint.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+                    }
+                },
+                false,
+                true,
+            ),
+        ];
+        for (number, (change, trees, texels)) in changes.into_iter().enumerate() {
+            let [after, alone] = [Some(&first), None].map(|before| compiled(change, before).scene);
+            let first = &first.scene;
+            assert_eq!(after.difference(&alone), None, "change {number}");
+            assert_eq!(Arc::ptr_eq(&first.bvh, &after.bvh), trees, "change {number}");
+            assert_eq!(Arc::ptr_eq(&first.textures, &after.textures), texels, "change {number}");
+        }
+    }
+}

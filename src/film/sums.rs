@@ -1,0 +1,451 @@
+//! Exact sums of samples.
+
+use crate::math::Rgb;
+
+/// Sums are whole multiples of this radiance, times the film's unit: integers add up to the same in any
+/// order.
+pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
+/// A sample's components are cut off here, times the film's unit, so that 2²¹ samples of each parity fit
+/// 63 bits.
+pub const MAX_RADIANCE: f32 = 262_143.0;
+
+/// The unit in which a film counts radiance: a power of two, so that counting rounds nothing more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Unit(i32);
+
+impl Unit {
+    /// Scenes whose brightest thing lies between these powers of two are counted as they are.
+    const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
+
+    /// What surfaces are lit by is at least so many quanta, in powers of two.
+    const FINENESS: i32 = 20;
+
+    /// For a scene whose brightest thing has one radiance and whose surfaces are lit by about another:
+    /// suns must not be cut off, and starlight must be more than a few quanta. Where both cannot be
+    /// had, because something small is a million times as bright as all that it lights, that is cut off.
+    #[doc(hidden)]
+    pub fn new(brightest: f32, usual: f32) -> Unit {
+        if !(brightest > 0.0 && brightest.is_finite() && usual > 0.0) {
+            return Unit(0);
+        }
+        let [brightest, usual] = [brightest, usual].map(|radiance| libm::ilogb(f64::from(radiance)));
+        // So far that both this power of two and its inverse are floats.
+        let largest = (usual + 24 - Self::FINENESS).clamp(0, 100);
+        match brightest {
+            _ if Self::USUAL.contains(&brightest) => Unit(0),
+            _ if brightest > *Self::USUAL.end() => Unit((brightest - Self::USUAL.end()).min(largest)),
+            _ => Unit(brightest.max(-100)),
+        }
+    }
+
+    /// The radiance of a quantum.
+    pub fn quantum(self) -> f64 {
+        libm::scalbn(QUANTUM, self.0)
+    }
+
+    /// The factor on radiance before it is counted.
+    fn inverse(self) -> f32 {
+        libm::scalbnf(1.0, -self.0)
+    }
+}
+
+/// A rectangle of pixels: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Region {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// Behind the last column.
+    pub x1: u32,
+    /// Behind the last row.
+    pub y1: u32,
+}
+
+impl Region {
+    /// All of an image.
+    pub fn whole([width, height]: [u32; 2]) -> Region {
+        Region { x0: 0, y0: 0, x1: width, y1: height }
+    }
+
+    /// Pixels a row.
+    pub fn width(&self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.y1 - self.y0
+    }
+
+    /// How many pixels there are.
+    pub fn area(&self) -> usize {
+        self.width() as usize * self.height() as usize
+    }
+
+    /// The place of a pixel in row order.
+    #[inline(always)]
+    pub fn index(&self, x: u32, y: u32) -> usize {
+        (y - self.y0) as usize * self.width() as usize + (x - self.x0) as usize
+    }
+}
+
+/// What a pixel has gathered, even and odd samples apart: their difference estimates the error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSum {
+    /// Radiance in quanta: even samples, odd samples; red, green, blue.
+    pub sum: [[i64; 3]; 2],
+    /// How many samples were begun, even and odd. A sample may be added in several parts.
+    pub count: [u32; 2],
+}
+
+impl PixelSum {
+    /// The sums of even and odd samples together.
+    pub fn total(&self) -> [i128; 3] {
+        let [even, odd] = self.sum;
+        [0, 1, 2].map(|channel| i128::from(even[channel]) + i128::from(odd[channel]))
+    }
+}
+
+/// The sums of a region's pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    region: Region,
+    unit: Unit,
+    /// Of the unit.
+    inverse: f32,
+    pixels: Vec<PixelSum>,
+    no_numbers: Noted,
+    cut: Noted,
+}
+
+/// Parts of samples that are not counted as they were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Noted {
+    /// How many.
+    pub count: u64,
+    /// Row, column and sample of the first one.
+    pub first: Option<[u32; 3]>,
+}
+
+impl Noted {
+    #[cold]
+    fn note(&mut self, place: [u32; 3]) {
+        self.merge(&Noted { count: 1, first: Some(place) });
+    }
+
+    fn merge(&mut self, other: &Noted) {
+        self.count += other.count;
+        self.first = [self.first, other.first].into_iter().flatten().min();
+    }
+}
+
+impl Film {
+    /// Black.
+    #[doc(hidden)]
+    pub fn new(region: Region, unit: Unit) -> Film {
+        Film {
+            region,
+            unit,
+            inverse: unit.inverse(),
+            pixels: vec![PixelSum::default(); region.area()],
+            no_numbers: Noted::default(),
+            cut: Noted::default(),
+        }
+    }
+
+    /// With sums from elsewhere, row by row from the top; none if they are not as many as there are pixels,
+    /// or below zero.
+    #[doc(hidden)]
+    pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
+        let sound = |pixel: &PixelSum| pixel.sum.as_flattened().iter().all(|sum| *sum >= 0);
+        let fits = pixels.len() == region.area() && pixels.iter().all(sound);
+        fits.then(|| Film { pixels, ..Film::new(region, unit) })
+    }
+
+    /// The unit that it counts in.
+    #[doc(hidden)]
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// Which pixels it holds.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Their sums, row by row from the top.
+    #[doc(hidden)]
+    pub fn pixels(&self) -> &[PixelSum] {
+        &self.pixels
+    }
+
+    /// Adds a part of a sample's radiance.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
+        let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
+        let counted = radiance * self.inverse;
+        // Nothing is taken away, so what ends at the largest number ends there in any order.
+        sum[0] = sum[0].saturating_add(quanta(counted.r));
+        sum[1] = sum[1].saturating_add(quanta(counted.g));
+        sum[2] = sum[2].saturating_add(quanta(counted.b));
+        // What is no number is not below anything.
+        if !(counted.r.abs() < MAX_RADIANCE
+            && counted.g.abs() < MAX_RADIANCE
+            && counted.b.abs() < MAX_RADIANCE)
+        {
+            self.note(counted, [y, x, sample]);
+        }
+    }
+
+    #[cold]
+    fn note(&mut self, counted: Rgb, place: [u32; 3]) {
+        let components = counted.to_array();
+        if components.iter().any(|component| component.is_nan() || *component == f32::NEG_INFINITY) {
+            self.no_numbers.note(place);
+        }
+        if components.iter().any(|component| *component >= MAX_RADIANCE) {
+            self.cut.note(place);
+        }
+    }
+
+    /// What was no number: such components count as black.
+    pub(crate) fn no_numbers(&self) -> Noted {
+        self.no_numbers
+    }
+
+    /// What was as bright as [`Film::brightest`] or brighter: such components count as that.
+    pub(crate) fn cut(&self) -> Noted {
+        self.cut
+    }
+
+    /// What no part of a sample is counted above.
+    pub(crate) fn brightest(&self) -> f64 {
+        f64::from(MAX_RADIANCE) / QUANTUM * self.unit.quantum()
+    }
+
+    /// Counts a sample.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, x: u32, y: u32, sample: u32) {
+        let count = &mut self.pixels[self.region.index(x, y)].count[(sample & 1) as usize];
+        *count = count.saturating_add(1);
+    }
+
+    /// Adds another film of the same unit, whose region must lie within this one's.
+    #[doc(hidden)]
+    pub fn merge(&mut self, other: &Film) {
+        self.no_numbers.merge(&other.no_numbers);
+        self.cut.merge(&other.cut);
+        assert_eq!(self.unit, other.unit, "films of different units");
+        let from = other.region;
+        for y in from.y0..from.y1 {
+            let (to, start) = (self.region.index(from.x0, y), from.index(from.x0, y));
+            let width = from.width() as usize;
+            let source = &other.pixels[start..start + width];
+            for (pixel, more) in self.pixels[to..to + width].iter_mut().zip(source) {
+                for parity in 0..2 {
+                    for channel in 0..3 {
+                        let sum = &mut pixel.sum[parity][channel];
+                        *sum = sum.saturating_add(more.sum[parity][channel]);
+                    }
+                    pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
+                }
+            }
+        }
+    }
+
+    /// Samples that a pixel has, on average.
+    pub fn samples_per_pixel(&self) -> f64 {
+        let all: u64 = self.pixels.iter().map(|p| u64::from(p.count[0]) + u64::from(p.count[1])).sum();
+        all as f64 / self.pixels.len().max(1) as f64
+    }
+
+    /// Mean radiance of each pixel, row by row from the top; black where there is no sample.
+    pub fn radiance(&self) -> Vec<Rgb> {
+        let quantum = self.unit.quantum();
+        let mean = |p: &PixelSum| {
+            let count = (p.count[0] as f64 + p.count[1] as f64).max(1.0);
+            p.total().map(|sum| (sum as f64 * quantum / count) as f32).into()
+        };
+        self.pixels.iter().map(mean).collect()
+    }
+
+    /// Mean radiance of each pixel's even and of its odd samples; none before every pixel has some of both.
+    pub(crate) fn halves(&self) -> Option<[Vec<Rgb>; 2]> {
+        if self.pixels.iter().any(|p| p.count.contains(&0)) {
+            return None;
+        }
+        let quantum = self.unit.quantum();
+        Some([0, 1].map(|parity: usize| {
+            let mean = |p: &PixelSum| {
+                let mean = |sum: i64| (sum as f64 * quantum / f64::from(p.count[parity])) as f32;
+                p.sum[parity].map(mean).into()
+            };
+            self.pixels.iter().map(mean).collect()
+        }))
+    }
+
+    /// Root mean square of the noise left in the pixels, estimated from the difference of
+    /// even and odd samples; none before every pixel has some of both.
+    pub fn noise(&self) -> Option<f64> {
+        let (mut sum, quantum) = (0.0, self.unit.quantum());
+        for p in &self.pixels {
+            if p.count.contains(&0) {
+                return None;
+            }
+            for c in 0..3 {
+                let mean = |parity: usize| p.sum[parity][c] as f64 * quantum / p.count[parity] as f64;
+                // The mean of two halves has a quarter of the variance of their difference.
+                sum += (mean(0) - mean(1)).powi(2) / 4.0;
+            }
+        }
+        Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
+    }
+
+    /// How large the noise is beside the image, for people: the root mean square over pixels of their noise,
+    /// estimated from the difference of even and odd samples, as a part of their brightness, or of a tenth of
+    /// the image's where they are darker than that; no pixel counts for more than 1. None before every pixel
+    /// has some of both.
+    pub fn relative_noise(&self) -> Option<f64> {
+        if self.pixels.iter().any(|p| p.count.contains(&0)) || self.pixels.is_empty() {
+            return None;
+        }
+        let mean =
+            |p: &PixelSum, parity: usize, c: usize| p.sum[parity][c] as f64 / f64::from(p.count[parity]);
+        let half = |p: &PixelSum, parity: usize| (0..3).map(|c| mean(p, parity, c)).sum::<f64>();
+        let brightness = |p: &PixelSum| (half(p, 0) + half(p, 1)) / 2.0;
+        let floor = 0.1 * self.pixels.iter().map(brightness).sum::<f64>() / self.pixels.len() as f64;
+        let relative = |p: &PixelSum| {
+            // The mean of two halves has a quarter of the variance of their difference.
+            let squares: f64 = (0..3).map(|c| (mean(p, 0, c) - mean(p, 1, c)).powi(2) / 4.0).sum();
+            let brightness = brightness(p).max(floor);
+            // Of three components, each beside a third of the brightness.
+            if squares == 0.0 { 0.0 } else { (3.0 * squares / (brightness * brightness)).min(1.0) }
+        };
+        Some((self.pixels.iter().map(relative).sum::<f64>() / self.pixels.len() as f64).sqrt())
+    }
+
+    /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films, equal hashes.
+    pub fn hash(&self) -> u128 {
+        let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+        let r = self.region;
+        for value in [r.x0, r.y0, r.x1, r.y1] {
+            hasher.update(&value.to_le_bytes());
+        }
+        if self.unit != Unit::default() {
+            hasher.update(&self.unit.0.to_le_bytes());
+        }
+        for pixel in &self.pixels {
+            for sum in pixel.sum.as_flattened() {
+                hasher.update(&sum.to_le_bytes());
+            }
+            for count in pixel.count {
+                hasher.update(&count.to_le_bytes());
+            }
+        }
+        hasher.digest128()
+    }
+}
+
+/// To the nearest quantum; what is negative or not a number counts as none.
+#[inline(always)]
+fn quanta(radiance: f32) -> i64 {
+    let limited = if radiance > 0.0 { radiance } else { 0.0 };
+    let limited = if limited < MAX_RADIANCE { limited } else { MAX_RADIANCE };
+    (limited as f64 * (1.0 / QUANTUM) + 0.5) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Suns and starlight are counted as well as what is usual.
+    #[test]
+    fn films_count_in_units_of_what_is_brightest() {
+        for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
+            let brightest = libm::scalbnf(1.37, exponent);
+            let mut film = Film::new(Region::whole([1, 1]), Unit::new(brightest, brightest));
+            film.count(0, 0, 0);
+            film.add(0, 0, 0, Rgb::new(brightest, brightest / 3.0, 0.0));
+            let found = film.radiance()[0];
+            assert!((found.r / brightest - 1.0).abs() < 1e-6, "2^{exponent}: {found:?}");
+            assert!((found.g / brightest * 3.0 - 1.0).abs() < 3e-6, "2^{exponent}: {found:?}");
+        }
+        for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(Unit::new(nothing, nothing), Unit::default());
+        }
+        // A spark in a dim room: what it lights counts for more than how bright it is.
+        assert_eq!(Unit::new(1e9, 0.05), Unit::default());
+        assert_eq!((Unit::new(1e9, 1.0), Unit::new(1e9, 1e9)), (Unit(4), Unit(13)));
+    }
+
+    #[test]
+    fn means_noise_and_saturation() {
+        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 }, Unit::default());
+        for sample in 0..4 {
+            film.count(2, 3, sample);
+            film.count(3, 3, sample);
+            film.add(2, 3, sample, Rgb::splat(sample as f32));
+            film.add(3, 3, sample, Rgb::new(f32::INFINITY, f32::NAN, -1.0));
+        }
+        let mean = film.radiance();
+        assert_eq!(mean[0], Rgb::splat(1.5));
+        assert_eq!(mean[1], Rgb::new(MAX_RADIANCE, 0.0, 0.0));
+        // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
+        assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
+        let all = Noted { count: 4, first: Some([3, 3, 0]) };
+        assert_eq!((film.no_numbers(), film.cut(), film.brightest()), (all, all, f64::from(MAX_RADIANCE)));
+    }
+
+    /// A path that forks adds its sample in as many parts as it likes.
+    #[test]
+    fn sums_end_at_the_largest_number_in_any_order() {
+        let region = Region::whole([1, 1]);
+        let bright = |parity: u32, count: u32| {
+            let mut film = Film::new(region, Unit::default());
+            film.count(0, 0, parity);
+            (0..count).for_each(|_| film.add(0, 0, parity, Rgb::splat(MAX_RADIANCE)));
+            film
+        };
+        let mut film = Film::new(region, Unit::default());
+        // 2²¹ fit.
+        [1 << 20, 1 << 20].iter().for_each(|count| film.merge(&bright(0, *count)));
+        assert!((0..i64::MAX).contains(&film.pixels()[0].sum[0][0]));
+        let reversed = |parts: &[Film]| {
+            let mut film = Film::new(region, Unit::default());
+            parts.iter().rev().for_each(|part| film.merge(part));
+            film
+        };
+        let parts = [film, bright(1, 1 << 20), bright(1, 1 << 21), bright(0, 100)];
+        let mut film = parts[0].clone();
+        parts[1..].iter().for_each(|part| film.merge(part));
+        assert_eq!(film.pixels()[0].sum, [[i64::MAX; 3]; 2]);
+        assert_eq!(reversed(&parts), film);
+        assert!(film.radiance()[0].r > 0.0 && film.noise().is_some());
+    }
+
+    proptest! {
+        #[test]
+        fn any_split_and_order_gives_the_same_film(
+            samples in prop::collection::vec((0u32..4, 0u32..3, 0u32..8, 0f32..10.0), 1..50),
+            cut in 0usize..50,
+        ) {
+            let region = Region::whole([4, 3]);
+            let fill = |samples: &mut dyn Iterator<Item = &(u32, u32, u32, f32)>| {
+                let mut film = Film::new(region, Unit::default());
+                for &(x, y, sample, value) in samples {
+                    film.count(x, y, sample);
+                    film.add(x, y, sample, Rgb::new(value, value * 0.3, 1.0 / (value + 0.1)));
+                }
+                film
+            };
+            let whole = fill(&mut samples.iter());
+            let cut = cut.min(samples.len());
+            let mut parts = fill(&mut samples[cut..].iter().rev());
+            parts.merge(&fill(&mut samples[..cut].iter()));
+            prop_assert_eq!(whole.hash(), parts.hash());
+            prop_assert_eq!(whole, parts);
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The files that a scene refers to.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{LoadOptions, extension, gltf, obj, picture, ply};
+use crate::error::{LoadError, did_you_mean};
+use crate::files;
+use crate::world::{Assets, Image, Mesh, SourceFiles};
+
+/// Reads the files that a scene refers to, whatever their formats are.
+pub trait AssetFiles {
+    /// Reads a mesh. What it brings along (materials, textures) goes into `assets`, what is
+    /// odd but no error into `warnings`.
+    fn mesh(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<Arc<Mesh>, LoadError>;
+
+    /// Reads a glTF file. Its meshes and materials go into `assets`.
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<gltf::Model, LoadError>;
+
+    /// Reads and decodes a picture.
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError>;
+
+    /// Reads a scene's own text.
+    fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        files::read(path).map_err(LoadError::io(path))
+    }
+
+    /// The moment that a scene is read at, in seconds; none: values with keys as at 0, models as their nodes stand
+    /// without animations.
+    fn time_s(&self) -> Option<f32> {
+        None
+    }
+
+    /// Reads and decodes several.
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
+        paths.iter().map(|path| self.image(path)).collect()
+    }
+}
+
+/// Files on disk.
+#[derive(Default)]
+pub struct Files {
+    /// Which have been read.
+    pub sources: SourceFiles,
+    /// Of models.
+    pub options: LoadOptions,
+}
+
+impl AssetFiles for Files {
+    fn mesh(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<Arc<Mesh>, LoadError> {
+        match extension(path).as_str() {
+            "ply" => {
+                let bytes = self.read(path)?;
+                self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path).map(Arc::new))
+            }
+            "obj" => {
+                assets.files = self.sources.clone();
+                // The loader borrows the assets while it asks for images: they are added afterwards.
+                let mut images = Vec::new();
+                let first = assets.images.len() as u32;
+                let mut decode = |path: &Path| {
+                    images.push(self.image(path)?);
+                    Ok(crate::world::ImageId(first + images.len() as u32 - 1))
+                };
+                let mesh = obj::load(path, assets, warnings, &mut decode);
+                assets.images.append(&mut images);
+                Ok(self.sources.kept.meshes.same(mesh?, Mesh::hash))
+            }
+            other => {
+                let hint = did_you_mean(other, ["ply", "obj"]);
+                Err(LoadError::invalid(
+                    path,
+                    format!("meshes are .ply or .obj files, not \".{other}\"{hint}"),
+                ))
+            }
+        }
+    }
+
+    fn model(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<String>,
+    ) -> Result<gltf::Model, LoadError> {
+        match extension(path).as_str() {
+            "gltf" | "glb" => {
+                assets.files = self.sources.clone();
+                gltf::load(path, &self.options, assets, warnings)
+            }
+            other => {
+                let hint = did_you_mean(other, ["gltf", "glb"]);
+                let reason = format!("models are .gltf or .glb files, not \".{other}\"{hint}");
+                Err(LoadError::invalid(path, reason))
+            }
+        }
+    }
+
+    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+        picture::load(path, &self.sources)
+    }
+
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
+        paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
+    }
+
+    fn time_s(&self) -> Option<f32> {
+        self.options.time_s
+    }
+
+    fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        self.sources.read(path).map_err(LoadError::io(path))
+    }
+}

@@ -1,0 +1,455 @@
+//! A rendering under way.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
+
+use super::gathered::{Gathered, Pass};
+use super::{Level, Schedule, Sorting, adaptive};
+use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
+use crate::integrator::sharing::BLOCK;
+use crate::integrator::{Frame, Statistics, Worker};
+use crate::scene::CompiledScene;
+use crate::world::{Adaptive, Settings};
+
+/// Paths of a wave unless told otherwise. Measured: 256 to 16,384 are equal, 65,536 is up to 1.28 times slower.
+pub const DEFAULT_WAVE: usize = 4096;
+
+/// Samples of a pass of [`Session::finish`].
+const PASS: u32 = 16;
+
+/// How to render what the settings say. None of it can be seen in the image, but for the region.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// In which order rays are traced.
+    pub schedule: Schedule,
+    /// Paths of a wave.
+    pub wave: usize,
+    /// In which order a wave's hits are shaded.
+    pub sorting: Sorting,
+    /// Instruction set.
+    pub level: Level,
+    /// The part of the image to render; all of it when absent. Must lie within it.
+    pub region: Option<Region>,
+    /// Width and height of a tile in pixels.
+    pub tile: u32,
+    /// Whether the variance of pixels is wanted, for which samples are rendered one by one.
+    pub variance: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            schedule: Schedule::Wavefront,
+            wave: DEFAULT_WAVE,
+            sorting: Sorting::default(),
+            level: Level::detect(),
+            region: None,
+            tile: 64,
+            variance: false,
+        }
+    }
+}
+
+/// A rendering under way: [`Session::advance`] until done, or until the caller has enough.
+pub struct Session {
+    pub(super) frame: Arc<Frame>,
+    pub(super) options: Options,
+    pub(super) gathered: Gathered,
+    statistics: Statistics,
+    workers: Mutex<Vec<Worker>>,
+    /// Samples to render.
+    pub(super) wanted: Range<u32>,
+    /// How many there are in all.
+    total: u32,
+    /// Whether it is a pilot, of which the rays of each block are wanted.
+    is_pilot: bool,
+}
+
+/// What has happened since the last time.
+pub struct Progress<'a> {
+    /// Samples (of single pixels) that were rendered.
+    pub samples: u64,
+    /// Rays that were traced for them, of all kinds.
+    pub rays: u64,
+    /// All that has been gathered up to now, to be saved.
+    pub gathered: &'a dyn Fn() -> Gathered,
+}
+
+/// Called after every tile.
+pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
+
+impl Session {
+    /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
+    pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
+        Self::of(Arc::new(Frame::new(scene, settings)), settings.samples, options)
+    }
+
+    /// For a frame that is rendered several times, in several ways.
+    #[doc(hidden)]
+    pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
+        let region = options.region.unwrap_or(Region::whole(frame.size));
+        Self {
+            gathered: Gathered::nothing(region, frame.unit, options.variance),
+            frame,
+            options,
+            statistics: Statistics::default(),
+            workers: Mutex::new(Vec::new()),
+            wanted: 0..samples,
+            total: samples,
+            is_pilot: false,
+        }
+    }
+
+    /// Renders only some of the samples: films of disjoint ranges can be merged.
+    #[doc(hidden)]
+    pub fn with_samples(self, samples: Range<u32>) -> Self {
+        Self { wanted: samples, ..self }
+    }
+
+    /// With what was decided beforehand about how many samples blocks get; none: it is decided here, if at all.
+    pub(crate) fn with_allocation(mut self, allocation: Option<Allocation>) -> Self {
+        self.gathered.allocation = allocation;
+        self
+    }
+
+    /// Goes on with what has been gathered of the same region before; false, and nothing is changed, if it
+    /// is none that this frame could have.
+    #[doc(hidden)]
+    pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
+        let (old, new) = (&self.gathered, &gathered);
+        let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
+        let count = adaptive::blocks(new.film.region()).len();
+        let blocks = |pass: &Pass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
+        let alike = (old.film.region(), old.film.unit(), old.moments.is_some())
+            == (new.film.region(), new.film.unit(), new.moments.is_some());
+        let rays = new.rays.as_ref().is_none_or(|rays| rays.len() == count);
+        let allocation = new.allocation.as_ref().is_none_or(|given| given.samples().len() == count);
+        let fits =
+            alike && rays && allocation && new.pass.as_ref().is_none_or(|pass| tiles(pass) && blocks(pass));
+        if fits {
+            self.gathered = gathered;
+        }
+        fits
+    }
+
+    /// The first sample that not every pixel has.
+    pub(crate) fn next_sample(&self) -> Option<u32> {
+        let missing = self.gathered.samples.missing(self.wanted());
+        missing.iter().next().map(|range| range.start)
+    }
+
+    /// From now on renders the scene at another moment, with the same settings.
+    pub(crate) fn set_frame(&mut self, frame: Arc<Frame>) {
+        // Their buffers are made for the other one.
+        lock(&self.workers).clear();
+        self.frame = frame;
+    }
+
+    /// Whether every sample has been rendered.
+    pub fn is_done(&self) -> bool {
+        self.gathered.pass.is_none() && !self.needs_allocation() && self.next_pass(1).is_none()
+    }
+
+    /// Samples to render, some of which may be only for some blocks.
+    fn wanted(&self) -> Range<u32> {
+        match &self.gathered.allocation {
+            Some(allocation) if self.wanted == (0..self.total) => 0..allocation.most(),
+            _ => self.wanted.clone(),
+        }
+    }
+
+    /// Whether it is still to be decided how many samples blocks get.
+    fn needs_allocation(&self) -> bool {
+        let is_enough = self.total >= 2 * adaptive::PILOT;
+        let is_wanted = self.frame.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
+        is_wanted && self.gathered.allocation.is_none()
+    }
+
+    /// Decides how many samples blocks get, where that is wanted beforehand and not known yet; false if it was
+    /// stopped.
+    pub(crate) fn allocate(&mut self, stop: &AtomicBool, progress: OnProgress) -> bool {
+        if !self.needs_allocation() {
+            return true;
+        }
+        let (first, count) = (adaptive::FIRST_OF_PILOT, adaptive::pilot(self.total));
+        let region = self.gathered.film.region();
+        let options = Options { variance: false, region: Some(region), ..self.options };
+        let mut pilot = Session {
+            is_pilot: true,
+            workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
+            ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
+        };
+        let nothing = || self.gathered.clone();
+        let watch = |rendered: &Progress| progress(&Progress { gathered: &nothing, ..*rendered });
+        pilot.advance_until(count, stop, &watch);
+        self.statistics.add(&pilot.statistics);
+        if !pilot.is_done() {
+            return false;
+        }
+        let rays = pilot.gathered.rays.as_deref().unwrap_or_default();
+        self.gathered.allocation = adaptive::allocation(pilot.film(), rays, self.total);
+        self.workers = pilot.workers;
+        self.gathered.allocation.is_some()
+    }
+
+    /// What is rendered next, `count` samples if all pixels get them.
+    fn next_pass(&self, count: u32) -> Option<Pass> {
+        let (region, size) = (self.gathered.film.region(), self.tile_size());
+        if let Some(allocation) = &self.gathered.allocation {
+            let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
+            // As many at once as there are: a few samples of a few blocks would fill no wave.
+            let samples = allocation.first_round(next);
+            let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
+            return Some(Pass { blocks, ..Pass::new(samples, size, region) });
+        }
+        let of_all = match self.rounds() {
+            Some(_) => self.wanted.start..self.wanted.end.min(adaptive::PILOT),
+            None => self.wanted.clone(),
+        };
+        if let Some(next) = self.gathered.samples.missing(of_all).iter().next() {
+            let end = next.start.saturating_add(count).min(next.end);
+            return Some(Pass::new(next.start..end, size, region));
+        }
+        let rays = self.gathered.rays.as_deref().unwrap_or_default();
+        let round = adaptive::next_round(&self.gathered.film, rays, self.rounds()?)?;
+        Some(Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) })
+    }
+
+    /// How many samples there are on average, where they come in rounds.
+    fn rounds(&self) -> Option<u32> {
+        let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
+        (self.frame.adaptive == Adaptive::On && is_whole).then_some(self.total)
+    }
+
+    /// Renders the next `count` samples of every pixel, at most those that are left; or finishes the pass
+    /// that was under way.
+    pub fn advance(&mut self, count: u32) {
+        self.advance_until(count, &AtomicBool::new(false), &|_| ());
+    }
+
+    /// Renders all that is left, and says now and then which part of it is done, from 0 to 1; from any thread.
+    ///
+    /// ```no_run
+    /// # fn show(session: &mut rayfront::render::Session) {
+    /// session.finish(|part| eprint!("\r{:3.0} %", 100.0 * part));
+    /// # }
+    /// ```
+    pub fn finish(&mut self, progress: impl Fn(f32) + Sync) {
+        self.finish_until(&AtomicBool::new(false), progress);
+    }
+
+    /// The same, but ends soon once `stop` is set; true if nothing is left. What has been rendered until then is in
+    /// the film, in which some pixels may have up to 16 samples more than others.
+    pub fn finish_until(&mut self, stop: &AtomicBool, progress: impl Fn(f32) + Sync) -> bool {
+        let area = self.film().region().area() as f32;
+        let before = self.film().samples_per_pixel();
+        let all = (area * (self.total as f32 - before as f32)).max(1.0);
+        let done = AtomicU64::new(0);
+        while !self.is_done() && !stop.load(Ordering::Relaxed) {
+            self.advance_until(PASS, stop, &|tile| {
+                let samples = done.fetch_add(tile.samples, Ordering::Relaxed) + tile.samples;
+                progress((samples as f32 / all).min(1.0));
+            });
+        }
+        self.is_done()
+    }
+
+    /// The same as [`Session::advance`], but starts no further tile once `stop` is set. The film then holds more samples in some
+    /// pixels than in others, and [`Gathered::pass`] says where.
+    #[doc(hidden)]
+    pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
+        if !self.allocate(stop, progress) {
+            return;
+        }
+        let region = self.gathered.film.region();
+        let Some(pass) = self.gathered.pass.take().or_else(|| self.next_pass(count)) else { return };
+        let (samples, all) = (pass.samples.clone(), pass.blocks.is_none());
+        let counts_rays = self.rounds().is_some() || self.is_pilot;
+        let by_block = counts_rays || !all;
+        if counts_rays {
+            let blocks = adaptive::blocks(region).len();
+            self.gathered.rays.get_or_insert_with(|| vec![0; blocks]);
+        }
+        let todo = tiles(region, pass.tile.max(1)).into_iter().enumerate();
+        let todo: Vec<_> = todo
+            .filter(|(number, _)| !pass.done[*number])
+            .map(|(number, tile)| (number, pass.parts(region, tile, by_block)))
+            .collect();
+        self.gathered.pass = Some(pass);
+
+        let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
+        let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
+        todo.into_par_iter().for_each(|(number, parts)| {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let mut worker = lock(workers)
+                .pop()
+                .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
+            let mut render = |part: Region| {
+                let mut own = Statistics::default();
+                let mut moments = options.variance.then(|| Moments::new(part));
+                let film = match &mut moments {
+                    None => worker.render(frame, options.level, part, samples.clone(), &mut own),
+                    Some(squares) => {
+                        one_by_one(&mut worker, frame, options, part, samples.clone(), &mut own, squares)
+                    }
+                };
+                let samples = SampleRanges::default();
+                (Gathered { film, moments, samples, pass: None, rays: None, allocation: None }, own)
+            };
+            let rendered: Vec<(Gathered, Statistics)> = parts.iter().map(|(_, part)| render(*part)).collect();
+            lock(workers).push(worker);
+            let mut guard = lock(&gathered);
+            for ((block, _), (rendered, own)) in parts.iter().zip(&rendered) {
+                guard.merge(rendered);
+                let rays = block.zip(guard.rays.as_mut()).and_then(|(block, rays)| rays.get_mut(block));
+                if let Some(rays) = rays.filter(|_| all) {
+                    *rays += own.rays.total();
+                }
+                lock(&statistics).add(own);
+            }
+            if let Some(pass) = &mut guard.pass {
+                pass.done[number] = true;
+            }
+            drop(guard);
+            let pixels: usize = parts.iter().map(|(_, part)| part.area()).sum();
+            let samples = pixels as u64 * samples.len() as u64;
+            let rays = rendered.iter().map(|(_, own)| own.rays.total()).sum();
+            progress(&Progress { samples, rays, gathered: &|| lock(&gathered).clone() });
+        });
+        if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
+            self.gathered.pass = None;
+            // Rounds that follow each other are known by their counts.
+            if all || self.gathered.allocation.is_some() {
+                self.gathered.samples.insert(samples);
+            }
+        }
+    }
+
+    /// Squares of samples, where [`Options::variance`] asks for them.
+    #[doc(hidden)]
+    pub fn moments(&self) -> Option<&Moments> {
+        self.gathered.moments.as_ref()
+    }
+
+    /// All that has been gathered so far.
+    #[doc(hidden)]
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
+    }
+
+    pub(super) fn tiles(&self) -> Vec<Region> {
+        tiles(self.gathered.film.region(), self.tile_size())
+    }
+
+    fn tile_size(&self) -> u32 {
+        let tile = self.options.tile.max(1);
+        // What shares paths is not cut.
+        if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
+    }
+
+    /// What has been gathered so far.
+    pub fn film(&self) -> &Film {
+        &self.gathered.film
+    }
+
+    /// What has been done so far.
+    #[doc(hidden)]
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// The scene and its settings.
+    #[doc(hidden)]
+    pub fn frame(&self) -> &Arc<Frame> {
+        &self.frame
+    }
+
+    /// How it renders.
+    pub(crate) fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The compiled scene.
+    pub(crate) fn scene(&self) -> &CompiledScene {
+        &self.frame.scene
+    }
+
+    /// Samples that every pixel has, and how many there were to be.
+    pub fn samples_done(&self) -> (u32, u32) {
+        let wanted = self.wanted();
+        let count = wanted.len() as u32;
+        (count - self.gathered.samples.missing(wanted).count(), count)
+    }
+}
+
+/// A film for each sample is what tells samples apart that arrive in several parts.
+fn one_by_one(
+    worker: &mut Worker,
+    frame: &Frame,
+    options: &Options,
+    tile: Region,
+    samples: Range<u32>,
+    statistics: &mut Statistics,
+    squares: &mut Moments,
+) -> Film {
+    let mut film = Film::new(tile, frame.unit);
+    for sample in samples {
+        let one = worker.render(frame, options.level, tile, sample..sample + 1, statistics);
+        squares.add_sample(&one);
+        film.merge(&one);
+    }
+    film
+}
+
+/// More threads are of no use to anybody.
+const MOST_THREADS: usize = 1024;
+
+/// Does something on as many threads, 0 for one for each core; sessions in it use all of them.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
+    Ok(thread_pool(threads)?.install(work))
+}
+
+/// As many threads, 0 for one for each core.
+pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
+    if threads > MOST_THREADS {
+        return Err(ThreadError { threads, reason: format!("more than {MOST_THREADS} are of no use") });
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
+}
+
+/// The system gives no more threads.
+#[derive(Debug)]
+pub struct ThreadError {
+    threads: usize,
+    reason: String,
+}
+
+impl std::error::Error for ThreadError {}
+
+impl std::fmt::Display for ThreadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "cannot start {} threads: {}: use fewer", self.threads, self.reason)
+    }
+}
+
+/// Nothing that holds these locks can panic halfway through a change.
+pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// A region cut into squares of the whole image, row by row.
+pub fn tiles(region: Region, size: u32) -> Vec<Region> {
+    let cuts = |from: u32, to: u32| {
+        let first = from / size * size;
+        let starts = (first..to).step_by(size as usize);
+        starts.map(move |start| (start.max(from), (start + size).min(to)))
+    };
+    let row = |(y0, y1)| cuts(region.x0, region.x1).map(move |(x0, x1)| Region { x0, y0, x1, y1 });
+    cuts(region.y0, region.y1).flat_map(row).collect()
+}
