@@ -1,0 +1,54 @@
+//! The Python module's native half, `rayfront._native`: worlds, renderings and ray queries. What is pleasant to use of it
+//! is Python, in `rayfront/`.
+
+#![allow(missing_docs, reason = "documented in rayfront/__init__.pyi")]
+
+mod rays;
+mod rendering;
+mod world;
+
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::error::{CompileError, LoadError, SaveError};
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::rays::{Builder, Scene};
+    #[pymodule_export]
+    use super::rendering::Rendering;
+    #[pymodule_export]
+    use super::world::World;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}
+
+fn of_file(error: LoadError) -> PyErr {
+    match error {
+        LoadError::Io { source, file, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            PyErr::new::<pyo3::exceptions::PyFileNotFoundError, _>(format!(
+                "{}: no such file",
+                file.display()
+            ))
+        }
+        error => PyValueError::new_err(error.to_string()),
+    }
+}
+
+fn of_scene(error: CompileError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+fn of_output(error: SaveError) -> PyErr {
+    PyOSError::new_err(error.to_string())
+}
+
+/// Something else that the caller has said.
+fn wrong(reason: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(reason.to_string())
+}

@@ -1,0 +1,304 @@
+"""A renderer and ray queries for the CPU.
+
+    import rayfront
+    rayfront.load("model.glb").render(size=(640, 360), spp=64).save("model.png")
+
+`load` reads a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh (`.ply`, `.obj`). `World` makes one of dicts with the
+names that scene files have; every form that they know is an attribute of this module, such as `rayfront.Sphere(radius_m=1)`
+or `rayfront.Path`. `Scene` traces rays through meshes, spheres and instances.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from . import _native
+from ._native import Rendering, __version__
+
+__all__ = ["Hits", "Mesh", "Rendering", "Scene", "SceneBuilder", "Variant", "World", "load", "__version__"]
+
+
+class Variant:
+    """A form of something, as scene files have it: a name, alone or with values.
+
+    A name that Python keeps for itself is written with an underscore behind it: `LookAt(from_=(0, 1, 4), to=(0, 0, 0))`.
+    """
+
+    def __init__(self, name, values=(), fields=None):
+        self._name, self._values, self._fields = name, tuple(values), fields
+
+    def __call__(self, *values, **fields):
+        if values and fields:
+            raise TypeError(f"{self._name}: values have names, or none of them has")
+        return Variant(self._name, values, fields)
+
+    def __repr__(self):
+        return _ron(self, {})
+
+
+class Mesh(Variant):
+    """A mesh: of arrays, or of a file (`.ply`, `.obj`).
+
+    vertices (N, 3), faces (F, 3), normals (N, 3) and uvs (N, 2); or one object with `vertices` and `faces`, such as a
+    mesh of trimesh; or a path.
+    """
+
+    def __init__(self, vertices, faces=None, normals=None, uvs=None):
+        if isinstance(vertices, (str, os.PathLike)):
+            super().__init__("Mesh", (os.fspath(vertices),))
+            self.arrays = None
+            return
+        super().__init__("Mesh")
+        vertices, faces = _mesh(vertices, faces)
+        self.arrays = (vertices, faces, _floats(normals), _floats(uvs))
+
+
+class World:
+    """A scene: entities, the materials that they share, and how to render them.
+
+    `entities` is a list of dicts of components, `materials` a dict of them by name, `settings` a dict: the names are those of
+    scene files, and what is left out has the same defaults. `folder` is what names of files are relative to.
+
+        World(
+            settings={"size": (320, 180), "samples": 16, "transport": rayfront.Path},
+            materials={"red": rayfront.Principled(base_color="#a01010", metallic=0)},
+            entities=[
+                {"camera": rayfront.Pinhole(vertical_fov_degrees=40),
+                 "transform": rayfront.LookAt(from_=(0, 1, 4), to=(0, 0, 0))},
+                {"shape": rayfront.Sphere(radius_m=1), "material": "red"},
+                {"light": rayfront.Sky(elevation_degrees=30)},
+            ],
+        )
+    """
+
+    def __init__(self, entities=(), *, materials=None, settings=None, folder="."):
+        meshes = {}
+        fields = {"settings": dict(settings or {}), "materials": dict(materials or {}), "entities": list(entities)}
+        self.text = _ron(fields, meshes)
+        """What a scene file would say."""
+        arrays = [(name, *mesh.arrays) for name, mesh in meshes.values()]
+        self._native = _native.World.parse(self.text, os.fspath(folder), arrays)
+
+    @classmethod
+    def _of(cls, native):
+        world = cls.__new__(cls)
+        world._native, world.text = native, None
+        return world
+
+    @property
+    def cameras(self):
+        """Names of the cameras; the first one is looked through unless another is named."""
+        return self._native.cameras
+
+    @property
+    def warnings(self):
+        """What is odd but no error."""
+        return self._native.warnings
+
+    @property
+    def size(self):
+        """Width and height of the image, unless `render` is told another."""
+        return tuple(self._native.size)
+
+    def render(
+        self,
+        size=None,
+        spp=None,
+        *,
+        seed=None,
+        camera=None,
+        layers=(),
+        schedule="wavefront",
+        threads=0,
+        denoise=False,
+        progress=None,
+    ):
+        """Renders it; what is not said is as the scene says.
+
+        size: width and height in pixels. spp: samples a pixel. layers: names out of depth, normal, albedo, position, entity,
+        material, coverage, samples, variance. schedule: wavefront or recursive, the image is the same. threads: 0 is one for
+        each core. denoise: also an image without noise. progress: called with the part that is done, 0 to 1.
+
+        Other Python threads go on meanwhile, and Ctrl-C ends it.
+        """
+        if isinstance(layers, str):
+            layers = (layers,)
+        size = None if size is None else [int(side) for side in size]
+        return self._native.render(
+            size, spp, seed, camera, list(layers), schedule, threads, denoise, progress
+        )
+
+    def _repr_png_(self):
+        return self.render()._repr_png_()
+
+
+def load(path, *, time=None, variant=None, scene=None, env=None, set=(), hide=(), only=()):
+    """Reads a scene, a model or a mesh, with the camera and light that it lacks.
+
+    time: the moment of animations, in seconds. variant, scene: of a glTF file. env: what is around it, a picture, "studio",
+    "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries of
+    what is left out, or alone left.
+    """
+    lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
+    return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists))
+
+
+class Hits(NamedTuple):
+    """What rays have met: one value for each of them.
+
+    t counts in lengths of the direction, and is infinite for a miss; u and v are the weights of a triangle's second and third
+    corner; instance, shape and primitive are numbers, -1 for a miss.
+    """
+
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    instance: np.ndarray
+    shape: np.ndarray
+    primitive: np.ndarray
+
+
+class SceneBuilder:
+    """Shapes, and where they are placed: what is not placed is not there."""
+
+    def __init__(self, quality="default"):
+        self._native = _native.Builder(quality)
+
+    def add_mesh(self, vertices, faces=None):
+        """A shape: vertices (N, 3) and faces (F, 3), or an object that has them. Gives its number."""
+        return self._native.add_mesh(*_mesh(vertices, faces))
+
+    def add_spheres(self, spheres):
+        """A shape of spheres (N, 4): centres and radii. Gives its number."""
+        return self._native.add_spheres(_floats(spheres))
+
+    def place(self, shape, to_world=None):
+        """Places a shape by a matrix (3, 4) or (4, 4); none: where it is. Gives the instance's number."""
+        matrix = np.eye(4) if to_world is None else np.asarray(to_world, dtype=np.float64)
+        if matrix.shape not in ((3, 4), (4, 4)):
+            raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
+        return self._native.place(shape, matrix[:3].ravel().tolist())
+
+    def build(self):
+        """The scene; the builder is used up."""
+        return Scene._of(self._native.build())
+
+
+class Scene:
+    """What rays go through: a mesh, or what a `SceneBuilder` has put together.
+
+        scene = Scene(vertices, faces)          # (N, 3) and (F, 3), or an object that has both
+        hits = scene.closest(origins, directions)
+    """
+
+    def __init__(self, vertices, faces=None, *, quality="default"):
+        builder = SceneBuilder(quality)
+        builder.place(builder.add_mesh(vertices, faces))
+        self._native = builder._native.build()
+
+    @classmethod
+    def _of(cls, native):
+        scene = cls.__new__(cls)
+        scene._native = native
+        return scene
+
+    def closest(self, origins, directions, t_min=0.0, t_max=np.inf, *, coherence="unknown", threads=0):
+        """The nearest hit of each ray origin + t * direction with t_min < t <= t_max.
+
+        origins, directions: (N, 3); t_min, t_max: a number, or one for each ray. coherence: what is known of rays that follow
+        each other, "coherent", "scattered" or "unknown"; it changes the time alone. threads: 0 is one for each core.
+        """
+        return Hits(*self._native.closest(*_rays(origins, directions, t_min, t_max), coherence, threads))
+
+    def any(self, origins, directions, t_min=0.0, t_max=np.inf, *, coherence="unknown", threads=0):
+        """Whether each ray meets anything."""
+        return self._native.any(*_rays(origins, directions, t_min, t_max), coherence, threads)
+
+    @property
+    def bounds(self):
+        """The least and the largest corner, (2, 3), padded by what rounding takes; None if there is nothing."""
+        bounds = self._native.bounds
+        return None if bounds is None else np.array(bounds, dtype=np.float32)
+
+    @property
+    def memory_bytes(self):
+        """Bytes that it takes."""
+        return self._native.memory_bytes
+
+
+def __getattr__(name):
+    # Forms are written with a capital letter, and there are many: whether there is one of that name is for the scene to say.
+    if name[:1].isupper():
+        return Variant(name)
+    raise AttributeError(f"module 'rayfront' has no attribute {name!r}")
+
+
+def _floats(array):
+    return None if array is None else np.ascontiguousarray(array, dtype=np.float32)
+
+
+def _mesh(vertices, faces):
+    if faces is None:
+        vertices, faces = vertices.vertices, vertices.faces
+    faces = np.asarray(faces)
+    if faces.size and (faces.min() < 0 or faces.max() > 0xFFFFFFFF):
+        raise ValueError("faces hold numbers of vertices, from 0")
+    vertices, faces = _floats(vertices), np.ascontiguousarray(faces, dtype=np.uint32)
+    for what, array in (("vertices", vertices), ("faces", faces)):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"{what} have the shape (N, 3), not {array.shape}")
+    return vertices, faces
+
+
+def _rays(origins, directions, t_min, t_max):
+    origins, directions = (np.atleast_2d(_floats(array)) for array in (origins, directions))
+    origins, directions = (np.ascontiguousarray(a) for a in np.broadcast_arrays(origins, directions))
+    lengths = [np.ascontiguousarray(np.broadcast_to(_floats(t), len(origins))) for t in (t_min, t_max)]
+    return origins, directions, *lengths
+
+
+# Fields whose keys are names that somebody gave.
+_BY_NAME = {"materials", "overrides"}
+
+
+def _ron(value, meshes, by_name=False):
+    """The text that a scene file would have; meshes of arrays get names by which the reader finds them."""
+    if isinstance(value, Mesh) and value.arrays is not None:
+        name, _ = meshes.setdefault(id(value), (f"array-{len(meshes)}.ply", value))
+        return f'Mesh("{name}")'
+    if isinstance(value, Variant):
+        if value._fields is None and not value._values:
+            return value._name
+        inside = [_ron(item, meshes) for item in value._values]
+        return f"{value._name}({', '.join(inside)}{_fields(value._fields or {}, meshes)})"
+    if isinstance(value, dict) and by_name:
+        items = (f"{_string(name)}: {_ron(item, meshes)}" for name, item in value.items())
+        return "{" + ", ".join(items) + "}"
+    if isinstance(value, dict):
+        return f"({_fields(value, meshes)})"
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    if isinstance(value, (str, os.PathLike)):
+        return _string(os.fspath(value))
+    if isinstance(value, list):
+        return "[" + ", ".join(_ron(item, meshes) for item in value) + "]"
+    if isinstance(value, (tuple, np.ndarray)):
+        return "(" + ", ".join(_ron(item, meshes) for item in value) + ")"
+    raise TypeError(f"{value!r} has no place in a scene")
+
+
+def _fields(fields, meshes):
+    given = ((name.rstrip("_"), value) for name, value in fields.items() if value is not None)
+    return ", ".join(f"{name}: {_ron(value, meshes, name in _BY_NAME)}" for name, value in given)
+
+
+def _string(text):
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{{{ord(c):x}}}" for c in escaped) + '"'

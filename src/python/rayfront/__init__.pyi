@@ -1,0 +1,141 @@
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+Path = str | PathLike[str]
+Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance"]
+Coherence = Literal["unknown", "coherent", "scattered"]
+Quality = Literal["fast", "default", "high"]
+
+class Variant:
+    def __init__(self, name: str, values: Iterable[Any] = ..., fields: Mapping[str, Any] | None = ...) -> None: ...
+    def __call__(self, *values: Any, **fields: Any) -> Variant: ...
+
+class Mesh(Variant):
+    arrays: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.float32] | None, NDArray[np.float32] | None] | None
+    def __init__(
+        self,
+        vertices: ArrayLike | Path | Any,
+        faces: ArrayLike | None = ...,
+        normals: ArrayLike | None = ...,
+        uvs: ArrayLike | None = ...,
+    ) -> None: ...
+
+class Rendering:
+    """What has been rendered."""
+
+    def numpy(self) -> NDArray[np.float32]:
+        """Linear radiance with the primaries of Rec. 709: (height, width, 3), top row first."""
+    @property
+    def denoised(self) -> NDArray[np.float32] | None:
+        """The same without noise, if that was asked for."""
+    @property
+    def layers(self) -> dict[str, NDArray[Any]]:
+        """What else was asked for, by name: (height, width), or (height, width, 3)."""
+    @property
+    def film_hash(self) -> str:
+        """Of the exact sums of all samples: equal films have equal ones, whatever machine made them."""
+    @property
+    def size(self) -> list[int]:
+        """Width and height in pixels."""
+    @property
+    def samples(self) -> float:
+        """Samples a pixel, on average."""
+    @property
+    def warnings(self) -> list[str]:
+        """What is odd but no error."""
+    def save(self, path: Path) -> None:
+        """Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`."""
+    def _repr_png_(self) -> bytes: ...
+
+class World:
+    text: str | None
+    def __init__(
+        self,
+        entities: Iterable[Mapping[str, Any]] = ...,
+        *,
+        materials: Mapping[str, Any] | None = ...,
+        settings: Mapping[str, Any] | None = ...,
+        folder: Path = ...,
+    ) -> None: ...
+    @property
+    def cameras(self) -> list[str]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    def render(
+        self,
+        size: Sequence[int] | None = ...,
+        spp: int | None = ...,
+        *,
+        seed: int | None = ...,
+        camera: str | None = ...,
+        layers: Layer | Iterable[Layer] = ...,
+        schedule: Literal["wavefront", "recursive"] = ...,
+        threads: int = ...,
+        denoise: bool = ...,
+        progress: Callable[[float], object] | None = ...,
+    ) -> Rendering: ...
+    def _repr_png_(self) -> bytes: ...
+
+def load(
+    path: Path,
+    *,
+    time: float | None = ...,
+    variant: str | None = ...,
+    scene: str | None = ...,
+    env: str | None = ...,
+    set: str | Iterable[str] = ...,
+    hide: str | Iterable[str] = ...,
+    only: str | Iterable[str] = ...,
+) -> World: ...
+
+class Hits(NamedTuple):
+    t: NDArray[np.float32]
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+    instance: NDArray[np.int32]
+    shape: NDArray[np.int32]
+    primitive: NDArray[np.int32]
+
+class SceneBuilder:
+    def __init__(self, quality: Quality = ...) -> None: ...
+    def add_mesh(self, vertices: ArrayLike | Any, faces: ArrayLike | None = ...) -> int: ...
+    def add_spheres(self, spheres: ArrayLike) -> int: ...
+    def place(self, shape: int, to_world: ArrayLike | None = ...) -> int: ...
+    def build(self) -> Scene: ...
+
+class Scene:
+    def __init__(self, vertices: ArrayLike | Any, faces: ArrayLike | None = ..., *, quality: Quality = ...) -> None: ...
+    def closest(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: ArrayLike = ...,
+        t_max: ArrayLike = ...,
+        *,
+        coherence: Coherence = ...,
+        threads: int = ...,
+    ) -> Hits: ...
+    def any(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        t_min: ArrayLike = ...,
+        t_max: ArrayLike = ...,
+        *,
+        coherence: Coherence = ...,
+        threads: int = ...,
+    ) -> NDArray[np.bool_]: ...
+    @property
+    def bounds(self) -> NDArray[np.float32] | None: ...
+    @property
+    def memory_bytes(self) -> int: ...
+
+def __getattr__(name: str) -> Variant: ...

@@ -1,0 +1,225 @@
+//! Ray queries over arrays.
+
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rayon::prelude::*;
+
+use super::wrong;
+use crate::math::{DAffine3, DMat3, DVec3, Vec3};
+use crate::query::{self, BuildQuality, Coherence, HitBatch, RayBatch, ShapeId};
+use crate::render::on_threads;
+
+/// Rays of a part that one thread takes: its rays and hits stay in the cache.
+const PART: usize = 16_384;
+
+#[pyclass(module = "rayfront._native")]
+pub struct Builder(Option<query::SceneBuilder>);
+
+impl Builder {
+    fn inner(&mut self) -> PyResult<&mut query::SceneBuilder> {
+        self.0.as_mut().ok_or_else(|| wrong("the scene has been built: make another builder"))
+    }
+}
+
+#[pymethods]
+impl Builder {
+    #[new]
+    fn new(quality: &str) -> PyResult<Builder> {
+        let quality = match quality {
+            "fast" => BuildQuality::Fast,
+            "default" => BuildQuality::Default,
+            "high" => BuildQuality::High,
+            other => {
+                return Err(wrong(format!(
+                    "unknown quality {other:?}: use \"fast\", \"default\" or \"high\""
+                )));
+            }
+        };
+        Ok(Builder(Some(query::SceneBuilder::new(quality))))
+    }
+
+    fn add_mesh(&mut self, vertices: PyReadonlyArray2<f32>, faces: PyReadonlyArray2<u32>) -> PyResult<u32> {
+        let vertices = rows::<f32, 3>("vertices", &vertices)?;
+        let faces = rows::<u32, 3>("faces", &faces)?;
+        self.inner()?.add_mesh(vertices, faces).map(|shape| shape.0).map_err(wrong)
+    }
+
+    fn add_spheres(&mut self, spheres: PyReadonlyArray2<f32>) -> PyResult<u32> {
+        let spheres = rows::<f32, 4>("spheres", &spheres)?;
+        self.inner()?.add_spheres(spheres).map(|shape| shape.0).map_err(wrong)
+    }
+
+    /// The first three rows of a matrix, row by row.
+    fn place(&mut self, shape: u32, matrix: [f64; 12]) -> PyResult<u32> {
+        let row = |i: usize| DVec3::new(matrix[4 * i], matrix[4 * i + 1], matrix[4 * i + 2]);
+        let to_world = DAffine3 {
+            matrix3: DMat3::from_cols(row(0), row(1), row(2)).transpose(),
+            translation: DVec3::new(matrix[3], matrix[7], matrix[11]),
+        };
+        self.inner()?.place(ShapeId(shape), &to_world).map(|instance| instance.0).map_err(wrong)
+    }
+
+    fn build(&mut self, py: Python<'_>) -> PyResult<Scene> {
+        self.inner()?;
+        let Some(builder) = self.0.take() else { return Err(wrong("the scene has been built")) };
+        py.detach(|| builder.build()).map(Scene).map_err(wrong)
+    }
+}
+
+#[pyclass(module = "rayfront._native", frozen)]
+pub struct Scene(query::Scene);
+
+/// Rays as Python has them: a row each.
+struct Given<'a> {
+    origins: &'a [[f32; 3]],
+    directions: &'a [[f32; 3]],
+    t_min: &'a [f32],
+    t_max: &'a [f32],
+    coherence: Coherence,
+}
+
+impl Given<'_> {
+    /// Does something with the rays of each part, in columns, and with the part of the answers that is theirs.
+    fn by_parts<A: Send>(
+        &self,
+        answers: &mut [A],
+        work: impl Fn(&RayBatch, &mut [A]) -> PyResult<()> + Sync,
+    ) -> PyResult<()> {
+        answers.par_chunks_mut(PART).enumerate().try_for_each_init(
+            RayBatch::default,
+            |batch, (part, answers)| {
+                batch.clear();
+                let start = part * PART;
+                for i in start..start + answers.len() {
+                    let [origin, direction] = [self.origins[i], self.directions[i]].map(Vec3::from);
+                    batch.push(origin, direction, self.t_min[i], self.t_max[i]);
+                }
+                work(batch, answers)
+            },
+        )
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// t, u, v, instance, shape and primitive of each ray.
+    #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
+    fn closest<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArray2<'py, f32>,
+        directions: PyReadonlyArray2<'py, f32>,
+        t_min: PyReadonlyArray1<'py, f32>,
+        t_max: PyReadonlyArray1<'py, f32>,
+        coherence: &str,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let given = given(&origins, &directions, &t_min, &t_max, coherence)?;
+        let count = given.origins.len();
+        let mut found = vec![([0.0_f32; 3], [-1_i32; 3]); count];
+        py.detach(|| {
+            on_threads(threads, || {
+                given.by_parts(&mut found, |rays, found| {
+                    let mut hits = HitBatch::new(rays.len());
+                    self.0.tracer().closest(rays.rays(), given.coherence, hits.hits_mut()).map_err(wrong)?;
+                    for (found, hit) in found.iter_mut().zip(hits.iter()) {
+                        found.0 = [hit.t, hit.u, hit.v];
+                        if let Some(place) = self.0.locate(&hit) {
+                            found.1 = [place.instance.0, place.shape.0, place.primitive].map(|id| id as i32);
+                        }
+                    }
+                    Ok(())
+                })
+            })
+        })
+        .map_err(wrong)??;
+        let floats = [0, 1, 2].map(|c| found.iter().map(|(floats, _)| floats[c]).collect::<Vec<_>>());
+        let ids = [0, 1, 2].map(|c| found.iter().map(|(_, ids)| ids[c]).collect::<Vec<_>>());
+        let [t, u, v] = floats.map(|column| column.into_pyarray(py));
+        let [instance, shape, primitive] = ids.map(|column| column.into_pyarray(py));
+        (t, u, v, instance, shape, primitive).into_pyobject(py)
+    }
+
+    /// 1 for each ray that meets anything, else 0.
+    #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
+    fn any<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArray2<'py, f32>,
+        directions: PyReadonlyArray2<'py, f32>,
+        t_min: PyReadonlyArray1<'py, f32>,
+        t_max: PyReadonlyArray1<'py, f32>,
+        coherence: &str,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let given = given(&origins, &directions, &t_min, &t_max, coherence)?;
+        let mut blocked = vec![0_u32; given.origins.len()];
+        py.detach(|| {
+            on_threads(threads, || {
+                given.by_parts(&mut blocked, |rays, blocked| {
+                    self.0.tracer().any(rays.rays(), given.coherence, blocked).map_err(wrong)
+                })
+            })
+        })
+        .map_err(wrong)??;
+        let blocked: Vec<bool> = blocked.into_iter().map(|blocked| blocked != 0).collect();
+        Ok(blocked.into_pyarray(py).into_any())
+    }
+
+    /// The least and the largest corner; none if there is nothing.
+    #[getter]
+    fn bounds(&self) -> Option<([f32; 3], [f32; 3])> {
+        self.0.bounds().map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))
+    }
+
+    #[getter]
+    fn memory_bytes(&self) -> usize {
+        self.0.memory_bytes()
+    }
+}
+
+fn given<'a>(
+    origins: &'a PyReadonlyArray2<f32>,
+    directions: &'a PyReadonlyArray2<f32>,
+    t_min: &'a PyReadonlyArray1<f32>,
+    t_max: &'a PyReadonlyArray1<f32>,
+    coherence: &str,
+) -> PyResult<Given<'a>> {
+    let coherence = match coherence {
+        "unknown" => Coherence::Unknown,
+        "coherent" => Coherence::Coherent,
+        "scattered" => Coherence::Scattered,
+        other => {
+            let names = "\"unknown\", \"coherent\" or \"scattered\"";
+            return Err(wrong(format!("unknown coherence {other:?}: use {names}")));
+        }
+    };
+    let given = Given {
+        origins: rows("origins", origins)?,
+        directions: rows("directions", directions)?,
+        t_min: t_min.as_slice()?,
+        t_max: t_max.as_slice()?,
+        coherence,
+    };
+    let count = given.origins.len();
+    for (what, length) in
+        [("directions", given.directions.len()), ("t_min", given.t_min.len()), ("t_max", given.t_max.len())]
+    {
+        if length != count {
+            return Err(wrong(format!("{length} {what} for {count} origins")));
+        }
+    }
+    Ok(given)
+}
+
+/// The rows of an array of so many columns.
+fn rows<'a, T: numpy::Element, const N: usize>(
+    what: &str,
+    array: &'a PyReadonlyArray2<T>,
+) -> PyResult<&'a [[T; N]]> {
+    if array.shape()[1] != N {
+        return Err(wrong(format!("{what} have the shape (N, {N}), not {:?}", array.shape())));
+    }
+    Ok(array.as_slice()?.as_chunks::<N>().0)
+}

@@ -1,0 +1,234 @@
+"""The Python module: the same films as the program's, and rays that meet what they should."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rayfront
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = os.environ.get("RAYFRONT_PROGRAM")
+
+TRIANGLE = (np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], dtype=np.float32), np.array([[0, 1, 2]], dtype=np.uint32))
+
+
+def ball(**settings):
+    return rayfront.World(
+        settings={"size": (32, 18), "samples": 4, **settings},
+        materials={"red": rayfront.BlinnPhong(diffuse=(0.8, 0.1, 0.1))},
+        entities=[
+            {"name": "front", "camera": rayfront.Pinhole(vertical_fov_degrees=40),
+             "transform": rayfront.LookAt(from_=(0, 1, 4), to=(0, 0, 0))},
+            {"name": "far", "camera": rayfront.Pinhole(vertical_fov_degrees=40),
+             "transform": {"translate": (0, 0, 40)}},
+            {"light": rayfront.Point(power_w=200), "transform": {"translate": (2, 3, 3)}},
+            {"shape": rayfront.Sphere(radius_m=1), "material": "red"},
+        ],
+    )
+
+
+
+
+@pytest.mark.skipif(not PROGRAM, reason="RAYFRONT_PROGRAM names no program")
+@pytest.mark.parametrize("scene", ["cornell", "figure_07_refraction_a", "materials"])
+def test_films_are_those_of_the_program(scene, tmp_path):
+    path = ROOT / "scenes" / f"{scene}.ron"
+    command = [PROGRAM, path, "--size", "48x36", "--spp", "2", "--json", "--quiet", "--output", tmp_path / "a.png"]
+    told = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    world = rayfront.load(path)
+    for schedule in ("wavefront", "recursive"):
+        assert world.render(size=(48, 36), spp=2, schedule=schedule).film_hash == told["film_hash"]
+    assert np.allclose(world.render(size=(48, 36), spp=2).numpy().mean((0, 1)), told["mean"], rtol=1e-5)
+
+
+@pytest.mark.skipif(not PROGRAM, reason="RAYFRONT_PROGRAM names no program")
+def test_a_world_is_the_scene_file_that_it_says(tmp_path):
+    world = ball()
+    path = tmp_path / "ball.ron"
+    path.write_text(world.text)
+    command = [PROGRAM, path, "--json", "--quiet", "--output", tmp_path / "a.png"]
+    told = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    assert world.render().film_hash == told["film_hash"] == rayfront.load(path).render().film_hash
+
+
+def test_images_are_arrays_pictures_and_files(tmp_path):
+    image = ball().render(layers=["depth", "normal", "entity"], denoise=True)
+    pixels = image.numpy()
+    assert pixels.shape == (18, 32, 3) and pixels.dtype == np.float32
+    assert pixels[9, 16, 0] > 4 * pixels[9, 16, 1] > 0 and not pixels[0, 0].any()
+    assert image.layers["depth"].shape == (18, 32) and image.layers["depth"].dtype == np.float32
+    assert image.layers["normal"].shape == (18, 32, 3)
+    assert image.layers["entity"].dtype == np.uint32 and image.layers["entity"][9, 16] == 4
+    assert image.denoised.shape == pixels.shape
+    assert image._repr_png_().startswith(b"\x89PNG")
+    image.save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes() == image._repr_png_()
+    image.save(str(tmp_path / "a.exr"))
+    assert (tmp_path / "a.exr").stat().st_size > 18 * 32 * 4
+    with pytest.raises(OSError, match="must end in .png"):
+        image.save(tmp_path / "a.jpg")
+
+
+def test_what_is_told_of_a_rendering_counts():
+    world = ball()
+    assert world.cameras == ["front", "far"] and world.size == (32, 18)
+    one = world.render(size=(8, 6), spp=1)
+    assert one.size == [8, 6] and one.samples == 1
+    assert world.render(seed=1).film_hash != world.render().film_hash
+    assert world.render(camera="far").numpy().mean() < world.render(camera="front").numpy().mean() / 10
+    assert world.render(threads=1).film_hash == world.render(threads=2).film_hash
+
+
+def test_meshes_of_arrays_are_seen():
+    mesh = rayfront.Mesh(*TRIANGLE)
+    world = rayfront.World(
+        [
+            {"camera": rayfront.Orthographic(height_m=2), "transform": {"translate": (0, 0, 3)}},
+            {"shape": mesh, "material": rayfront.BlinnPhong(emission=1, diffuse=0)},
+        ],
+        settings={"size": (64, 64), "samples": 16},
+    )
+    # The triangle takes half of the square around it.
+    assert abs(world.render().numpy()[..., 0].mean() - 0.5) < 0.02
+
+    class Duck:
+        vertices, faces = TRIANGLE
+
+    again = rayfront.World(
+        [
+            {"camera": rayfront.Orthographic(height_m=2), "transform": {"translate": (0, 0, 3)}},
+            {"shape": rayfront.Mesh(Duck), "material": rayfront.BlinnPhong(emission=1, diffuse=0)},
+        ],
+        settings={"size": (64, 64), "samples": 16},
+    )
+    assert again.render().film_hash == world.render().film_hash
+
+
+def test_mistakes_are_errors_that_say_what_is_wrong(tmp_path):
+    with pytest.raises(ValueError, match='did you mean "radius_m"'):
+        rayfront.World([{"shape": rayfront.Sphere(raduis_m=1)}])
+    with pytest.raises(FileNotFoundError):
+        rayfront.load(tmp_path / "nothing.ron")
+    with pytest.raises(ValueError, match="there is no camera"):
+        ball().render(camera="left")
+    with pytest.raises(ValueError, match="spp must be"):
+        ball().render(spp=0)
+    with pytest.raises(ValueError, match="unknown layer"):
+        ball().render(layers=["dept"])
+    with pytest.raises(ValueError, match="a vertex that is not there"):
+        rayfront.World([{"shape": rayfront.Mesh(TRIANGLE[0], [[0, 1, 3]])}])
+    with pytest.raises(TypeError):
+        rayfront.World([{"shape": object()}])
+    with pytest.raises(AttributeError):
+        rayfront.nothing
+
+
+def test_progress_is_told_and_other_threads_go_on():
+    parts, counted = [], 0
+    done = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not done.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    rayfront.load(ROOT / "scenes" / "materials.ron").render(size=(320, 240), spp=8, progress=parts.append)
+    done.set()
+    thread.join()
+    assert parts == sorted(parts) and 0 <= parts[0] <= parts[-1] <= 1
+    assert counted > 10
+
+    def fail(part):
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError):
+        rayfront.load(ROOT / "scenes" / "materials.ron").render(size=(640, 480), spp=64, progress=fail)
+
+
+def test_an_interrupt_ends_a_rendering():
+    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        rayfront.load(ROOT / "scenes" / "materials.ron").render(size=(1920, 1080), spp=4096)
+    assert time.monotonic() - begun < 20
+
+
+def test_rays_meet_the_nearest_triangle():
+    random = np.random.default_rng(1)
+    corners = random.uniform(-1, 1, (200, 3, 3)).astype(np.float32)
+    scene = rayfront.Scene(corners.reshape(-1, 3), np.arange(600).reshape(-1, 3))
+    origins = random.uniform(-3, 3, (5000, 3)).astype(np.float32)
+    directions = random.uniform(-1, 1, (5000, 3)).astype(np.float32) - origins
+    hits = scene.closest(origins, directions)
+    # Möller and Trumbore, in double precision, of all rays and triangles.
+    o, d = (a.astype(np.float64)[:, None] for a in (origins, directions))
+    a, b, c = (corners[None, :, i].astype(np.float64) for i in range(3))
+    p = np.cross(d, c - a)
+    with np.errstate(all="ignore"):
+        inverse = 1 / np.einsum("rtk,rtk->rt", np.broadcast_to(b - a, p.shape), p)
+        s = o - a
+        u = np.einsum("rtk,rtk->rt", s, p) * inverse
+        q = np.cross(s, np.broadcast_to(b - a, s.shape))
+        v = np.einsum("rtk,rtk->rt", np.broadcast_to(d, q.shape), q) * inverse
+        t = np.einsum("rtk,rtk->rt", np.broadcast_to(c - a, q.shape), q) * inverse
+    t = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
+    nearest = t.argmin(1)
+    wanted = t[np.arange(len(t)), nearest]
+    same = np.isclose(hits.t, wanted, rtol=1e-4) | (np.isinf(hits.t) & np.isinf(wanted))
+    # At edges rounding decides.
+    assert same.mean() > 0.998
+    hit = np.isfinite(wanted) & same
+    assert hit.sum() > 1000 and (hits.primitive[hit] == nearest[hit]).mean() > 0.999
+    assert (hits.primitive[np.isinf(hits.t)] == -1).all()
+    assert (scene.any(origins, directions) == np.isfinite(hits.t)).all()
+    assert not scene.any(origins, directions, t_max=hits.t * 0.9).any()
+    for options in ({"threads": 1}, {"coherence": "coherent"}, {"coherence": "scattered"}):
+        assert all(np.array_equal(a, b) for a, b in zip(hits, scene.closest(origins, directions, **options)))
+
+
+def test_instances_and_spheres_have_numbers():
+    builder = rayfront.SceneBuilder()
+    triangle, ball = builder.add_mesh(*TRIANGLE), builder.add_spheres([[0, 0, 0, 0.5]])
+    moved = np.eye(4)
+    moved[0, 3] = 10
+    first, second, round_one = builder.place(triangle), builder.place(triangle, moved), builder.place(ball, moved[:3])
+    scene = builder.build()
+    hits = scene.closest([[0, 0, 5], [10, -0.9, 5], [10, 0, 5], [99, 0, 5]], [0, 0, -1])
+    assert hits.instance.tolist() == [first, second, round_one, -1]
+    assert hits.shape.tolist() == [triangle, triangle, ball, -1]
+    assert np.allclose(hits.t[:3], [5, 5, 4.5])
+    # They are padded by what rounding takes.
+    assert np.allclose(scene.bounds, [[-1, -1, -0.5], [11, 1, 0.5]], atol=1e-4)
+    assert scene.memory_bytes > 0
+    with pytest.raises(ValueError, match="has been built"):
+        builder.place(triangle)
+    with pytest.raises(ValueError, match=re.escape("shape (N, 3)")):
+        rayfront.Scene([[0, 0]], [[0, 1, 2]])
+
+
+def test_the_guide_is_right(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "src" / "python" / "README.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(blocks) == 5
+    (tmp_path / "model.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    space = {"origins": np.zeros((4, 3)), "directions": np.ones((4, 3))}
+    for block in blocks:
+        small = block.replace("model.glb", "model.ply").replace("spp=64", "spp=1").replace("640, 360", "64, 36")
+        exec(small.replace('    camera="left",', "    # "), space)
+    assert (tmp_path / "model.png").exists() and (tmp_path / "triangle.png").exists()
