@@ -49,15 +49,18 @@ impl Rendering {
 
 #[pymethods]
 impl Rendering {
+    /// Linear radiance with the primaries of Rec. 709: (height, width, 3), top row first.
     fn numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.colours(py, &self.film.radiance())
     }
 
+    /// The same without noise, if that was asked for and there were two samples a pixel.
     #[getter]
     fn denoised<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.denoised.as_ref().map(|denoised| self.colours(py, &denoised.radiance)).transpose()
     }
 
+    /// What else was asked for, by name: (height, width), or (height, width, 3).
     #[getter]
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let [height, width] = self.shape();
@@ -91,21 +94,25 @@ impl Rendering {
         Ok(layers)
     }
 
+    /// Of the exact sums of all samples: equal films have equal ones.
     #[getter]
     fn film_hash(&self) -> String {
         format!("{:032x}", self.film.hash())
     }
 
+    /// Width and height in pixels.
     #[getter]
     fn size(&self) -> [u32; 2] {
         [self.film.region().width(), self.film.region().height()]
     }
 
+    /// Samples a pixel, on average.
     #[getter]
     fn samples(&self) -> f64 {
         self.film.samples_per_pixel()
     }
 
+    /// Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| save_image(path, &self.film, &self.settings, &self.layers)).map_err(of_output)
     }

@@ -218,6 +218,31 @@ def test_instances_and_spheres_have_numbers():
         rayfront.Scene([[0, 0]], [[0, 1, 2]])
 
 
+def test_slips_are_told():
+    scene, builder = rayfront.Scene(*TRIANGLE), rayfront.SceneBuilder()
+    shape = builder.add_mesh(*TRIANGLE)
+    moved = np.eye(4)
+    moved[3, 0] = 10
+    for wrong, says in [
+        (lambda: rayfront.Scene(TRIANGLE[0]), "vertices and faces"),
+        (lambda: rayfront.Scene(TRIANGLE[0], [[0.0, 1.0, 2.0]]), "whole numbers"),
+        (lambda: rayfront.Scene(TRIANGLE[0], [[0, 1, 2, 0]]), "only triangles"),
+        (lambda: builder.place(shape, moved), "last column"),
+        (lambda: builder.place(-1), "add_mesh"),
+        (lambda: builder.add_spheres([0, 0, 0, 1]), r"\(N, 4\)"),
+        (lambda: scene.any(np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3 directions"),
+        (lambda: scene.any(np.zeros((2, 3)), [1, 1, 1], t_max=[1, 2, 3]), "3 t_max for 2 rays"),
+        (lambda: scene.any(np.zeros((2, 1)), [1, 1, 1]), r"\(N, 3\)"),
+        (lambda: ball().render(size=64), "a width and a height"),
+        (lambda: ball().render(size=(64.5, 36)), "a width and a height"),
+        (lambda: ball().render(spp=-1), "spp must not be below 0"),
+    ]:
+        with pytest.raises((TypeError, ValueError), match=says):
+            wrong()
+    empty = scene.closest(np.zeros((0, 3)), np.zeros((0, 3)))
+    assert len(empty.t) == 0 and len(scene.any(np.zeros((0, 3)), [0, 0, 1])) == 0
+
+
 def test_the_guide_is_right(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "src" / "python" / "README.md").read_text()

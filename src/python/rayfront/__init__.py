@@ -126,13 +126,13 @@ class World:
         """
         if isinstance(layers, str):
             layers = (layers,)
-        size = None if size is None else [int(side) for side in size]
+        size = None if size is None else _size(size)
+        for what, value in (("spp", spp), ("seed", seed), ("threads", threads)):
+            if value is not None and value < 0:
+                raise ValueError(f"{what} must not be below 0, as {value} is")
         return self._native.render(
             size, spp, seed, camera, list(layers), schedule, threads, denoise, progress
         )
-
-    def _repr_png_(self):
-        return self.render()._repr_png_()
 
 
 def load(path, *, time=None, variant=None, scene=None, env=None, set=(), hide=(), only=()):
@@ -142,6 +142,7 @@ def load(path, *, time=None, variant=None, scene=None, env=None, set=(), hide=()
     "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries of
     what is left out, or alone left.
     """
+    scene = None if scene is None else str(scene)
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
     return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists))
 
@@ -173,13 +174,17 @@ class SceneBuilder:
 
     def add_spheres(self, spheres):
         """A shape of spheres (N, 4): centres and radii. Gives its number."""
-        return self._native.add_spheres(_floats(spheres))
+        return self._native.add_spheres(_columns("spheres", spheres, 4))
 
     def place(self, shape, to_world=None):
         """Places a shape by a matrix (3, 4) or (4, 4); none: where it is. Gives the instance's number."""
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, dtype=np.float64)
         if matrix.shape not in ((3, 4), (4, 4)):
             raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
+        if matrix.shape == (4, 4) and matrix[3].tolist() != [0, 0, 0, 1]:
+            raise ValueError("the last row of a matrix is 0, 0, 0, 1: the last column says where things go")
+        if shape < 0:
+            raise ValueError(f"a shape has the number that add_mesh or add_spheres gave, not {shape}")
         return self._native.place(shape, matrix[:3].ravel().tolist())
 
     def build(self):
@@ -206,7 +211,7 @@ class Scene:
         return scene
 
     def closest(self, origins, directions, t_min=0.0, t_max=np.inf, *, coherence="unknown", threads=0):
-        """The nearest hit of each ray origin + t * direction with t_min < t <= t_max.
+        """The nearest hit of each ray origin + t * direction with t_min < t <= t_max; t_min below 0 counts as 0.
 
         origins, directions: (N, 3); t_min, t_max: a number, or one for each ray. coherence: what is known of rays that follow
         each other, "coherent", "scattered" or "unknown"; it changes the time alone. threads: 0 is one for each core.
@@ -240,24 +245,55 @@ def _floats(array):
     return None if array is None else np.ascontiguousarray(array, dtype=np.float32)
 
 
+def _columns(what, array, count):
+    array = _floats(array)
+    if array.ndim != 2 or array.shape[1] != count:
+        raise ValueError(f"{what} have the shape (N, {count}), not {array.shape}")
+    return array
+
+
 def _mesh(vertices, faces):
     if faces is None:
+        if not (hasattr(vertices, "vertices") and hasattr(vertices, "faces")):
+            # A file may hold several meshes, which trimesh gives as a scene of its own.
+            advice = ": use its to_mesh()" if hasattr(vertices, "to_mesh") else ""
+            raise TypeError(f"give vertices and faces, or an object that has both{advice}")
         vertices, faces = vertices.vertices, vertices.faces
     faces = np.asarray(faces)
+    if faces.size and not np.issubdtype(faces.dtype, np.integer):
+        raise TypeError(f"faces hold whole numbers, not {faces.dtype}")
     if faces.size and (faces.min() < 0 or faces.max() > 0xFFFFFFFF):
         raise ValueError("faces hold numbers of vertices, from 0")
-    vertices, faces = _floats(vertices), np.ascontiguousarray(faces, dtype=np.uint32)
-    for what, array in (("vertices", vertices), ("faces", faces)):
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise ValueError(f"{what} have the shape (N, 3), not {array.shape}")
-    return vertices, faces
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(f"faces have the shape (F, 3), not {faces.shape}: only triangles are taken")
+    return _columns("vertices", vertices, 3), np.ascontiguousarray(faces, dtype=np.uint32)
+
+
+def _size(size):
+    sides = list(size) if isinstance(size, (tuple, list, np.ndarray)) else []
+    if len(sides) != 2 or any(side != int(side) or side < 1 for side in sides):
+        raise ValueError(f"a size is a width and a height in pixels, such as (640, 360), not {size!r}")
+    return [int(side) for side in sides]
 
 
 def _rays(origins, directions, t_min, t_max):
-    origins, directions = (np.atleast_2d(_floats(array)) for array in (origins, directions))
-    origins, directions = (np.ascontiguousarray(a) for a in np.broadcast_arrays(origins, directions))
-    lengths = [np.ascontiguousarray(np.broadcast_to(_floats(t), len(origins))) for t in (t_min, t_max)]
-    return origins, directions, *lengths
+    # One origin or direction may be that of all rays.
+    origins, directions = (
+        _columns(what, np.atleast_2d(_floats(array)), 3)
+        for what, array in (("origins", origins), ("directions", directions))
+    )
+    count = max(len(origins), len(directions)) if len(origins) and len(directions) else 0
+    columns = []
+    for what, array in (("origins", origins), ("directions", directions)):
+        if len(array) not in (1, count):
+            raise ValueError(f"there are {len(origins)} origins and {len(directions)} directions")
+        columns.append(np.ascontiguousarray(np.broadcast_to(array, (count, 3))))
+    for what, t in (("t_min", t_min), ("t_max", t_max)):
+        t = _floats(t)
+        if t.size not in (1, count):
+            raise ValueError(f"{t.size} {what} for {count} rays")
+        columns.append(np.ascontiguousarray(np.broadcast_to(t.ravel(), count)))
+    return tuple(columns)
 
 
 # Fields whose keys are names that somebody gave.

@@ -82,14 +82,13 @@ class World:
         denoise: bool = ...,
         progress: Callable[[float], object] | None = ...,
     ) -> Rendering: ...
-    def _repr_png_(self) -> bytes: ...
 
 def load(
     path: Path,
     *,
     time: float | None = ...,
     variant: str | None = ...,
-    scene: str | None = ...,
+    scene: str | int | None = ...,
     env: str | None = ...,
     set: str | Iterable[str] = ...,
     hide: str | Iterable[str] = ...,
