@@ -43,8 +43,9 @@
 //! | `cli` | `study`, and the program `rayfront` | yes |
 //! | `draco` | glTF files with KHR_draco_mesh_compression | yes |
 //! | `basisu` | glTF files with KHR_texture_basisu | |
+//! | `python` | `formats` and `draco`, and the Python module | |
 //!
-//! For rays alone: `rayfront = { version = "0.1", default-features = false }`. To render and to read files:
+//! For rays alone: `default-features = false`. To render and to read files:
 //! `default-features = false, features = ["formats", "draco"]`.
 //!
 //! What is public elsewhere than in these modules is no part of the face: see [`internals`].

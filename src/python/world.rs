@@ -196,7 +196,8 @@ impl World {
             }
         }
         let scene = py.detach(|| compile(&self.0, camera)).map_err(of_scene)?;
-        let warnings: Vec<String> = self.0.warnings.iter().chain(&scene.warnings).cloned().collect();
+        // Those of the world are among them.
+        let warnings = scene.warnings.clone();
         let options = Options { schedule, variance: aovs.contains(&Aov::Variance), ..Options::default() };
         let (stop, done) = (AtomicBool::new(false), AtomicU32::new(0));
         let work = || {

@@ -146,6 +146,8 @@ mod scene;
 mod tests;
 
 pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, QUEUE, Rays};
+pub use crate::math::{Aabb, Hit, NONE};
+pub use crate::simd::Level;
 pub use batch::{HitBatch, RayBatch};
 pub use builder::{InstanceId, MAX_COORDINATE, MAX_PRIMITIVES, SceneBuilder, ShapeId};
 pub use error::{BuildError, LengthMismatch};

@@ -33,6 +33,7 @@ pub(crate) mod gathered;
 mod observed;
 pub(crate) mod session;
 
+pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Level;
 pub(crate) use aov::film_channels;

@@ -74,13 +74,16 @@ impl Transform {
 }
 
 /// Why nothing looks from one place to another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LookAtFault {
     /// Both are one.
+    #[error("both places are the same")]
     SamePoint,
     /// Up is no direction.
+    #[error("up must not be (0, 0, 0)")]
     NoUp,
     /// Up is the direction of view.
+    #[error("up must not lie along the direction of view")]
     Parallel,
 }
 

@@ -60,7 +60,7 @@ const CRATES: [(&str, &[&str]); 37] = [
     ("xxhash_rust", &["world", "film", "scene", "denoise", "formats", "study"]),
     ("bytemuck", &["world"]),
     ("strsim", &["error"]),
-    ("thiserror", &["error", "formats", "memory", "query", "view"]),
+    ("thiserror", &["error", "world", "formats", "memory", "query", "view"]),
     ("libm", &["math", "world", "sampling", "film", "compile", "formats", "study", "check", "view", "cli"]),
     ("axum", &["view"]),
     ("tokio", &["view"]),
