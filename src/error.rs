@@ -1,5 +1,5 @@
-//! What can go wrong, one enum an edge: loading, compiling, saving. Every message
-//! names the file or entity, the place in it and what to do.
+//! What can go wrong when a world is loaded, compiled or saved: one type for each. Every message names the file or
+//! entity, the place in it and what to do.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -24,9 +24,9 @@ pub enum LoadError {
     At {
         /// The file.
         file: PathBuf,
-        /// From 1.
+        /// The line, counted from 1.
         line: usize,
-        /// From 1, in characters.
+        /// The column, counted from 1 in characters.
         column: usize,
         /// What is wrong there and what would be right.
         reason: String,
@@ -39,7 +39,15 @@ pub enum LoadError {
         /// Where in it (an element, a face, a byte) and what is wrong.
         reason: String,
     },
-    /// A file holds more than can be read.
+    /// An option cannot be carried out: a field of `LoadOptions` in the module `formats`.
+    #[error("{option}: {reason}")]
+    Option {
+        /// The field's name, such as `set`.
+        option: &'static str,
+        /// What is wrong with its value, in several lines where a place in it is marked.
+        reason: String,
+    },
+    /// A file holds more than can be read, or more than memory has room for.
     #[error("{}", of_file(.file, reason))]
     TooLarge {
         /// The file.
@@ -63,15 +71,20 @@ impl LoadError {
         }
     }
 
-    /// An [`LoadError::Invalid`].
+    /// A [`LoadError::Invalid`].
     pub(crate) fn invalid(file: &Path, reason: impl Into<String>) -> LoadError {
         LoadError::Invalid { file: file.to_owned(), reason: reason.into() }
     }
 
-    /// For a file that memory does not do for.
+    /// For a file that memory has no room for.
     pub(crate) fn shortage(file: &Path) -> impl FnOnce(Shortage) -> LoadError {
         let file = file.to_owned();
         move |shortage| LoadError::TooLarge { file, reason: shortage.to_string() }
+    }
+
+    /// A [`LoadError::Option`]. The reason must be safe to show on a terminal.
+    pub(crate) fn option(option: &'static str, reason: impl std::fmt::Display) -> LoadError {
+        LoadError::Option { option, reason: reason.to_string() }
     }
 
     /// A [`LoadError::TooLarge`].
@@ -80,31 +93,39 @@ impl LoadError {
     }
 }
 
-/// A world cannot be made into a scene.
+/// A world cannot be compiled into a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum CompileError {
-    /// There is nothing to look through.
+    /// The world has no camera.
     #[error(
         "the scene has no camera: add an entity such as (camera: Pinhole(vertical_fov_degrees: 45), transform: LookAt(from: (0, 1, 5), to: (0, 0, 0)))"
     )]
     NoCamera,
-    /// A name that nothing has.
+    /// No camera has the name that was asked for.
     #[error("{}", in_one_line(&format!("there is no camera \"{name}\"; there are: {known}")))]
     UnknownCamera {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// Those that exist.
+        /// The names of the cameras that exist, separated by commas; `none` if there are none.
         known: String,
     },
     /// An entity's components do not make sense.
     #[error("{}", in_one_line(&format!("{entity}: {reason}")))]
     Entity {
-        /// Its name.
+        /// Its name, or `entity N` if it has none (see [`crate::world::World::name_of`]).
         entity: String,
         /// What is wrong and what to do.
         reason: String,
     },
-    /// More than ids or memory can hold.
+    /// Settings, or something that entities share, do not make sense.
+    #[error("{}", in_one_line(&format!("{place}: {reason}")))]
+    Invalid {
+        /// The part of the world, such as `settings` or `mesh 0 "sheet"`.
+        place: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// There is more than ids or memory can hold; the text says what.
     #[error("the scene is too large: {0}")]
     TooLarge(String),
 }
@@ -115,7 +136,7 @@ impl From<Shortage> for CompileError {
     }
 }
 
-/// An image could not be written.
+/// An image or a scene could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", of_file(.file, format_args!("cannot write: {reason}")))]
 pub struct SaveError {
@@ -132,8 +153,8 @@ impl SaveError {
     }
 }
 
-/// Text as it can be shown: signs that would move a terminal's cursor, change its colours or the order in which it is read
-/// are written as escapes. A tabulator and the ends of lines stay.
+/// Text that is safe to show: characters that would move a terminal's cursor, change its colours or change the order
+/// of reading are escaped. Tabs and line ends stay.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     if !text.contains(is_harmful) {
         return Cow::Borrowed(text);
@@ -142,17 +163,17 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     text.chars().map(escaped).collect::<String>().into()
 }
 
-/// The same in one line.
+/// The same on one line: tabs and line ends are escaped, too.
 pub(crate) fn in_one_line(text: &str) -> String {
     shown(text).replace('\n', "\\n").replace('\t', "\\t")
 }
 
-/// A name from a file, as it can stand in a line: its first 64 signs.
+/// A name from a file, fit for a line of text: its first 64 characters, escaped.
 pub(crate) fn words(name: &str) -> String {
     name.chars().take(64).flat_map(char::escape_debug).collect()
 }
 
-/// A line as long as the text, below which places in it can be marked.
+/// The text with blanks for characters that cannot be shown, so that marks on the line below fit it.
 pub(crate) fn with_blanks(text: &str) -> String {
     text.chars().map(|c| if is_harmful(c) || c.is_control() { ' ' } else { c }).collect()
 }
@@ -162,7 +183,7 @@ fn of_file(file: &Path, what: impl std::fmt::Display) -> String {
     in_one_line(&format!("{}: {what}", file.display()))
 }
 
-/// Control characters, marks of direction, and what divides lines.
+/// Control characters other than tab and line feed, direction marks, and Unicode's line separators.
 fn is_harmful(c: char) -> bool {
     c.is_control() && !"\n\t".contains(c)
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -178,13 +199,13 @@ pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a s
     near.map_or_else(String::new, |(_, k)| format!(" (did you mean \"{k}\"?)"))
 }
 
-/// The file of a folder that a missing one most likely meant, as [`did_you_mean`] says it.
+/// The file in the same folder that a missing one most likely meant, in the words of [`did_you_mean`].
 fn nearest_file(missing: &Path) -> String {
     let folder = missing.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Some(name) = missing.file_name().and_then(|name| name.to_str()) else { return String::new() };
     let extension = |name: &str| name.rsplit_once('.').map_or(String::new(), |(_, end)| end.to_lowercase());
     let wanted = extension(name);
-    // The picture of a scene has nearly its name, and is no scene.
+    // A scene's picture has nearly the same name but is not a scene.
     let is_of_kind = |name: &String| {
         let own = extension(name);
         strsim::damerau_levenshtein(&own, &wanted) <= own.len().max(wanted.len()) / 2
@@ -193,7 +214,7 @@ fn nearest_file(missing: &Path) -> String {
     let files = files.filter(|file| file.path().is_file());
     let mut names: Vec<String> = files.filter_map(|file| file.file_name().into_string().ok()).collect();
     names.retain(is_of_kind);
-    // Folders have no order.
+    // Directory listings have no order.
     names.sort();
     did_you_mean(name, names.iter().map(String::as_str))
 }

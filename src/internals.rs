@@ -1,7 +1,7 @@
-//! What the program, the tests and the benchmarks of this crate use besides its face. Nothing here is promised: names
-//! and meanings change in any release.
+//! What the program, the tests and the benchmarks of this crate use beyond its public interface. Nothing here is
+//! stable: names and meanings may change in any release.
 //!
-//! The documentation of it all is made by `cargo doc --no-deps --document-private-items`.
+//! To document all of it: `cargo doc --no-deps --document-private-items`.
 
 #[doc(hidden)]
 pub mod bvh {

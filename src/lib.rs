@@ -23,7 +23,7 @@
 //! let scene = compile(&world, Some("top"))?;                             // through the camera of that name
 //! let mut session = Session::new(scene, &world.settings, Options::default());
 //! session.finish(|part| eprint!("\r{:3.0} %", 100.0 * part));
-//! formats::save_image("ball.png", session.film(), &world.settings, &[])?;
+//! formats::save_image("ball.png", session.film(), &world.settings)?;
 //! # assert!(image.exists());
 //! # Ok(())
 //! # }
@@ -48,14 +48,16 @@
 //! For rays alone: `default-features = false`. To render and to read files:
 //! `default-features = false, features = ["formats", "draco"]`.
 //!
-//! What is public elsewhere than in these modules is no part of the face: see [`internals`].
+//! Nothing outside these modules is part of the public interface, even where it is `pub`: see [`internals`].
 
 #![deny(unsafe_code)]
-// What the program alone uses lies fallow without it.
+// The front page names modules that come with features.
+#![cfg_attr(not(feature = "formats"), allow(rustdoc::broken_intra_doc_links))]
+// Without `cli`, what only the program uses is dead code.
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 mod bvh;
-#[cfg(feature = "study")]
+#[cfg(any(feature = "study", feature = "python"))]
 mod check;
 #[cfg(feature = "cli")]
 mod cli;
@@ -78,7 +80,7 @@ pub mod math;
 #[cfg(feature = "render")]
 mod memory;
 #[cfg(feature = "python")]
-// What is made for Python is called by it.
+// PyO3's macros generate the unsafe functions that Python calls.
 #[allow(unsafe_code)]
 mod python;
 pub mod query;

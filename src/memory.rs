@@ -1,47 +1,47 @@
-//! How much memory the process may use. What is large is claimed before it is taken, so that too much is a message
-//! and not the end of the process, or of the machine.
+//! How much memory the process may use. Large amounts are claimed before they are allocated, so that asking for too
+//! much ends in a message, not in the end of the process or of the machine.
 
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What the process may use, by what it was told and by what the system lets it have.
+/// What the process may use, as it was told and as the system allows.
 static OURS: Budget = Budget::of(u64::MAX);
 
-/// Bytes that are never handed out: stacks, waves, the allocator's own.
+/// Bytes that are never handed out: for stacks, waves and the allocator itself.
 const RESERVE: u64 = 48 << 20;
-/// Claims that are smaller together need no look at the system.
+/// Claims that add up to less than this are granted without asking the system.
 const SMALL: u64 = 4 << 20;
 
-/// Says how many bytes the process may use in all, from now on.
+/// Sets how many bytes the process may use in all from now on.
 pub fn set_limit(bytes: u64) {
     OURS.most.store(bytes, Ordering::Relaxed);
 }
 
-/// Claims memory for what is about to be made, for as long as the claim lives: until it is made, and others that are
-/// made at the same time should know. Errors: there is not as much.
+/// Claims memory for something that is about to be made. Keep the claim until it is made, so that others who claim at
+/// the same time know of it. Errors: there is not that much memory.
 pub fn claim(what: impl Display, bytes: u64) -> Result<Claim<'static>, Shortage> {
     OURS.claim(what, bytes)
 }
 
-/// Bytes that can still be claimed, where the system tells.
+/// Bytes that can still be claimed, if the system tells.
 pub fn available() -> Option<u64> {
     OURS.left().map(|left| left.bytes.saturating_sub(RESERVE))
 }
 
-/// The most memory that was resident, in bytes, where /proc tells.
+/// The most memory that has been resident, in bytes, if /proc tells.
 pub fn peak() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// What is resident now.
+/// What is resident now, in bytes.
 pub fn resident() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// So many bytes that all that is claimed must fit.
+/// The bytes into which all claims must fit.
 struct Budget {
-    /// That the process may have in all.
+    /// What the process may use in all.
     most: AtomicU64,
     /// What is being made.
     claimed: AtomicU64,
@@ -74,13 +74,13 @@ pub struct Shortage {
 }
 
 impl Shortage {
-    /// Says what else could be done about it.
+    /// Adds another remedy to the message.
     pub fn or(self, what: &str) -> Shortage {
         Shortage { hint: format!("{what}, or {}", self.hint), ..self }
     }
 }
 
-/// What says how much there is.
+/// Which limit is the tightest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Bound {
     Told,
@@ -142,7 +142,7 @@ impl Budget {
         }
     }
 
-    /// What can still be had of what bounds us most, the reserve and claims included.
+    /// What is left under the tightest limit, before the reserve and claims are taken off.
     fn left(&self) -> Option<Room> {
         let most = self.most.load(Ordering::Relaxed);
         let told = (most < u64::MAX).then(|| most.saturating_sub(resident().unwrap_or(0)));
@@ -157,7 +157,7 @@ impl Budget {
     }
 }
 
-/// As people say it.
+/// A number of bytes in MB or GB, for people.
 pub fn in_words(bytes: u64) -> String {
     match bytes as f64 {
         bytes if bytes >= 999.5e6 => format!("{:.2} GB", bytes / 1e9),
@@ -167,7 +167,7 @@ pub fn in_words(bytes: u64) -> String {
 
 /// A number of bytes as people write it: 800M, 1.5G, 2GiB.
 pub fn parse(text: &str) -> Result<u64, String> {
-    let wrong = || format!("{text:?} is no amount of memory: write it as 800M, 1.5G or 2GiB");
+    let wrong = || format!("{text:?} is not an amount of memory: write it as 800M, 1.5G or 2GiB");
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let number: f64 = text[..end].parse().map_err(|_| wrong())?;
     let factor = match text[end..].trim().to_ascii_lowercase().as_str() {
@@ -188,7 +188,7 @@ pub fn parse(text: &str) -> Result<u64, String> {
     Ok(bytes)
 }
 
-/// What of the address space that the process may have it has not mapped yet.
+/// The part of the allowed address space that the process has not mapped yet.
 fn address_space() -> Option<u64> {
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let limit = |name: &str| {
@@ -201,7 +201,7 @@ fn address_space() -> Option<u64> {
     space.into_iter().chain(data).min()
 }
 
-/// What the process's control group and those around it may still take, of either version.
+/// What the process's control group and its ancestors may still take, in versions 1 and 2 of control groups.
 fn control_group() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let rooms = groups.lines().filter_map(|line| {
@@ -223,7 +223,7 @@ fn control_group() -> Option<u64> {
             let folder = Path::new(base).join(group);
             let number =
                 |name: &str| std::fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
-            // Pages of files that nobody has used for some time are given back.
+            // The kernel gives back pages of files that have not been used for some time.
             let stat = std::fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
             let files = stat.lines().find_map(|line| line.strip_prefix(file)?.parse::<u64>().ok());
             let used = number(used)?.saturating_sub(files.unwrap_or(0));
@@ -234,12 +234,12 @@ fn control_group() -> Option<u64> {
     rooms.min()
 }
 
-/// A line of what the system says of the process.
+/// A line of /proc/self/status, in bytes.
 fn status(name: &str) -> Option<u64> {
     field("/proc/self/status", name)
 }
 
-/// A line of numbers in kibibytes.
+/// The number in a line of a file of /proc, which has it in kibibytes, in bytes.
 fn field(file: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -272,7 +272,7 @@ mod tests {
         assert!(message.ends_with("of what --memory allows: allow more"), "{message}");
         drop(first);
         drop(budget.claim("two", half).unwrap());
-        // Many small ones are looked at as well.
+        // Many small ones together are checked, too.
         let many: Result<Vec<_>, _> = (0..2000).map(|_| budget.claim("a small one", 1 << 20)).collect();
         assert!(many.is_err());
     }

@@ -8,7 +8,7 @@ use rayfront::compile::compile;
 use rayfront::formats;
 use rayfront::render::{Options, Session};
 
-/// Of a picture, in pixels.
+/// Width or height of a picture, in pixels.
 const WIDTH: u32 = 400;
 
 /// Renders every scene of a folder into `gallery/` in it, and writes `GALLERY.md`.
@@ -16,8 +16,11 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
     let pictures = scenes.join("gallery");
     std::fs::create_dir_all(&pictures)?;
     let mut page = String::from(
-        "# Gallery\n\nAll scenes that come with rayfront, with what they say of themselves. The pictures are made by\n\
-         `cargo run --release --example generate-assets gallery`.\n",
+        "# Gallery\n\nAll scenes that come with rayfront, with what they say about themselves. The pictures are made by\n\
+         `cargo run --release --example generate-assets gallery`.\n\n\
+         Figures 1 to 11 of the coursework report are here. Figures 12 and 13 are plots, made by studies:\n\
+         [area_light.ron](studies/area_light.ron) and [thin_lens.ron](studies/thin_lens.ron).\n\n\
+         ```sh\nrayfront study scenes/studies/area_light.ron\nrayfront study scenes/studies/thin_lens.ron\n```\n",
     );
     let entries = std::fs::read_dir(scenes)?.collect::<Result<Vec<_>, _>>()?;
     let mut paths: Vec<PathBuf> = entries.iter().map(|entry| entry.path()).collect();
@@ -30,7 +33,7 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
         world.settings.size = [WIDTH, (WIDTH * height).div_ceil(width)];
         let mut session = Session::new(compile(&world, None)?, &world.settings, Options::default());
         session.finish(|_| ());
-        formats::save_image(pictures.join(format!("{name}.png")), session.film(), &world.settings, &[])?;
+        formats::save_image(pictures.join(format!("{name}.png")), session.film(), &world.settings)?;
         println!("{name}");
         let text = std::fs::read_to_string(&path)?;
         write!(
@@ -43,10 +46,10 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a scene says of itself: the comment that it begins with.
+/// What a scene says about itself: the comment that it begins with.
 fn caption(scene: &str) -> String {
     let lines = scene.lines().map(|line| line.trim_start_matches('(').trim_start());
     let comment: Vec<&str> = lines.map_while(|line| line.strip_prefix("//")).map(str::trim).collect();
-    // Markdown has a meaning for some signs.
+    // Some characters have a meaning in Markdown.
     comment.join("\n").replace('<', "\\<").replace('*', "\\*")
 }

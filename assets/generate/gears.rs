@@ -70,7 +70,7 @@ pub fn windows(hub: f64, rim: f64, count: u32, spoke_width: f64, fillet: f64) ->
 
 /// A spoked wheel.
 pub struct Wheel {
-    /// Of the teeth.
+    /// Module of the teeth.
     pub module: f64,
     /// How many teeth.
     pub teeth: u32,

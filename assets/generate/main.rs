@@ -1,6 +1,6 @@
 //! Makes everything in assets/ and the generated scene, the same bytes every time:
 //! `cargo run --release --example generate-assets [folder instead of the repository]`; with `gallery` in place
-//! of a folder, pictures of all scenes instead.
+//! of a folder, pictures of all scenes instead; with `fields`, pictures of what the fields of a scene do.
 //!
 //! All shapes and pictures are this project's own designs, made by calculation.
 
@@ -8,6 +8,7 @@ mod cabinet;
 mod clock;
 mod dial;
 mod dynamo;
+mod fields;
 mod fractal;
 mod gallery;
 mod gears;
@@ -32,8 +33,11 @@ use mesh::Polygons;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1);
-    if given.as_deref() == Some("gallery") {
-        return gallery::make(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"));
+    let scenes = || Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    match given.as_deref() {
+        Some("gallery") => return gallery::make(&scenes()),
+        Some("fields") => return fields::make(&scenes()),
+        _ => {}
     }
     let root = Path::new(given.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")));
     let (assets, scenes) = (root.join("assets"), root.join("scenes"));

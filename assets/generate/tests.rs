@@ -1,4 +1,4 @@
-//! What the shapes promise: closed, outside outwards, teeth that mesh.
+//! What the shapes promise: they are closed, their outsides face outwards, their teeth mesh.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::mesh::{Polygons, Solid, polar};
 use crate::outline::{Outline, circle, contours, distance, doubled_area};
 use crate::triangulate::triangulate;
-use crate::{clock, dynamo, fractal, gears, glass, knot};
+use crate::{clock, dynamo, fields, fractal, gears, glass, knot};
 
 /// Directed edges between places that have no partner in the other direction.
 fn open_edges(mesh: &Polygons) -> usize {
@@ -109,4 +109,15 @@ fn meshing_wheels_do_not_touch() {
     assert!(!wheel.iter().any(|&p| crate::outline::contains(&pinion, p)), "teeth within the pinion");
     let reach = pinion.iter().map(|p| p.length()).fold(f64::INFINITY, f64::min);
     assert!(reach < gears::pitch_radius(module, first), "the pinion's leaves reach between the teeth");
+}
+
+#[test]
+fn strips_can_be_made() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fields");
+    for strip in fields::strips() {
+        assert!(folder.join(format!("{}.png", strip.name)).exists(), "{} has no picture", strip.name);
+        for value in strip.values {
+            strip.load(&folder, value).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
 }

@@ -25,7 +25,7 @@ pub fn save_all(folder: &Path, terrain: &Terrain) -> Result<(), ImageError> {
 }
 
 /// sRGB components from 0 to 1 for each pixel's centre, averaged over 2 × 2 points.
-fn paint(width: u32, height: u32, color: impl Fn(DVec2) -> DVec3) -> RgbImage {
+pub fn paint(width: u32, height: u32, color: impl Fn(DVec2) -> DVec3) -> RgbImage {
     let size = DVec2::new(f64::from(width), f64::from(height));
     RgbImage::from_fn(width, height, |x, y| {
         let mut sum = DVec3::ZERO;

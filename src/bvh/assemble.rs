@@ -42,7 +42,7 @@ impl Geometry<'_> {
 }
 
 impl Bvh {
-    /// Adds a tree over some of the geometry; nothing to hold, no tree.
+    /// Adds a tree over some of the geometry; `None` if there is nothing in it.
     pub fn add_tree(
         &mut self,
         geometry: &Geometry,
@@ -59,8 +59,8 @@ impl Bvh {
         self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
     }
 
-    /// A padded box in world space around an instance: around the turned boxes of what is below its topmost node, which
-    /// is a good deal less than its own box, turned.
+    /// A padded box in world space around an instance: around the transformed boxes of what is below its topmost
+    /// node, which is a good deal less than its own box transformed.
     fn around(&self, instance: &Instance) -> Aabb {
         let Root { child, bounds } = instance.root;
         if child.kind() != ChildKind::Node {
@@ -91,7 +91,7 @@ impl Bvh {
             &order[leaf.offset as usize..][..leaf.count as usize]
         };
         let geometry = primitives.geometry;
-        // Chunks of a size that does not matter, but one each would be much to steal.
+        // The size of these chunks does not matter, but with chunks of one there would be much to steal.
         self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
         self.orders.par_extend(self.nodes[before[0]..].par_iter().with_min_len(64).map(order_of_children));
         let triangles = plan.triangles.par_iter().with_min_len(256);
@@ -145,8 +145,7 @@ fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
     block
 }
 
-/// The box around a transformed box. A little larger than need be: rays are transformed
-/// with rounding, too.
+/// The box around a transformed box. A little larger than necessary: rays are transformed with rounding, too.
 fn transformed(bounds: &Aabb, rows: &[[f32; 4]; 3]) -> Aabb {
     let (center, half) = (bounds.center(), bounds.size() * 0.5);
     let mut out = Aabb::EMPTY;

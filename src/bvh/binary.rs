@@ -5,13 +5,13 @@ use super::layout::{BLOCK, Child, ChildKind};
 use super::reference::{Extent, Reference};
 use crate::math::Aabb;
 
-/// Of two parts of a range larger than a block, each has at least so many references, unless
-/// kinds are mixed or there is room for an exception ([`Room`]). So there are hardly more
-/// than a quarter as many blocks as references, which bounds memory.
+/// Where a range larger than a block is cut, each part has at least this many references, unless kinds are mixed or
+/// there is room for an exception ([`Room`]). So there are hardly more than a quarter as many blocks as references,
+/// which bounds memory.
 pub const FEWEST: usize = 4;
 /// A block with more references than these may be halved ([`Nodes::block`]).
 const WHOLE: usize = 6;
-/// For so many references there may be an exception, which costs two nodes.
+/// For this many references there may be an exception, which costs two nodes.
 const EXCEPTION: usize = 16;
 
 /// A node of the binary tree, depth first: the first child follows its parent. 48 bytes.
@@ -87,7 +87,7 @@ pub struct Summary {
 /// but if every leaf held one there would be eight times as many as there need be.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// So many.
+    /// How many.
     pub nodes: usize,
     mixed: bool,
 }
@@ -123,14 +123,14 @@ impl Room {
     }
 }
 
-/// A subtree under construction in memory that was there before.
+/// A subtree under construction, in memory that has been allocated before.
 pub struct Nodes<'a> {
     free: &'a mut [BinaryNode],
     used: usize,
 }
 
 impl<'a> Nodes<'a> {
-    /// Room for so many.
+    /// Memory for this many nodes.
     pub fn room(nodes: usize) -> Vec<BinaryNode> {
         vec![BinaryNode::EMPTY; nodes]
     }
@@ -156,10 +156,9 @@ impl<'a> Nodes<'a> {
         self.used += nodes.len();
     }
 
-    /// Adds a block, whose first reference has the place `first`. Many references are halved by
-    /// `cut`, which puts those of one half in front and says how many they are: a wide node that has
-    /// a child to spare takes the halves in its stead, so that a ray tests half as many
-    /// of what it does not hit.
+    /// Adds a block, whose first reference has the place `first`. If it has many references, `cut` halves them: it
+    /// puts those of one half in front and says how many they are. A wide node that has a child to spare takes the
+    /// halves instead of the block, so that a ray tests half as many of what it does not hit.
     #[inline(always)]
     pub fn block(
         &mut self,
@@ -201,8 +200,7 @@ impl<'a> Nodes<'a> {
         self.used - 1
     }
 
-    /// Adds a node and builds both children, by two threads; the first child has room
-    /// for so many.
+    /// Adds a node and builds both children, on two threads; the first child has room for `room` nodes.
     pub fn node_in_parallel(
         &mut self,
         room: usize,

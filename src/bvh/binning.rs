@@ -9,7 +9,7 @@ use super::reference::{Extent, Reference};
 /// The most bins that an axis is cut into.
 pub const BINS: usize = 16;
 
-/// Added to a small number, leaves that number, rounded, in the low bits: 2^23.
+/// 2^23: added to a small number, it leaves that number, rounded, in the low bits.
 const TO_INTEGER: f32 = 8_388_608.0;
 
 /// From a centre to its bin on each axis.
@@ -26,7 +26,7 @@ impl Binning {
     #[inline(always)]
     pub fn new(centers: &Extent, bins: usize) -> Self {
         let size = centers.max - centers.min;
-        // A flat axis has one bin, as has one on which the floats end.
+        // An axis has one bin if the box is flat along it, or as long as floats go.
         let fine = size.cmpgt(Vec4::splat(1e-30)) & size.cmplt(Vec4::INFINITY);
         let fine = fine & glam::BVec4A::new(true, true, true, false);
         let scale = Vec4::select(fine, Vec4::splat(bins as f32) / size, Vec4::ZERO);
@@ -98,8 +98,8 @@ impl Bins {
         }
     }
 
-    /// The cut with the least cost, each reference counting for `weight`; none if none leaves
-    /// `fewest` on both sides. All three axes at once, one a lane.
+    /// The cut with the least cost, each reference counting for `weight`; `None` if no cut leaves `fewest` on both
+    /// sides. All three axes at once, one in each lane.
     #[inline(always)]
     pub fn best(&self, weight: u32, fewest: usize) -> Option<Cut> {
         let count = self.used;
@@ -172,18 +172,18 @@ impl Boxes {
     }
 }
 
-/// Those with a doubled centre below the threshold to the front; returns how many there are.
+/// Moves those with a doubled centre below the threshold to the front; returns how many there are.
 #[inline(always)]
 pub fn partition(references: &mut [Reference], axis: usize, threshold: f32) -> usize {
     let threshold = Vec4::splat(threshold);
     partition_by(references, |r| r.center().cmplt(threshold).bitmask() >> axis & 1 != 0)
 }
 
-/// Those that `left` picks to the front; returns how many there are.
+/// Moves those that `left` picks to the front; returns how many there are.
 #[inline(always)]
 pub fn partition_by(references: &mut [Reference], left: impl Fn(&Reference) -> bool) -> usize {
-    // Without a branch on what cannot be predicted: every one is swapped with the first of
-    // the right side, which then begins behind it or stays where it is.
+    // Without a branch on what cannot be predicted: every reference is swapped with the first one of the right side,
+    // which then begins behind it or stays where it is.
     let mut middle = 0;
     for i in 0..references.len() {
         let is_left = left(&references[i]);

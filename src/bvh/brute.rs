@@ -7,9 +7,9 @@ use super::{Bvh, HitsMut};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Kernel, Lanes, Level, dispatch};
 
-/// The nearest hit of a ray among all triangles and spheres, without looking at the tree. Made for
-/// scenes without instances, which it passes over. Distances may differ in their last bits from
-/// those of the tree, which raises them to where the ray enters a leaf.
+/// The nearest hit of a ray among all triangles and spheres, without looking at the tree. Made for scenes without
+/// instances, which it ignores. Distances may differ in their last bits from those of the tree, which raises them to
+/// where the ray enters a leaf.
 pub fn closest(level: Level, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
     dispatch(level, BruteForce { bvh, ray })
 }

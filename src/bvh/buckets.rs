@@ -25,7 +25,7 @@ const CHUNK: usize = 1 << 14;
 const AT_ONCE: usize = 16;
 /// The most references that cuts are chosen by.
 const SAMPLE: usize = 1 << 17;
-/// A cut is not chosen by fewer.
+/// No cut is chosen by fewer.
 const FEWEST: usize = 16;
 /// Samples with more are cut by several threads.
 const PARALLEL: usize = 2048;
@@ -151,7 +151,7 @@ impl Buckets {
     }
 }
 
-/// The most bytes that sorting so many primitives takes, and its result keeps.
+/// The most bytes that sorting `count` primitives takes, of which its result keeps a part.
 pub fn peak_bytes(count: usize, sampled: usize) -> usize {
     let sample = count.div_ceil(sampled.max(count / SAMPLE)) * size_of::<Reference>();
     let ends = count.div_ceil(CHUNK) * (MOST * 4 + size_of::<Vec<u32>>());

@@ -16,9 +16,9 @@ use super::reference::{Extent, Reference};
 
 /// Subtrees with fewer references are built by one thread.
 pub(super) const PARALLEL: usize = 8192;
-/// Cuts of larger ranges are chosen by about so many of their references.
+/// Cuts of larger ranges are chosen by about this many of their references.
 const SAMPLE: usize = 512;
-/// Of so many primitives one is in the sample that chooses the first cuts.
+/// One primitive in this many is in the sample that chooses the first cuts.
 const SAMPLED: usize = 8;
 /// As [`SAMPLED`], where time counts most.
 const SAMPLED_FAST: usize = 32;
@@ -93,7 +93,7 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
         only.nodes.shrink_to_fit();
         return Tree { nodes: std::mem::take(&mut only.nodes), order };
     }
-    // Between parts that hold something there is one node less than there are parts.
+    // Parts that hold something are joined by one node fewer than there are parts.
     let count: usize = parts.iter().flatten().map(|part| part.used + 1).sum();
     let mut nodes = Nodes::room(count);
     let mut joined = Nodes::new(&mut nodes);
@@ -198,8 +198,8 @@ impl SubtreeBuilder {
         nodes.complete(node, child, &left, &right)
     }
 
-    /// Partitions the range and returns where its second half begins; both have as many
-    /// references as there must be.
+    /// Partitions the range and returns where its second half begins; both have at least as many references as they
+    /// must.
     fn split(&mut self, references: &mut [Reference], place: TreePosition) -> usize {
         let fewest = place.room.fewest(references.len());
         let allowed = fewest..=references.len() - fewest;
@@ -222,7 +222,7 @@ impl SubtreeBuilder {
         halve(references)
     }
 
-    /// As [`Self::split`], by every so many references; 0 if there is no good cut.
+    /// As [`Self::split`], but by one reference in `stride`; 0 if there is no good cut.
     #[inline(always)]
     fn split_sampled(&mut self, references: &mut [Reference], stride: usize, fewest: usize) -> usize {
         // Sweeping 16 bins for a dozen references would take longer than binning them.
@@ -243,8 +243,8 @@ impl SubtreeBuilder {
     }
 }
 
-/// Where there is no good cut: tells kinds apart, if a block holds all, else halves the
-/// range along the longest side of the box of the centroids.
+/// Where there is no good cut: separates the kinds if a block could hold all, else halves the range along the longest
+/// side of the box of the centroids.
 pub(super) fn halve(references: &mut [Reference]) -> usize {
     let kind = references[0].kind();
     if references.len() <= BLOCK {

@@ -6,7 +6,7 @@ use super::collapse::NODE_COST;
 use super::layout::{BLOCK, Bvh, Child, ChildKind, Root};
 use crate::math::{Aabb, NONE, Vec3};
 
-/// A triangle that is in several leaves is looked for at so many points along each side.
+/// A triangle that is in several leaves is looked for at points, this many along each side.
 const POINTS: u32 = 16;
 
 /// A primitive in a leaf.
@@ -22,9 +22,8 @@ struct Content {
 type LeavesByPrimitive = HashMap<(bool, u32), (Content, Vec<Aabb>)>;
 
 impl Bvh {
-    /// Whether every box lies in its parent's and every primitive of a tree in a leaf's box,
-    /// or if it is a triangle, perhaps each part of it in one of several leaves' boxes. Says
-    /// what is wrong where it isn't so.
+    /// Checks that every box lies in its parent's, and every primitive of a tree in a leaf's box; a triangle may
+    /// instead lie, part by part, in the boxes of several leaves. Says what is wrong if that is not so.
     pub fn validate(&self) -> Result<(), String> {
         let Some(root) = self.root else { return Ok(()) };
         self.validate_tree(root)?;

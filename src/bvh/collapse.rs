@@ -15,7 +15,7 @@ pub const NODE_COST: f32 = 0.8;
 #[derive(Clone, Copy, Debug)]
 pub struct Costs {
     cost: [f32; WIDTH],
-    /// Leaves, or 16 if there are more. With more roots than leaves nothing gets cheaper.
+    /// Leaves, or 16 if there are more. Nothing gets cheaper with more roots than leaves.
     most: usize,
 }
 
@@ -29,7 +29,7 @@ impl Opening {
     /// Of a block that stays one.
     pub const NONE: Opening = Opening(0);
 
-    /// Whether it is that.
+    /// Whether it is [`Opening::NONE`].
     #[inline(always)]
     pub fn is_none(self) -> bool {
         self.0 == 0
@@ -107,8 +107,8 @@ pub struct CollapsePlan {
 }
 
 impl CollapsePlan {
-    /// Writes every child's word into the tree, whose nodes and blocks come behind those
-    /// that there are; `order` holds the ids of instances.
+    /// Writes every child's word into the tree. Its nodes and blocks come after those that there are already
+    /// (`before`); `order` holds the ids of instances.
     pub fn new(tree: &mut [BinaryNode], order: &[u32], before: [usize; 3]) -> Self {
         let leaves = tree.iter().filter(|node| !node.has_children()).count();
         let mut plan =

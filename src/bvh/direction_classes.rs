@@ -16,7 +16,7 @@ pub(super) const OCTANTS: usize = 8;
 pub(super) struct DirectionClasses {
     /// The class of each ray of the queue.
     classes: Vec<u32>,
-    /// The place of each ray of the queue if one class's rays come after another's.
+    /// The place that each ray of the queue has in the order of classes.
     places: Vec<u32>,
     /// In that order the rays' numbers in the queue, if they were asked for.
     numbers: Vec<u32>,
@@ -44,14 +44,14 @@ impl DirectionClasses {
         ([ox, oy, oz], [dx, dy, dz], t_min, t_max)
     }
 
-    /// Keeps what the rays from one place in the order on have hit; what is kept for places behind the last
-    /// of them must come later.
+    /// Keeps what the rays from one place in the order on have hit. It also overwrites places behind the last of
+    /// them, which must therefore be kept later.
     #[inline(always)]
     pub fn keep<F: Float>(&mut self, at: usize, [t, u, v]: [F; 3], primitive: F::Int) {
         F::store_rows([t, u, v, primitive.reinterpret()], &mut self.hits[at..]);
     }
 
-    /// Answers a queue, of which everything has been kept and nothing hit in an instance.
+    /// Answers a queue of which every result has been kept, where nothing was hit in an instance.
     #[inline(always)]
     pub fn answer<F: Float, A: Answers>(&self, count: usize, answers: &mut A) {
         for at in (0..count).step_by(F::WIDTH) {
@@ -152,7 +152,7 @@ pub(super) fn starts(ends: &[usize; CLASSES]) -> [usize; CLASSES] {
 /// The numbers of lanes.
 pub(super) const NUMBERS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// The front of a column, whose end may be near.
+/// The front of a column, which may end within a register.
 #[inline(always)]
 pub(super) fn padded<F: Float>(column: &[f32]) -> F {
     if column.len() >= F::WIDTH {

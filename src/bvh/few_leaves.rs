@@ -1,12 +1,11 @@
 //! A kernel for trees of a few leaves: a ray a lane, every leaf in turn.
 //!
-//! In a Cornell box a ray meets most of the boxes there are, and getting into and out of a
-//! traversal costs more than the traversal. Here nothing is walked: 16 rays meet the boxes of all
-//! leaves, then the triangles and spheres in those that one of them enters. Nothing of it is a decision of one
-//! ray's.
+//! In a Cornell box a ray meets most of the boxes there are, and getting into and out of a traversal costs more than
+//! the traversal. Here no tree is walked: 16 rays meet the boxes of all leaves, then the triangles and spheres in
+//! those that at least one of them enters. No decision is that of a single ray.
 //!
-//! Rays are sorted by the way they go first, so that all of a group meet the same sides of boxes
-//! first and rename their axes alike, and leaves come from front to back.
+//! Rays are first sorted by the way they go, so that all rays of a group meet the same sides of boxes first and
+//! rename their axes alike, and leaves come from front to back.
 
 use std::ops::Range;
 
@@ -23,7 +22,7 @@ use super::triangle::{Asked, ExactRays, Shear, TrianglePlane, intersect_rays, se
 use crate::math::NONE;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
-/// More blocks than this are walked. (Measured on cut-down bumpy meshes.)
+/// Trees with more blocks than this are walked. (Measured on cut-down bumpy meshes.)
 const MOST_BLOCKS: usize = 12;
 
 /// The leaves of a tree.
@@ -33,11 +32,11 @@ pub(super) struct FewLeaves {
     obstacles: Obstacles,
     /// For each octant the leaves from front to back.
     front_to_back: [Vec<u8>; OCTANTS],
-    /// Whether rays may have to ask.
+    /// Whether rays may have to ask what is there.
     conditional: bool,
 }
 
-/// [`Few::trace`].
+/// [`FewLeaves::trace`].
 pub(super) struct FewQuery<'a, 'r, A> {
     pub few: &'a FewLeaves,
     pub rays: &'a Rays<'r>,
@@ -53,7 +52,7 @@ impl<A: Answers> Kernel for FewQuery<'_, '_, A> {
     }
 }
 
-/// Answers a fan of rays of a queue: those from `first` on. Whether it has: rays without ends have no shaft.
+/// Answers a fan of rays of a queue, and says whether it did: rays without ends have no shaft.
 pub(super) struct FanQuery<'a, 'r, A> {
     pub few: &'a FewLeaves,
     pub rays: &'a Rays<'r>,
@@ -93,7 +92,7 @@ struct Sphere {
 /// A triangle with renamed axes.
 struct Triangle {
     corners: [[f32; 3]; 3],
-    /// Axes as they are.
+    /// With axes as they are.
     plane: TrianglePlane,
     candidate: Candidate,
 }
@@ -138,7 +137,7 @@ impl FewLeaves {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
                         let planes = [0, 1].map(|side| node.planes.map(|axis| axis[side][slot]));
-                        // What is not used lies nowhere.
+                        // Unused boxes are inside out.
                         if planes[0][0] <= planes[1][0] {
                             todo.push((Child(*child), planes));
                         }
@@ -363,7 +362,7 @@ impl<F: Float> RayGroup<F> {
         }
         let [x, y, z] = Shear::AXES[axis];
         let r = reciprocal[z];
-        // A NaN stays one, −0 becomes 0.
+        // NaN stays NaN, −0 becomes 0.
         let t_min = zero.max(t_min) + zero;
         let alive = zeros.eq(zero) & t_min.le(t_max) & mask;
         let best = Best {

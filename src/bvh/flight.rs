@@ -53,8 +53,8 @@ struct Stacks {
 
 impl Stacks {
     fn new(bvh: &Bvh) -> Self {
-        // Below an instance the world's entries stay where they are; and there is room for a node's, which are written
-        // sixteen at a time.
+        // Within an instance, the world's entries stay where they are; and there is room for a node's children, which
+        // are written sixteen at a time.
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
         let needed = WINDOW + trees * bvh.stack_size + 2 + WIDTH;
         // An odd number of cache lines, so that not all begin in the same set of the cache.
@@ -115,7 +115,7 @@ struct InFlight {
     best: Hit,
     /// The instance it is in.
     instance: u32,
-    /// Hits count beyond.
+    /// Only hits beyond this count.
     t_min: f32,
 }
 
@@ -129,7 +129,8 @@ struct List {
 impl List {
     const EMPTY: List = List { rays: [0; 256], length: 0 };
 
-    /// How many there are; from now on it is written anew: nothing is added to it faster than it is read.
+    /// How many there are. From now on the list is written again from its start: nothing is added faster than it is
+    /// read.
     #[inline(always)]
     fn take(&mut self) -> u8 {
         std::mem::take(&mut self.length)
@@ -311,9 +312,8 @@ impl InFlight {
         Visit::new(bvh, key_distance(self.current), self.t_min, self.instance, asker)
     }
 
-    /// The next key on the stack and how many are below it. For the nearest hit those beyond
-    /// the best one are passed over; where all eight on top are, the last of them is taken:
-    /// it is in vain, but does no harm.
+    /// The next key on the stack and how many are below it. For the nearest hit, keys beyond the best hit are passed
+    /// over. If all eight on top are beyond it, the last of them is taken, which is useless but does no harm.
     #[inline(always)]
     fn peek<L: Lanes, A: Answers>(&self, stack: &RayStack) -> (u64, u32) {
         if A::ANY {
@@ -376,7 +376,7 @@ impl InFlight {
     }
 }
 
-/// Where the ray itself is to be had.
+/// Where to get the ray itself.
 struct RaySource<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,
@@ -394,7 +394,7 @@ impl Exact for RaySource<'_> {
     }
 }
 
-/// What has not taken off.
+/// The rays that have not taken off.
 struct Queue<'a> {
     bvh: &'a Bvh,
     rays: Rays<'a>,

@@ -99,9 +99,8 @@ impl Node {
     }
 }
 
-/// A node's children from back to front, four bits each, the first one lowest: for rays that go
-/// up along z, by the signs of their x and y. To those that go the opposite way they lie the
-/// other way round.
+/// A node's children from back to front, four bits each, the first one lowest: for rays that go up along z, by the
+/// signs of their x and y. For rays that go the opposite way the order is reversed.
 pub type Order = [u64; 4];
 
 /// The [`Order`] of a node's children, by their boxes' centres along the octants' diagonals.
@@ -143,7 +142,7 @@ pub fn slot(order: u64, place: usize) -> usize {
 pub struct TriangleBlock {
     /// Axis, then corner, then triangle.
     pub vertex: [[[f32; BLOCK]; 3]; 3],
-    /// Which triangles, and from where they are there: [`Word`]s.
+    /// Which triangles, and from which side they are there: [`Word`]s.
     pub words: [u32; BLOCK],
 }
 
@@ -190,7 +189,7 @@ pub struct SphereBlock {
     pub center: [[f32; BLOCK]; 3],
     /// In metres.
     pub radius: [f32; BLOCK],
-    /// Which spheres, and from where they are there: [`Word`]s.
+    /// Which spheres, and from which side they are there: [`Word`]s.
     pub words: [u32; BLOCK],
 }
 
@@ -217,14 +216,14 @@ impl SphereBlock {
 /// on both sides because directions are not made unit length there.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// World to local for directions, three rows of three. Of points the translation is taken away first: see
+    /// World to local for directions, three rows of three. From points, the translation is subtracted first: see
     /// [`Instance::place`].
     pub to_local: [[f32; 3]; 3],
     /// Local to world, three rows of four.
     pub to_world: [[f32; 4]; 3],
     /// The subtree, with its box in its own space; it holds no other instance.
     pub root: Root,
-    /// From where its primitives are there, if that is not their own to say.
+    /// From which side its primitives are there, if it is not for them to say.
     pub presence: Option<Presence>,
 }
 
@@ -248,8 +247,8 @@ impl Instance {
         }
     }
 
-    /// Where the origin of its space lies in the world. A point that is near an instance far from the world's origin
-    /// loses nothing when this is taken away from it, but all of its last digits when it is turned first.
+    /// Where the origin of its space lies in the world. A point near an instance that is far from the world's origin
+    /// loses nothing when this is subtracted from it, but all of its last digits when it is turned first.
     #[inline(always)]
     pub fn place(&self) -> [f32; 3] {
         let [x, y, z] = &self.to_world;
@@ -282,13 +281,13 @@ pub struct Bvh {
     pub statistics: BuildStatistics,
 }
 
-/// What building took, all trees together.
+/// What building took, of all trees together.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BuildStatistics {
-    /// By the clock.
+    /// Wall-clock time.
     pub time: std::time::Duration,
-    /// The most bytes that the builder can have held besides the finished arrays and what the
-    /// caller gave it: the largest tree's [`super::build::peak_bytes`].
+    /// The most bytes that the builder can have held besides the finished arrays and what the caller gave it: a
+    /// bound, for the largest of the trees.
     pub peak_bytes: usize,
 }
 
@@ -331,7 +330,7 @@ impl Bvh {
         }
     }
 
-    /// Says from where each primitive of the trees is there, and those that instances place.
+    /// Sets from which side each primitive of the trees is there, and the same for what instances place.
     pub fn set_presence(&mut self, of: impl Fn(u32) -> Presence, placed: &[Option<Presence>]) {
         let mut conditional = false;
         let mut set = |word: &mut u32, flag: u32| {

@@ -16,13 +16,13 @@ use crate::simd::{Float, Int, Lanes, Mask};
 pub(super) struct Visit<'a> {
     /// Where it enters the leaf's box: no hit in it counts as nearer.
     pub near: f32,
-    /// Hits count beyond.
+    /// Only hits beyond this count.
     pub t_min: f32,
     /// The instance that it is in.
     pub instance: u32,
     /// Asks what is there.
     pub asker: Asker<'a>,
-    /// Whether anything may not be.
+    /// Whether some primitives may not be there.
     conditional: bool,
     instances: &'a [Instance],
 }
@@ -35,14 +35,14 @@ impl<'a> Visit<'a> {
         Self { near, t_min, instance, asker, conditional: *conditional, instances }
     }
 
-    /// In a tree of whose primitives all are there.
+    /// In a tree whose primitives are all there.
     #[inline(always)]
     pub fn everywhere(near: f32, t_min: f32) -> Visit<'static> {
         let asker = Asker::CREDULOUS;
         Visit { near, t_min, instance: NONE, asker, conditional: false, instances: &[] }
     }
 
-    /// From where primitives are there, if their instance says it for all.
+    /// From which side primitives are there, if their instance says it for all.
     #[inline(always)]
     fn given(&self) -> Option<Presence> {
         self.instances.get(self.instance as usize).and_then(|instance| instance.presence)
@@ -80,7 +80,7 @@ impl<F: Float> Best<F> {
         better
     }
 
-    /// One after another, as many as lanes, none of them in an instance.
+    /// One after another, as many as there are lanes, none of them in an instance.
     #[inline(always)]
     pub fn hits(&self) -> [Hit; 16] {
         let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
@@ -102,9 +102,9 @@ pub(super) trait Askers {
     fn asker(&self, lane: usize) -> Asker<'_>;
 }
 
-/// Where rays in lanes hit a primitive, and which of these hits are better than their best ones so far, of
-/// which t and primitive are given. At equal distance the smaller number counts. (No primitive is both in the
-/// world and in an instance, so that of the instance is never asked for.)
+/// Where rays in lanes hit a primitive, and which of these hits are better than the best ones so far, of which t and
+/// primitive are given. At equal distance the smaller number wins. (No primitive is both in the world and in an
+/// instance, so the number of the instance is never needed.)
 #[inline(always)]
 pub(super) fn better_in_lanes<F: Float>(
     hits: &BlockHits<F>,
@@ -137,8 +137,8 @@ fn precedes<F: Float>(t: F, primitive: u32, (best, best_primitive): (F, F::Int))
     t.lt(best) | F::Int::splat(primitive).lt(best_primitive)
 }
 
-/// Which of the better hits are there, each at the first of its two distances at which it is. (Most
-/// have but one: a sphere that is not there where a ray enters it may be where it leaves.)
+/// Which of the better hits are there, each at the first of its two distances at which it is. (Most have only one. A
+/// sphere that is not there where a ray enters it may be there where it leaves.)
 #[inline(always)]
 fn ask<F: Float>(
     hits: &BlockHits<F>,
@@ -212,7 +212,7 @@ pub(super) fn hits_triangles<L: Lanes, A: Answers>(
     found
 }
 
-/// Tests a block of triangles for the nearest hit, without a branch on whether there is one where all of them are there.
+/// Tests a block of triangles for the nearest hit, without a branch on whether there is one if all of them are there.
 #[inline(always)]
 pub(super) fn nearest_triangle<L: Lanes>(
     block: &TriangleBlock,
@@ -323,7 +323,7 @@ fn accept<T: Float, A: Answers>(
     false
 }
 
-/// Of equally distant hits that with the smaller numbers counts.
+/// Of equally distant hits, the one with the smaller numbers wins.
 #[inline(always)]
 pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
     found.t < best.t
@@ -339,7 +339,7 @@ fn is_there(hit: &mut Hit, word: Word, side: f32, far: f32, visit: &Visit, best:
         Presence::Always => true,
         Presence::Front => front,
         Presence::Back => !front,
-        // What would not be taken need not be asked for.
+        // What would not be taken anyway need not be asked for.
         Presence::Asked => is_better(hit, best) && visit.asker.meets(hit, front),
     };
     if here || presence == Presence::Front || !front || far.is_nan() || far <= hit.t {

@@ -55,17 +55,17 @@ pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE}
 pub use presence::{Asker, Crossing, Presence, Surfaces};
 pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
 
-/// How much work goes into the acceleration structure: what it costs to build against what
-/// it saves while tracing.
+/// How much work goes into the acceleration structure: a trade between the time to build it and the time to trace
+/// rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
 pub enum BuildQuality {
-    /// As soon as possible; traces slower.
+    /// Builds as fast as it can; tracing is slower.
     Fast,
     /// Good for nearly everything.
     #[default]
     Default,
-    /// As good as it gets: large triangles may be split between leaves, within a budget.
+    /// The best tree: large triangles may be split between leaves, into up to 30 % more references.
     High,
 }
 
@@ -74,9 +74,9 @@ pub enum BuildQuality {
 pub struct Rays<'a> {
     /// X, Y and Z of the origins.
     pub origin: [&'a [f32]; 3],
-    /// X, Y and Z of the directions, of any length but zero; t counts in it.
+    /// X, Y and Z of the directions, of any length but zero, in which t is measured.
     pub direction: [&'a [f32]; 3],
-    /// At least 0; less counts as 0.
+    /// At least 0; a negative one counts as 0.
     pub t_min: &'a [f32],
     /// Infinity where nothing bounds the ray.
     pub t_max: &'a [f32],
@@ -124,22 +124,55 @@ impl<'a> Rays<'a> {
         }
     }
 
+    /// Views of all rays in order, `size` at a time; the last one may be shorter. A `size` of 0 counts as 1. For
+    /// several threads, each with its part of the hits ([`HitsMut::chunks`]) and a tracer of its own.
+    pub fn chunks(self, size: usize) -> impl Iterator<Item = Rays<'a>> {
+        let Self { origin, direction, t_min, t_max, asker } = self;
+        let all = origin.into_iter().chain(direction).chain([t_min, t_max]);
+        // Where some are shorter the parts' columns differ, too, and a query says so.
+        let (size, count) = (size.max(1), all.map(<[f32]>::len).max().unwrap_or(0));
+        (0..count).step_by(size).map(move |from| {
+            let part = |column: &'a [f32]| {
+                let end = from.saturating_add(size).min(column.len());
+                &column[from.min(end)..end]
+            };
+            Rays {
+                origin: origin.map(part),
+                direction: direction.map(part),
+                t_min: part(t_min),
+                t_max: part(t_max),
+                asker: asker.after(from),
+            }
+        })
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.t_max.is_empty()
     }
 }
 
-/// Hit columns, one entry a ray (see [`crate::math::Hit`]).
+/// Columns of hits, with one entry for each ray (see [`crate::math::Hit`]).
 pub struct HitsMut<'a> {
-    /// Distances; infinity for a miss.
+    /// Distances, in lengths of each ray's direction; infinity for a miss.
     pub t: &'a mut [f32],
-    /// First barycentric coordinates.
+    /// Weights of triangles' second corners; 0 for spheres and misses.
     pub u: &'a mut [f32],
-    /// Second barycentric coordinates.
+    /// Weights of triangles' third corners; 0 for spheres and misses.
     pub v: &'a mut [f32],
     /// Primitive ids, [`crate::math::NONE`] for a miss.
     pub primitive: &'a mut [u32],
-    /// Instance ids, [`crate::math::NONE`] in world space.
+    /// Instance ids, [`crate::math::NONE`] for a miss and for what lies in world space.
     pub instance: &'a mut [u32],
+}
+
+impl<'a> HitsMut<'a> {
+    /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.
+    pub fn chunks(self, size: usize) -> impl Iterator<Item = HitsMut<'a>> {
+        let size = size.max(1);
+        let Self { t, u, v, primitive, instance } = self;
+        let floats = t.chunks_mut(size).zip(u.chunks_mut(size)).zip(v.chunks_mut(size));
+        let ids = primitive.chunks_mut(size).zip(instance.chunks_mut(size));
+        floats.zip(ids).map(|(((t, u), v), (primitive, instance))| HitsMut { t, u, v, primitive, instance })
+    }
 }

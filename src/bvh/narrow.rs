@@ -1,8 +1,8 @@
 //! The binary tree walked as it is: what the wide one is measured against.
 //!
-//! Nodes are as in PBRT (4th ed., 7.3.4): 32 bytes each, depth first, a stack, and of two children
-//! the one first that the ray comes to first. Leaves are the wide tree's blocks with the wide tree's test, so
-//! that the two differ in nothing but the way to the leaves.
+//! Nodes are as in PBRT (4th ed., 7.3.4): 32 bytes each, depth first, with a stack; of two children, the one that the
+//! ray comes to first is visited first. Leaves are the wide tree's blocks with the wide tree's test, so that the two
+//! differ in nothing but the way to the leaves.
 
 use super::BuildQuality;
 use super::assemble::{Geometry, triangle_block};

@@ -29,7 +29,8 @@ pub(super) struct Row([Quad; ROWS]);
 const ROWS: usize = 6;
 
 impl Row {
-    /// Takes over another one, four numbers at a time: what is written in parts and moved as a whole waits for memory.
+    /// Takes over another one, four numbers at a time: a row that is written in parts and read as a whole waits for
+    /// memory.
     #[inline(always)]
     pub fn copy(&mut self, other: &Row) {
         for (to, from) in self.0.iter_mut().zip(&other.0) {
@@ -37,7 +38,7 @@ impl Row {
         }
     }
 
-    /// Becomes a ray that was prepared alone; it enters nothing before `floor`.
+    /// Takes over a ray that was prepared alone and that enters nothing before `floor`.
     #[inline(always)]
     pub fn write(&mut self, local: &LocalRay, floor: f32) {
         let LocalRay { ray, slabs, shear } = local;
@@ -180,7 +181,7 @@ impl Prepared {
     /// Prepares the lanes from `at` on; says which of them enter the tree.
     #[inline(always)]
     fn lanes<F: Float>(&mut self, root: &Root, rays: &Rays, first: usize, at: usize) -> F::Mask {
-        // A NaN stays one, −0 becomes 0.
+        // NaN stays NaN, −0 becomes 0.
         let t_min = F::zero().max(padded::<F>(&rays.t_min[first..])) + F::zero();
         let t_max = padded::<F>(&rays.t_max[first..]);
         let mut near = t_min;

@@ -1,13 +1,13 @@
-//! Whether a primitive is there for a ray: from which side it is, and whom to ask where that is not all.
+//! Whether a primitive is there for a ray: from which side it is, and whom to ask if the side does not settle it.
 //!
-//! It is asked at the leaf, of hits alone that would count, so a ray goes on behind what is not there
-//! by (t, primitive): a second surface at the same place is met, and where any hit will do, the first
-//! that is there ends the search.
+//! This is asked at the leaf, only of hits that would count. So a ray goes on behind what is not there in the order
+//! of (t, primitive): a second surface at the same place is met, and where any hit will do, the first that is there
+//! ends the search.
 
 use super::layout::SPHERE;
 use crate::math::Hit;
 
-/// From where a primitive is there.
+/// From which side a primitive is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Presence {
     /// From everywhere.
@@ -105,7 +105,7 @@ impl Word {
         self.0 & ((1 << Self::SHIFT) - 1)
     }
 
-    /// From where it is there.
+    /// From which side it is there.
     #[inline(always)]
     pub fn presence(self) -> Presence {
         Presence::ALL[(self.0 >> Self::SHIFT) as usize & 3]

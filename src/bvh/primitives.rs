@@ -25,7 +25,7 @@ impl Primitives<'_> {
         self.triangles.len() + self.spheres.len() + self.instances.len()
     }
 
-    /// Whether a range of them may not be a leaf although it is small enough.
+    /// Whether a range of them may not fit a leaf even if it is small enough.
     pub fn are_mixed(&self) -> bool {
         !self.instances.is_empty() || (!self.triangles.is_empty() && !self.spheres.is_empty())
     }

@@ -19,13 +19,13 @@ use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// Nothing: looked at before tracing.
+    /// Nothing: the query looks for itself before it traces.
     #[default]
     Unknown,
     /// Rays that follow each other in the queue run side by side: camera rays, shadow rays
     /// to one light, mirror images in a flat surface.
     Coherent,
-    /// They go anywhere.
+    /// Rays that go anywhere.
     Scattered,
 }
 
@@ -36,7 +36,7 @@ enum Way {
     Packets,
     /// Streams, or in flight, whichever is faster.
     Scattered,
-    /// Streams, but for directions at the ends of the floats.
+    /// Streams, except for directions at the limits of floats.
     Streams,
     /// In flight.
     InFlight,
@@ -51,10 +51,11 @@ enum Contest {
     Flight,
 }
 
-/// Rays of which a query makes the most: longer queues are answered in parts.
+/// The number of rays of which a query makes the most: 16,384. More at once are no faster.
 pub const QUEUE: usize = stream::RAYS;
 
-/// A thread's buffers for queries on one tree, made once, so that no query allocates.
+/// A thread's buffers for queries on one tree. They grow with the longest queue so far and are kept, so that most
+/// queries allocate nothing.
 pub struct Stack {
     pub(super) single: traverse::NodeStack,
     few: Option<FewLeaves>,
@@ -62,7 +63,7 @@ pub struct Stack {
     prepared: Box<Prepared>,
     flight: Flight,
     stream: Stream,
-    /// Fewer rays go in flight.
+    /// With fewer rays, these go in flight.
     pub(super) least_stream: usize,
     packet: Box<Packet>,
     /// How many packets to pass over after one that was not worth it; if the nearest hit is asked
@@ -153,13 +154,13 @@ impl<A: Answers> Kernel for Alone<'_, A> {
             return traverse::closest_one::<L>(bvh, ray, asker, stack);
         }
         let blocked = traverse::any_one::<L>(bvh, ray, asker, stack);
-        // Which one it is, nobody asks.
+        // Which one it is does not matter.
         if blocked { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS }
     }
 }
 
-/// Looking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
-/// scattered ones is looked at here and there only.
+/// Checking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of scattered rays
+/// is checked only here and there.
 const LONGEST_PAUSE: usize = 15;
 
 /// The pause after one that was in vain.
@@ -167,7 +168,7 @@ fn longer(pause: usize) -> usize {
     (2 * pause + 1).min(LONGEST_PAUSE)
 }
 
-/// Something that is left for a while, and for longer each time that it was not worth it.
+/// Leaves something out for a while, and for longer each time that it was not worth it.
 #[derive(Clone, Copy, Default)]
 struct Pause {
     length: usize,
@@ -182,7 +183,7 @@ impl Pause {
         on
     }
 
-    /// Begins anew after something that was `worthwhile` or not.
+    /// Begins again, after something that was `worthwhile` or not.
     fn begin(&mut self, worthwhile: bool) {
         self.length = if worthwhile { 0 } else { longer(self.length) };
         self.left = self.length;
@@ -318,7 +319,7 @@ impl<A: Answers> Query<'_, A> {
         }
     }
 
-    /// Rays in the faster one of two ways, as far as is known; now and then in the other one.
+    /// Answers rays in the faster one of two ways, as far as is known, and now and then in the other one.
     #[inline(always)]
     fn best_of_two<L: Lanes>(&mut self, contest: Contest, first: usize, end: usize) {
         let nearest_or_any = usize::from(A::ANY);
@@ -331,7 +332,7 @@ impl<A: Answers> Query<'_, A> {
             Contest::Flight => ([Way::InFlight, Way::Streams], 2),
         };
         let (is_choice, otherwise) = match contest {
-            // Where packets take nothing, to try them is all the same.
+            // If packets take no rays, trying them makes no difference.
             Contest::Packets(_) => (self.stack.in_packets[nearest_or_any], Way::Packets),
             Contest::Flight => (true, Way::InFlight),
         };
@@ -361,8 +362,8 @@ impl<A: Answers> Query<'_, A> {
 }
 
 impl Contest {
-    /// The most rays of a queue that the slower way answers, to see whether it still is. Without packets rays that run
-    /// side by side take several times as long, but streams are the faster the more rays they have.
+    /// The most rays of a queue that the slower way answers, to see whether it is still slower. Without packets, rays
+    /// that run side by side take several times as long; but streams get faster the more rays they have.
     fn slower_gets(self) -> usize {
         match self {
             Contest::Packets(_) => 2048,
@@ -402,8 +403,7 @@ impl<A: Answers> Kernel for WayQuery<'_, '_, A> {
     }
 }
 
-/// Whether the kernels for many rays are worth it: without wide registers there is nothing to hide behind
-/// other rays.
+/// Whether the kernels for many rays are worth it: without wide registers, other rays hide nothing.
 #[inline(always)]
 fn is_wide<L: Lanes>() -> bool {
     L::Queue::WIDTH >= packet::LEAST_WIDTH

@@ -1,17 +1,18 @@
 //! Which of two kernels is faster, found out by the clock on the rays at hand.
 //!
-//! Boxes a ray, lanes in use and the like say little: what they cost differs from processor to processor and with
-//! where the tree lies in memory. So now and then the slower one answers a queue, and is compared with what the other
-//! one took for the queues before and after it, which are much the same. It cannot be seen in the answers.
+//! Boxes for each ray, lanes in use and the like say little: what they cost differs from processor to processor, and
+//! with where the tree lies in memory. So now and then the slower kernel answers a queue, and is compared with what
+//! the other one took for the queues before and after it, which are much alike. The answers do not depend on any of
+//! this.
 
 /// The part of an estimate that a new measurement makes up.
 const NEW: f32 = 0.4;
 /// Queues between two comparisons: at first, and the most, if one is ahead each time.
 const TURNS: [u32; 2] = [4, 64];
-/// So many times as fast, as a logarithm, is ahead, and far ahead.
+/// A kernel that is this many times as fast, as a logarithm, is ahead, or far ahead.
 const AHEAD: f32 = 0.15;
 const FAR_AHEAD: f32 = 0.6;
-/// The most that one comparison says, as a logarithm: a thread may have been interrupted.
+/// The most that one comparison counts for, as a logarithm: a thread may have been interrupted.
 const MOST: f32 = 0.7;
 
 /// Two kernels, and how they compare.
@@ -37,7 +38,7 @@ impl Race {
         usize::from(self.ratio.is_some_and(|ratio| ratio > 0.0))
     }
 
-    /// Who answers next.
+    /// Which one answers next.
     pub fn next(&self) -> usize {
         let is_turn = self.left == 0 && self.before.is_some() && self.between.is_none();
         self.faster() ^ usize::from(is_turn)
@@ -49,7 +50,7 @@ impl Race {
         let time = time.max(f32::MIN_POSITIVE);
         if runner != faster {
             match (self.ratio, self.before) {
-                // The first time it need not be exact, but soon.
+                // The first comparison need not be exact, but should come soon.
                 (None, Some(before)) => self.compare(time / before),
                 _ => self.between = Some(time),
             }
@@ -62,7 +63,7 @@ impl Race {
         }
     }
 
-    /// Takes note that the slower one took so many times as long as the other one.
+    /// Records how many times as long as the other one the slower one took.
     fn compare(&mut self, times: f32) {
         let faster = self.faster();
         let ahead = times.ln().clamp(-MOST, MOST);
@@ -86,7 +87,7 @@ impl Race {
 mod tests {
     use super::*;
 
-    /// Has them answer so many queues, if they take so long; says how many each of them got.
+    /// Has them answer this many queues, for each of which they take these times; returns how many each of them got.
     fn run(race: &mut Race, queues: u32, took: [f32; 2]) -> [u32; 2] {
         let mut runs = [0; 2];
         for queue in 0..queues {

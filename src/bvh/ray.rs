@@ -15,15 +15,15 @@ impl Rays<'_> {
         Ray {
             origin: Vector { x: ox[i], y: oy[i], z: oz[i] },
             direction: Vector { x: dx[i], y: dy[i], z: dz[i] },
-            // A NaN stays one, −0 becomes 0.
+            // NaN stays NaN, −0 becomes 0.
             t_min: Float::max(0.0, self.t_min[i]) + 0.0,
             t_max: self.t_max[i],
         }
     }
 }
 
-/// To a ray that is nowhere every box is open, the unused ones of a node too, and it would
-/// go round in circles.
+/// Whether all of a ray is finite. For another one every box would be open, even the unused ones of a node, and it
+/// would go round in circles.
 #[inline(always)]
 pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
     let (o, d) = (ray.origin, ray.direction);
@@ -89,7 +89,7 @@ pub(super) struct Slabs {
     pub far_scale: [f32; 3],
     /// Which of a node's planes the ray meets first.
     pub near_side: [u32; 3],
-    /// It enters nothing before.
+    /// Nothing is entered before this.
     pub floor: f32,
 }
 
@@ -129,11 +129,11 @@ impl Slabs {
         (near <= far).then_some(near)
     }
 
-    /// Where the ray enters and leaves a node's children, no farther than `limit`; what it does not enter it leaves
-    /// before it enters.
+    /// Where the ray enters and leaves a node's children, no farther than `limit`; a child that it does not enter, it
+    /// leaves before it enters.
     ///
-    /// A child's box lies in its parent's and rounding is monotonous, so a ray never enters it
-    /// before its parent: the entry is a function of the ray and the child's box alone.
+    /// A child's box lies in its parent's and rounding is monotonic, so a ray never enters it before its parent: the
+    /// entry is a function of the ray and the child's box alone.
     #[inline(always)]
     pub fn meet_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, S) {
         let (mut near, mut far) = (S::splat(self.floor), S::splat(limit));

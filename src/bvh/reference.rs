@@ -48,7 +48,7 @@ impl Reference {
         }
     }
 
-    /// The same primitive, of which only the part in a box is meant.
+    /// The same primitive, reduced to the part in a box.
     #[inline(always)]
     pub fn clipped(&self, bounds: &Extent) -> Self {
         Self { low: bounds.min.with_w(self.low.w), high: bounds.max.with_w(self.high.w) }
@@ -128,8 +128,7 @@ impl Extent {
         Extent { min: self.min.min(point), max: self.max.max(point) }
     }
 
-    /// Half of the surface area. Not a number or infinite where the box is empty or the
-    /// floats end.
+    /// Half of the surface area. NaN or infinite if the box is empty or reaches beyond the floats.
     #[inline(always)]
     pub fn half_area(&self) -> f32 {
         let d = self.max - self.min;

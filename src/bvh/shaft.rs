@@ -91,7 +91,7 @@ fn fold<F: Float, const GREATEST: bool>([x, y, z]: [F; 3]) -> [f32; 3] {
     [best[0], best[1], best[2]]
 }
 
-/// What may lie in a shaft, by columns, in sixteens: no more than 128 triangles and spheres.
+/// What may lie in a shaft, by columns, a multiple of sixteen: no more than 128 triangles and spheres.
 #[derive(Default)]
 pub(super) struct Obstacles {
     /// Of each one's plane the unit normal and the offset; zeros for a sphere.
@@ -126,7 +126,7 @@ impl Obstacles {
         }
     }
 
-    /// Fills up with what lies nowhere.
+    /// Fills the columns up with obstacles that lie nowhere.
     pub fn finish(&mut self) {
         let count = self.len().next_multiple_of(16);
         self.plane.iter_mut().for_each(|column| column.resize(count, 0.0));

@@ -1,9 +1,9 @@
-//! The high quality build: besides cuts between primitives, cuts through them (Stich,
-//! Friedrich and Dietrich, "Spatial splits in bounding volume hierarchies", 2009). Large
-//! triangles are then in several leaves, each of which holds the box of a part.
+//! The high quality build: it cuts not only between primitives but also through them (Stich, Friedrich and Dietrich,
+//! "Spatial splits in bounding volume hierarchies", 2009). Large triangles are then in several leaves, each of which
+//! holds the box of a part.
 //!
-//! Every range of references has room behind it for copies, a share of the budget that was
-//! set in the beginning. So memory is bounded, and the tree depends on nothing but the input.
+//! Every range of references has room behind it for copies, a share of the budget that is set at the beginning. So
+//! memory is bounded, and the tree depends on nothing but the input.
 
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ use super::layout::{BLOCK, ChildKind};
 use super::primitives::Primitives;
 use super::reference::{Extent, Reference};
 
-/// Copies that may be made, as a part of the references.
+/// How many copies may be made, as a part of the references.
 pub const BUDGET: f32 = 0.3;
 /// Cuts through primitives are looked for where the sides of the best cut between them
 /// overlap by more than this part of the root's area.
@@ -243,8 +243,8 @@ impl SpatialBuilder<'_> {
         best
     }
 
-    /// Partitions by a plane; what it cuts goes to both sides, or to one where that is
-    /// cheaper. None, and nothing has changed, if there is no room or no progress.
+    /// Partitions by a plane; what it cuts goes to both sides, or to one if that is cheaper. `None`, with nothing
+    /// changed, if there is no room or no progress.
     fn cut_through(&self, range: &mut ReferenceRange, plane: &SplitPlane, fewest: usize) -> Option<usize> {
         let count = range.count;
         let room = range.references.len() - count;

@@ -1,5 +1,5 @@
-//! What a ray costs, counted by the kernel for one ray. Who does not count calls the same
-//! kernel with `NoTally`, and then nothing of it is compiled.
+//! What a ray costs, counted by the kernel for one ray. Without counting, the same kernel is called with `NoTally`,
+//! and then nothing of it is compiled.
 
 use super::Bvh;
 use super::layout::{SphereBlock, TriangleBlock};
@@ -13,13 +13,13 @@ use crate::simd::{Kernel, Lanes, Level, dispatch};
 pub(super) trait Tally {
     /// Into a node, whose children's boxes are tested.
     fn node(&mut self);
-    /// Into a leaf of so many primitives.
+    /// Into a leaf of that many primitives.
     fn leaf(&mut self, primitives: impl FnOnce() -> usize);
     /// Into an instance.
     fn instance(&mut self);
 }
 
-/// Nobody counts.
+/// Counts nothing.
 pub(super) struct NoTally;
 
 impl Tally for NoTally {

@@ -21,8 +21,8 @@ pub(super) struct NodeStack(Vec<u64>);
 impl NodeStack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        // Twice: below an instance the world's entries stay where they are. And room for a
-        // node's keys, which are written sixteen at a time.
+        // Twice, because within an instance the world's entries stay where they are. And room for a node's keys,
+        // which are written sixteen at a time.
         Self(vec![0; 2 * bvh.stack_size + 2 + WIDTH])
     }
 }
@@ -146,7 +146,8 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
     }
 }
 
-/// Visits the tree from front to back, as far as that is known; where any hit will do it stops at the first hit and returns true.
+/// Visits the tree from front to back, as far as that is known. Where any hit will do, stops at the first one and
+/// returns true.
 #[inline(always)]
 fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,

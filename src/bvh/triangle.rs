@@ -37,7 +37,7 @@ impl Shear {
     }
 }
 
-/// Where the ray itself is to be had. It is seldom asked for, so a kernel need not keep it at hand.
+/// Where to get the ray itself. It is seldom needed, so a kernel need not keep it at hand.
 pub trait Exact {
     /// In the block's space.
     fn ray(&self) -> Ray<f32>;
@@ -73,7 +73,7 @@ impl<T: Float> Asked<T> {
 pub struct BlockHits<T: Float> {
     /// Lanes with a hit; it may lie nearer or farther than what is asked for.
     pub mask: T::Mask,
-    /// Lanes in which t is not as exact as is wanted.
+    /// Lanes in which t is less exact than it should be.
     pub doubtful: T::Mask,
     /// Along the ray.
     pub t: T,
@@ -89,11 +89,10 @@ pub struct BlockHits<T: Float> {
 
 /// Tests the triangles from `lane` on.
 ///
-/// No fused operations: an edge that two triangles share gives both the same products,
-/// so no ray passes between them. Where t may be off by more than a 16,384th part of
-/// itself it is computed again in double precision: so it is where a hit is close and the
-/// triangle large. A ray that has just left a large triangle does not hit it again, and
-/// one that starts close to it does not miss it.
+/// No fused operations: an edge that two triangles share gives both the same products, so no ray passes between them.
+/// Where t may be off by more than 1/16,384 of itself it is computed again in double precision, which is where a hit
+/// is close and the triangle large. So a ray that has just left a large triangle does not hit it again, and one that
+/// starts close to it does not miss it.
 #[inline(always)]
 pub fn intersect<T: Float>(
     block: &TriangleBlock,
@@ -149,8 +148,8 @@ pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3];
     seen
 }
 
-/// Where a triangle's t is to be had in double precision, for rays in lanes. (No closure: it would be
-/// compiled without the instruction set.)
+/// Where to get a triangle's t in double precision, for rays in lanes. (No closure: it would be compiled without the
+/// instruction set.)
 pub trait ExactRays<T: Float> {
     /// [`TrianglePlane::t`] in some lanes; whatever is in `t` in the others.
     fn t(&self, lanes: T::Mask, t: T) -> T;
@@ -233,14 +232,15 @@ impl<T: Float> Edges<T> {
     fn distances(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>, mask: T::Mask) -> BlockHits<T> {
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let reciprocal = T::one() / (self.u + self.v + self.w);
-        // As the determinant goes the way of the corners, seen along the axis; the scale, whether the ray does.
+        // The determinant's sign says which way the corners go around, seen along the axis; the scale's, which way
+        // the ray goes.
         let side = scale * reciprocal;
         let t = (self.u * *az + self.v * *bz + self.w * *cz) * side;
         let x = ax.abs().max(bx.abs()).max(cx.abs());
         let y = ay.abs().max(by.abs()).max(cy.abs());
         let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
         let error = error_bound(x, y, [low, high], reciprocal.abs()) * scale.abs();
-        // What is out of the question for sure need not be known exactly; a NaN is not sure.
+        // What is certainly out of range need not be exact; with NaN nothing is certain.
         let margin = error * T::splat(2.0);
         let refused = (t + margin).lt(asked.t_min) | (t - margin).gt(asked.t_max);
         let doubtful = mask & !refused & (t.abs() * T::splat(WANTED)).le(error);

@@ -6,7 +6,7 @@ use crate::error::words;
 use crate::math::Vec3;
 use crate::shading::camera::pixel_width;
 
-/// Rays about the camera.
+/// How many rays go out around the camera.
 const ABOUT: u32 = 64;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -21,7 +21,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         return;
     }
     if probes.coverage() == 0.0 {
-        // What is small lies between the rays.
+        // Small things may lie between the rays.
         if !is_in_the_image(checked) {
             findings.push(sees_nothing(checked));
         }
@@ -51,7 +51,7 @@ fn farthest(met: &[Option<super::probes::Met>]) -> f32 {
     met.iter().flatten().map(|met| met.distance).fold(0.0, f32::max)
 }
 
-/// Whether the whole scene takes up two pixels or less of an image that it lies in.
+/// Whether the scene lies in the image but takes up two pixels of it or less.
 fn is_a_dot(checked: &Checked) -> bool {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let depth = (bounds.center() - camera.origin).dot(camera.forward);
@@ -79,19 +79,19 @@ fn is_in_the_image(checked: &Checked) -> bool {
     is_seen(bounds.center()) || (0..8).map(corner).any(is_seen)
 }
 
-/// A place, as a scene file has it.
+/// A point, as in a scene file.
 fn text(v: Vec3) -> String {
     format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z)
 }
 
-/// Where there is something, and what looks there.
+/// Says where things are, and which transform looks there.
 fn sees_nothing(checked: &Checked) -> Finding {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let center = bounds.center();
     let to = center - camera.origin;
     let ahead = to.dot(camera.forward);
     let inside = (camera.origin.clamp(bounds.min, bounds.max) - camera.origin).length() == 0.0;
-    let where_to = if ahead < 0.0 && !inside { "behind it" } else { "beside what it sees" };
+    let where_to = if ahead < 0.0 && !inside { "behind it" } else { "outside its view" };
     Finding::new(
         None,
         format!("the camera sees nothing: everything is {where_to}, about {}", text(center)),

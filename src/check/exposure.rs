@@ -11,18 +11,18 @@ use crate::math::Rgb;
 use crate::render::{Options, Session};
 use crate::world::{Adaptive, Tonemap};
 
-/// The part of what is seen that is white or black before anybody asks why.
+/// How much of what is seen may be white or black before anything is reported.
 const TOO_MUCH: f64 = 0.5;
 /// What has a base colour below this is meant to be dark.
 const DARKEST: f32 = 0.02;
-/// Stops by which another exposure has to differ to be worth a word.
+/// How many stops another exposure must differ to be worth mentioning.
 const WORTH: f32 = 1.0;
 
 /// Pixels along the longer side of the image that are asked whether anything is there.
 const LOOKED_AT: u32 = 128;
 
-/// What is to be said of a finished image; `exposure_ev` are the stops that it is exposed by. `told`: what the scene's rules
-/// have found has been told.
+/// Findings about a finished image; `exposure_ev` is its exposure in stops. `told`: what the scene's rules found has
+/// been reported already.
 pub fn of_image(
     frame: &Frame,
     tonemap: Tonemap,
@@ -73,7 +73,7 @@ pub fn of_image(
     None
 }
 
-/// The light of some pixels in which there is something.
+/// The light of some of the pixels that show something.
 fn seen(frame: &Frame, film: &Film, radiance: &[Rgb]) -> Vec<Rgb> {
     let [width, height] = frame.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
@@ -86,7 +86,7 @@ fn seen(frame: &Frame, film: &Film, radiance: &[Rgb]) -> Vec<Rgb> {
     for (at, features) in features.iter().enumerate() {
         let [x, y] = [at as u32 % size[0], at as u32 / size[0]].map(|place| place * by + by / 2);
         let is_inside = (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y);
-        // What is black by itself is black whatever falls on it.
+        // What is black itself stays black, whatever light falls on it.
         if is_inside && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
             seen.extend(radiance.get(region.index(x, y)));
         }

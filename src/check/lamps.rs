@@ -10,7 +10,7 @@ use crate::world::{Light, Transport};
 
 /// Rays from each lamp.
 const RAYS: u32 = 64;
-/// Lamps that are looked at.
+/// The most lamps that are tested.
 const MOST: usize = 32;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -77,10 +77,10 @@ fn nothing_of(light: &Light) -> &'static str {
     }
 }
 
-/// A lamp that stands somewhere.
+/// A lamp that has a place.
 struct Lamp {
     place: Vec3,
-    /// Where −Z is.
+    /// The direction of −Z.
     axis: Vec3,
     /// Cosine of the angle to the axis beyond which it does not shine.
     cos_limit: f32,
@@ -103,7 +103,7 @@ impl Lamp {
         direction.dot(self.axis) > self.cos_limit
     }
 
-    /// Why it is of no use, and what to do.
+    /// Why it is useless, and what to do about it.
     fn fault(&self, checked: &Checked, tracer: &mut Tracer, is_dark: bool) -> Option<(String, String)> {
         if self.reaches_anything(checked, tracer) {
             return None;
@@ -112,7 +112,7 @@ impl Lamp {
         let step = (ways.len() / RAYS as usize).max(1);
         let met: Vec<Option<Met>> =
             ways.iter().step_by(step).map(|way| tracer.first(self.place, *way, f32::INFINITY)).collect();
-        // A narrow cone has a direction all the same.
+        // Even a narrow cone has a direction.
         let met = if met.is_empty() { vec![tracer.first(self.place, self.axis, f32::INFINITY)] } else { met };
         if met.iter().all(Option::is_none) {
             let to = checked.scene.bounds.center() - self.place;
@@ -165,10 +165,10 @@ impl Lamp {
         })
     }
 
-    /// Whether a ray from it gets to the side that is seen of some place.
+    /// Whether a ray from it reaches the visible side of some place.
     fn reaches_anything(&self, checked: &Checked, tracer: &mut Tracer) -> bool {
         checked.probes.seen().any(|(features, place)| {
-            // Means of what is nearer and farther are nowhere.
+            // Averages of near and far places are places where nothing is.
             const UNMIXED: f32 = 0.95;
             let is_one_place =
                 features.coverage == 1.0 && Vec3::from_array(features.normal).length() > UNMIXED;

@@ -44,7 +44,7 @@ fn worn_by(world: &World, number: usize) -> String {
     }
 }
 
-/// A colour of light that is sent back and is more than all.
+/// A colour by which a material would send back more light than it gets.
 fn too_bright(named: &NamedMaterial) -> Option<(&'static str, Rgb)> {
     let colors = match &named.material {
         Material::BlinnPhong(m) => vec![("diffuse", m.diffuse), ("kr", m.kr)],
@@ -67,7 +67,7 @@ fn is_gone(material: &Principled) -> bool {
     }
 }
 
-/// Pictures of colours that are read as they are stored, and the reverse.
+/// Colour pictures that are read without the sRGB curve, and data that are read with it.
 fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(String, String)) {
     let is = |id: TextureId, space: ColorSpace| {
         let texture = &world.assets.textures[id.0 as usize];

@@ -1,13 +1,16 @@
-//! Why an image is not what was meant: rules over the world as it was written, and over what a few hundred rays see.
+//! Why an image is not what was meant: rules about the world as it was written, and about what a few hundred rays
+//! see.
 //!
-//! A rule says nothing rather than something doubtful: what it tells stands beside pictures that are as their authors
-//! want them. So most ask first whether something is wrong with what is seen, and then who is to blame.
+//! A rule says nothing rather than something doubtful, because its findings appear next to images that are as their
+//! authors want them. So most rules first ask whether something is wrong with what is seen, and then what is to
+//! blame.
 
 mod camera;
 mod exposure;
 mod lamps;
 mod materials;
 mod probes;
+#[cfg(feature = "study")]
 mod samples;
 mod sides;
 mod sizes;
@@ -20,16 +23,17 @@ use crate::scene::CompiledScene;
 use crate::world::World;
 pub use exposure::of_image;
 use probes::Probes;
+#[cfg(feature = "study")]
 pub use samples::{Outlier, outliers};
 
-/// Something that is probably not as it was meant.
+/// Something that is probably not as intended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// The entity or material that it is about, if it is about one.
     pub about: Option<String>,
     /// What is wrong, and why.
     pub what: String,
-    /// The option or the line that mends it.
+    /// The option, or the line in the scene, that fixes it.
     pub remedy: Option<String>,
 }
 
@@ -56,8 +60,8 @@ struct Checked<'a> {
     probes: Probes,
 }
 
-/// What a world and its scene are probably not meant to be. Takes some milliseconds; all rules, those too that need a
-/// tree of their own, take longer.
+/// What is probably not as intended in a world and its scene. This takes a few milliseconds, or longer with `all`,
+/// which includes the rules that need a tree of their own.
 pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     let scene: &Arc<CompiledScene> = &frame.scene;
     if scene.bvh.root.is_none() {
@@ -71,7 +75,7 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     materials::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);
     // Where nothing is seen, this may be why.
-    if all || checked.probes.coverage() < 0.02 {
+    if all || checked.probes.coverage() < 0.02 || checked.probes.dark() > 0.5 {
         sides::check(&checked, &mut findings);
     }
     findings

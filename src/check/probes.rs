@@ -11,7 +11,7 @@ use crate::scene::CompiledScene;
 use crate::simd::Level;
 use crate::world::Adaptive;
 
-/// Pixels of the longer side of the small image that is looked at.
+/// Longer side, in pixels, of the small image that is examined.
 const LONGER_SIDE: u32 = 24;
 /// Samples of each of its pixels.
 const SAMPLES: u32 = 4;
@@ -44,17 +44,17 @@ impl Probes {
         seen.map(|features| (features, Vec3::from_array(features.position)))
     }
 
-    /// The part of the image in which there is anything.
+    /// The part of the image that shows anything.
     pub fn coverage(&self) -> f32 {
         let all: f32 = self.features.iter().map(|features| features.coverage).sum();
         all / self.features.len().max(1) as f32
     }
 
-    /// Of the places that are seen the part from which hardly any light comes, beside the brightest.
+    /// The fraction of the visible places that are nearly black compared with the brightest.
     pub fn dark(&self) -> f32 {
         let light = self.film.radiance();
         let most = light.iter().map(|pixel| pixel.luminance()).fold(0.0, f32::max);
-        // At edges there is the background, too.
+        // Edges also contain the background.
         let pairs = self.features.iter().zip(&light).filter(|(features, _)| features.coverage == 1.0);
         let (mut dark, mut all) = (0.0, 0.0f32);
         for (_, light) in pairs {

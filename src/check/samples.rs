@@ -1,22 +1,22 @@
-//! Single samples that spoil an image: too bright for it, or no numbers.
+//! Single samples that spoil an image: too bright for it, or not numbers (NaN).
 
 use crate::error::words;
 use crate::film::{Film, Region};
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, explain};
 
-/// A pixel that brings as much of the image's light is looked at.
+/// A pixel is examined if it brings at least this part of the image's light.
 const SHARE: f32 = 1e-3;
-/// And as many times what pixels bring on average.
+/// It must also bring at least this many times the average of all pixels.
 const TIMES: f32 = 100.0;
-/// One sample has to bring as much of its pixel.
+/// One sample must bring at least this part of its pixel's light.
 const OF_PIXEL: f32 = 0.8;
-/// Pixels that are looked at, at most.
+/// The most pixels that are examined.
 const MOST: usize = 3;
-/// More samples of a pixel are not looked through.
+/// At most this many samples of a pixel are searched.
 const LONGEST: u32 = 1024;
 
-/// A sample that somebody should look at.
+/// A sample that deserves a look.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// Column and row.
@@ -34,9 +34,9 @@ pub struct Outlier {
 pub enum Oddity {
     /// It brings such a part of the image's light.
     Bright(f32),
-    /// It is the first of so many that are no numbers, as a whole or in part.
+    /// It is the first of this many that have a component which is NaN or negative infinity.
     NoNumber(u64),
-    /// It is the first of so many that are brighter than a radiance that they count as.
+    /// It is the first of this many that were clamped to this radiance.
     Cut(u64, f64),
 }
 
@@ -51,7 +51,7 @@ impl std::fmt::Display for Outlier {
             )?,
             Oddity::NoNumber(count) => write!(
                 f,
-                "samples are no numbers and count as black ({count} times): the first is {sample} of pixel {x},{y}"
+                "samples are not numbers (NaN) and count as black ({count} times): the first is {sample} of pixel {x},{y}"
             )?,
             Oddity::Cut(count, brightest) => write!(
                 f,
@@ -63,7 +63,7 @@ impl std::fmt::Display for Outlier {
     }
 }
 
-/// The brightest samples that no others bear out, and the first that is no number.
+/// The brightest samples that no others confirm, and the first that is not a number.
 pub fn outliers(session: &Session) -> Vec<Outlier> {
     let film = session.film();
     let mut outliers = Vec::new();
@@ -86,7 +86,7 @@ pub fn outliers(session: &Session) -> Vec<Outlier> {
     outliers
 }
 
-/// Pixels much of whose light comes from even samples alone, or from odd ones.
+/// Pixels much of whose light comes only from even samples, or only from odd ones.
 fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
     let Some([even, odd]) = film.halves() else { return Vec::new() };
     let region = film.region();

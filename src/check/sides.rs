@@ -1,4 +1,4 @@
-//! Surfaces that are there from their front alone, and seen from behind.
+//! One-sided surfaces that are seen from behind.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::shading::camera;
 
 /// Rays along the longer side of the image.
 const LONGER_SIDE: u32 = 48;
-/// The part of the image in which a surface has to be missed.
+/// A surface must be missing in at least this part of the image.
 const WORTH: f32 = 0.05;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {

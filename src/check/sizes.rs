@@ -1,18 +1,18 @@
-//! Whether things are of sizes that go together.
+//! Whether the sizes of things fit together.
 
 use super::{Checked, Finding};
 use crate::world::Light;
 
-/// Larger than this in metres a scene is probably written in another unit, if lamps light it.
+/// A scene lit by lamps that is larger than this, in metres, is probably written in another unit.
 const HUGE_M: f32 = 1000.0;
-/// Smaller than this it is.
+/// So is one that is smaller than this.
 const TINY_M: f32 = 1e-3;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { world, scene, probes } = checked;
     let size = scene.bounds.size().length();
     let lamps = world.entities.query::<&Light>().iter().filter(|light| has_power(light)).count();
-    // Of what shines with watts little is left a kilometre away.
+    // Little is left of some watts of light a kilometre away.
     if lamps > 0 && probes.dark() < 1.0 {
         let light = probes.film.radiance();
         let most = light.iter().map(|pixel| pixel.max_component()).fold(0.0, f32::max);
@@ -33,7 +33,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether a light is one that the distance weakens.
+/// Whether a light gets weaker with distance.
 fn has_power(light: &Light) -> bool {
     matches!(light, Light::Point { .. } | Light::Spot { .. } | Light::Photometric { .. } | Light::Area { .. })
 }

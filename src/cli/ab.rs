@@ -34,7 +34,7 @@ pub struct Ab {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// What of a model is shown; --set, --only and --hide are what B has and A has not.
+    /// How the scene is read. --set, --only and --hide are what only B has.
     #[command(flatten)]
     pub model: ModelOptions,
     /// What both images look like.
@@ -51,7 +51,7 @@ struct Side {
 pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let options: LoadOptions = arguments.model.of_size(arguments.picture.size);
     let Edits { look_at, orbit, zoom, ground, .. } = options.edits.clone();
-    // Both are looked at alike.
+    // Both are viewed in the same way.
     let common = Edits { look_at, orbit, zoom, ground, ..Edits::default() };
     if options.edits == common {
         let what = "there is nothing to compare: say what B has, with --set, --only or --hide";
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
         PathBuf::from(name)
     };
     let radiances = [&a, &b].map(|side| side.film.radiance());
-    // Both by A's exposure, so that what differs in them is what differs.
+    // Both with A's exposure, so that only real differences show.
     let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };
     for (end, radiance) in ["a", "b"].iter().zip(&radiances) {
         let display = DisplayTransform::new(a.settings.tonemap, own_ev + a.settings.exposure_ev, radiance);
@@ -134,20 +134,20 @@ fn write(
     Ok(())
 }
 
-/// What B has more than A. Both have the same random numbers, so that most of their noise is the same, too: what is
-/// left of it is told by the difference of even and odd samples.
+/// B minus A. Both have the same random numbers, so that most of their noise is the same, too; the difference between
+/// even and odd samples tells how much of it is left.
 struct Difference {
-    /// Luminance, pixel by pixel, in standard errors of it; neighbours are counted together.
+    /// Luminance of each pixel's difference in standard errors; neighbours are taken together.
     scores: Vec<f64>,
-    /// In the mean.
+    /// Mean difference.
     mean: f64,
-    /// Of the mean.
+    /// Standard error of the mean.
     error: f64,
     /// The part of the image whose score is beyond three.
     significant: f64,
 }
 
-/// Pixels to either side that are counted together: single ones know their own noise badly.
+/// How many pixels on either side are taken together: a single pixel says little about its own noise.
 const BESIDE: usize = 2;
 
 impl Difference {
@@ -179,7 +179,7 @@ impl Difference {
                 let (sum, variance) = near.fold((0.0, 0.0), |(sum, all), (difference, variance)| {
                     (sum + difference, all + variance)
                 });
-                // What has no noise at all differs or does not.
+                // Without any noise, it either differs or does not.
                 let score = if sum == 0.0 { 0.0 } else { sum / variance.sqrt().max(1e-12 * sum.abs()) };
                 scores.push(score);
             }

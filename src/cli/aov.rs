@@ -1,4 +1,4 @@
-//! `--aov`: output variables beside the image, in an OpenEXR file.
+//! `--aov`: output variables in addition to the image, in an OpenEXR file.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use crate::film::{Channel, Values};
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
-/// Channels of a file with all of them, light and A.
+/// The number of channels in a file with all of them, including light and A.
 pub const MOST_CHANNELS: usize = 21;
 
 /// Names of [`Aov`].
@@ -26,17 +26,17 @@ pub enum AovName {
     Normal,
     /// Base colour
     Albedo,
-    /// Place in the world
+    /// Position in the world
     Position,
     /// Number of the entity
     Entity,
     /// Number of the material
     Material,
-    /// Part of the samples that hit anything
+    /// Fraction of the samples that hit anything
     Coverage,
-    /// How many samples there are
+    /// Number of samples
     Samples,
-    /// Variance of the pixel, estimated
+    /// Estimated variance of the pixel
     Variance,
 }
 
@@ -71,7 +71,7 @@ pub fn holds(path: &std::path::Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
 }
 
-/// The outputs, with a file for what none of them can hold.
+/// The outputs, with an additional file if none of them can hold the variables.
 pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
     let mut outputs = outputs.to_vec();
     if let Some(first) = outputs.first()

@@ -12,18 +12,18 @@ use super::job_args::WorkOptions;
 use crate::film::Region;
 use crate::formats::film_file::FilmFile;
 
-/// Width and height of what is drawn at random.
+/// Width and height of the tiles that are chosen at random.
 const TILE: u32 = 16;
 
-/// What a film has been found to be.
+/// The result for a film.
 pub struct Audited {
     path: PathBuf,
     hosts: Vec<String>,
-    /// Tiles that were rendered again, and how many were other ones.
+    /// How many tiles were rendered again.
     tiles: usize,
-    /// How many of them have other bits.
+    /// How many of them differ.
     pub differing: usize,
-    /// The first of these.
+    /// The first of those that differ.
     first: Option<Region>,
 }
 
@@ -68,7 +68,7 @@ pub(super) fn audit(
     let region = file.film.region();
     let tiles = crate::render::tiles(region, TILE);
     let count = ((tiles.len() as f64 * part).ceil() as usize).clamp(1, tiles.len().max(1));
-    // By nobody's choice: whoever knew which tiles are drawn could prepare for it.
+    // At random: someone who knew which tiles are chosen could prepare for it.
     let random = RandomState::new();
     let mut drawn: Vec<(u64, Region)> = tiles
         .into_iter()
@@ -96,9 +96,9 @@ pub(super) fn audit(
     Ok(audited)
 }
 
-/// Whether a tile of a film has the bits that it has here.
+/// Whether a tile has the same bits in the film as when it is rendered here.
 fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> Result<bool, Failure> {
-    // Of a pass that was under way nothing is known for sure.
+    // About an unfinished pass nothing is known for certain.
     if file.header.begun.is_some() {
         return Ok(true);
     }

@@ -20,7 +20,7 @@ pub struct Check {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// What of a model is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: ModelOptions,
     /// What the image would look like.

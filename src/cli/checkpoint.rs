@@ -1,4 +1,4 @@
-//! Saving what there is while more is rendered.
+//! Saves what there is while rendering continues.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -25,14 +25,14 @@ pub struct Checkpoint {
 
 struct Saving {
     last: Instant,
-    /// Writes what was taken last.
+    /// The thread that writes the last state.
     writer: Option<JoinHandle<Result<(), SaveError>>>,
     /// Whether the file is this rendering's.
     saved: bool,
 }
 
 impl Checkpoint {
-    /// To be saved for the first time after `every`. The header says all but what is in the film.
+    /// The first save is after `every`. The header says everything except what is in the film.
     pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: Header) -> Checkpoint {
         let begun = Instant::now();
         let saving = Mutex::new(Saving { last: begun, writer: None, saved: false });
@@ -60,7 +60,7 @@ impl Checkpoint {
         saving.writer = std::thread::Builder::new().name("checkpoint".into()).spawn(write).ok();
     }
 
-    /// Waits for the thread that writes, and says what went wrong. The rendering goes on.
+    /// Waits for the writing thread, and reports what went wrong. Rendering goes on.
     fn end(&self, saving: &mut Saving) {
         let Some(written) = saving.writer.take().and_then(|writer| writer.join().ok()) else { return };
         match written {
@@ -71,8 +71,8 @@ impl Checkpoint {
         }
     }
 
-    /// Saves the end: a film that was asked for; of others one that there is something left of, if it has taken
-    /// long.
+    /// Saves the final state: always to a film that was asked for; otherwise only if samples are missing and
+    /// rendering has taken long.
     pub fn save_end(&self, header: &Header, gathered: &Gathered, has_more: bool, saved: &mut Saved) {
         let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
         self.end(&mut saving);
@@ -87,7 +87,8 @@ impl Checkpoint {
         }
     }
 
-    /// All is written, and nothing is left to go on with: what was not asked for goes. If it stays it does no harm.
+    /// Called when everything is written and complete: removes the file unless it was asked for. If it cannot be
+    /// removed, it does no harm.
     pub fn remove(self) {
         if !self.is_wanted && is_ours(&self.path, &self.header) {
             let _ = std::fs::remove_file(&self.path);
@@ -95,7 +96,7 @@ impl Checkpoint {
     }
 }
 
-/// Whether a file that was left behind holds a part of what is whole now.
+/// Whether a leftover file holds a part of what is now complete.
 fn is_ours(path: &std::path::Path, header: &Header) -> bool {
     film_file::load_header(path).is_ok_and(|found| found.difference(header).is_none())
 }

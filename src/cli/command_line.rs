@@ -4,14 +4,34 @@ use std::ffi::{OsStr, OsString};
 use std::ops::Range;
 use std::path::Path;
 
+use super::args::parse_place;
 use crate::formats::film_file::Header;
 
-/// Words as they are meant: what other programs call samples a pixel is `--samples` with a plain number.
+/// Words as they are meant: `--samples` with a plain number is what other programs call samples per pixel, and two
+/// places in one word are two words.
 pub fn understood(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let is_number = |word: &OsStr| !word.is_empty() && word.as_encoded_bytes().iter().all(u8::is_ascii_digit);
     let mut words = words.into_iter().peekable();
     let mut meant = Vec::new();
     while let Some(word) = words.next() {
+        if word == "--look-at" {
+            let places =
+                words.next_if(|next| next.to_str().is_some_and(|next| next.split_whitespace().count() == 2));
+            meant.push(word);
+            let places_are_two = places.is_some();
+            let places = places.iter().filter_map(|places| places.to_str()).flat_map(str::split_whitespace);
+            meant.extend(places.map(OsString::from));
+            if places_are_two {
+                continue;
+            }
+            meant.extend(words.next());
+            let is_place = |next: &OsString| next.to_str().is_some_and(|next| parse_place(next).is_ok());
+            if words.peek().is_some_and(|next| !is_place(next)) {
+                // What is missing is told, not what becomes of the words after it.
+                meant.push(OsString::new());
+            }
+            continue;
+        }
         let attached = word.to_str().and_then(|word| word.strip_prefix("--samples="));
         meant.push(match attached.filter(|number| is_number(OsStr::new(number))) {
             Some(number) => format!("--spp={number}").into(),
@@ -49,7 +69,7 @@ fn recorded(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// A word as a shell takes it.
+/// A word, quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:@%+".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -58,7 +78,7 @@ pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// What renders a part, beside the one that is at `path`.
+/// The command that renders another part, next to the one at `path`.
 pub fn of_shard(header: &Header, path: &Path, [index, count]: [u32; 2]) -> String {
     let own = header.shard.map_or(0, |[index, _]| index);
     let name = path.to_string_lossy();
@@ -73,7 +93,7 @@ pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
     line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
 }
 
-/// What tells how a sample of a rendering came about.
+/// The command that explains a sample of a rendering.
 pub fn of_explain(header: &Header, [x, y]: [u32; 2], sample: u32) -> String {
     let settings = &header.settings;
     let [width, height] = settings.size;
@@ -126,7 +146,7 @@ pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
     left
 }
 
-/// A file's name with another number in it, the last one that is the old one.
+/// A file's name with the old number in it replaced by a new one.
 fn other_number(name: &str, old: u32, new: u32) -> Option<String> {
     let start = name.rfind(['/', '\\']).map_or(0, |at| at + 1);
     let old = old.to_string();

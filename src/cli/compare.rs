@@ -30,10 +30,10 @@ pub struct Compare {
     /// Exit with 5 if the root mean square error is larger
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_rmse: Option<f64>,
-    /// Exit with 5 if the relative mean square error is larger
+    /// Exit with 5 if the relative mean squared error is larger
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_relmse: Option<f64>,
-    /// Exit with 5 if the peak signal to noise ratio is smaller
+    /// Exit with 5 if the peak signal-to-noise ratio is smaller
     #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = limit)]
     pub min_psnr: Option<f64>,
     /// Exit with 5 if the structural similarity is smaller
@@ -108,7 +108,7 @@ fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &Comparison)
     Ok(save(path, &Output { width, height, radiance: &colors, display, bits, metadata: &[], channels: &[] })?)
 }
 
-/// Something that was asked of the images.
+/// A limit that was set for the images.
 struct Limit {
     flag: &'static str,
     value: f64,
@@ -161,7 +161,7 @@ fn text(metrics: &Metrics, limits: &[Limit]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// One object for programs. What is infinite or no number is null.
+/// One object for programs. Infinity and NaN become null.
 fn json(arguments: &Compare, size: [u32; 2], metrics: &Metrics, limits: &[Limit]) -> Value {
     json!({
         "image": output::path_json(&arguments.image),

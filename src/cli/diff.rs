@@ -18,7 +18,7 @@ pub struct Diff {
     pub a: PathBuf,
     /// Another one
     pub b: PathBuf,
-    /// What of a model is shown.
+    /// How the scenes are read.
     #[command(flatten)]
     pub model: ModelOptions,
 }

@@ -25,17 +25,17 @@ pub struct Explain {
     /// Column and row of the pixel from the top left, such as 480,270
     #[arg(value_name = "X,Y", value_parser = parse_pixel)]
     pub pixel: args::ImageSize,
-    /// Only this one of its samples, from 0
+    /// Follow only this sample, counted from 0
     #[arg(long, value_name = "N")]
     pub sample: Option<u32>,
-    /// Samples a pixel [default: the scene's]; random numbers depend on it
+    /// Samples per pixel [default: the scene's]; the random numbers depend on it
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
     pub size: Option<args::ImageSize>,
-    /// Which random numbers [default: the scene's]
+    /// Seed of the random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Name of the camera to look through [default: the first]
@@ -47,7 +47,7 @@ pub struct Explain {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// What of it is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
         Some(sample) if sample >= samples => {
             let last = samples - 1;
             return Err(Failure::command_line(format!(
-                "there is no sample {sample}: with {samples} a pixel the last is {last}"
+                "there is no sample {sample}: with {samples} samples a pixel the last one is {last}"
             )));
         }
         Some(sample) => sample..sample + 1,
@@ -189,7 +189,7 @@ fn step_lines(step: &Step) -> Vec<String> {
     lines
 }
 
-/// What one of two ways to find a light counts for.
+/// The weight of one of two ways to find a light.
 fn share(share: f32) -> String {
     if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
 }

@@ -11,7 +11,7 @@ use crate::study::experiment::StudyError;
 use crate::view::scene::SceneError;
 use crate::view::tev::TevError;
 
-/// What is at fault. Every kind has an exit code of its own.
+/// What is at fault. Each kind has its own exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A scene or another file that is read.
@@ -20,9 +20,9 @@ pub enum Fault {
     CommandLine,
     /// Something could not be written.
     Output,
-    /// There is not enough memory, there are not enough threads, or numbers have no room for what a scene holds.
+    /// Too little memory, too few threads, or a scene that holds more than the numbers can count.
     Limit,
-    /// What should be equal is not.
+    /// Things differ that should be equal.
     Difference,
     /// Whoever read standard output has closed it: nothing is said about that.
     ClosedPipe,
@@ -42,7 +42,7 @@ impl Fault {
             Fault::Output => 3,
             Fault::Limit => 4,
             Fault::Difference => 5,
-            // As shells tell that SIGPIPE (13) has ended a program.
+            // As shells report that a program was ended by SIGPIPE (13).
             Fault::ClosedPipe => 128 + 13,
         }
     }
@@ -76,7 +76,7 @@ impl Failure {
         Failure { fault: Fault::Limit, message: message.into() }
     }
 
-    /// What should be equal is not.
+    /// Things differ that should be equal.
     pub fn difference(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::Difference, message: message.into() }
     }
@@ -111,7 +111,7 @@ impl Failure {
         self.fault == Fault::ClosedPipe
     }
 
-    /// Says why, and with which code the program ends.
+    /// Reports why, and returns the program's exit code.
     pub fn tell(&self) -> ExitCode {
         if !self.is_closed_pipe() {
             tell_all(&format!("error: {self}"));
@@ -125,17 +125,14 @@ fn of_scene(error: &CompileError) -> Fault {
         CompileError::TooLarge(_) => Fault::Limit,
         // Nothing but --camera asks for one by its name.
         CompileError::UnknownCamera { .. } => Fault::CommandLine,
-        CompileError::NoCamera | CompileError::Entity { .. } => Fault::File,
+        CompileError::NoCamera | CompileError::Entity { .. } | CompileError::Invalid { .. } => Fault::File,
     }
 }
 
 fn of_file(error: &LoadError) -> Fault {
     match error {
         LoadError::TooLarge { .. } => Fault::Limit,
-        // What is called as an option is one: edits of the command line are read as files are.
-        LoadError::Invalid { file, .. } if file.as_os_str().as_encoded_bytes().starts_with(b"--") => {
-            Fault::CommandLine
-        }
+        LoadError::Option { .. } => Fault::CommandLine,
         LoadError::Io { .. } | LoadError::At { .. } | LoadError::Invalid { .. } => Fault::File,
     }
 }
@@ -148,7 +145,15 @@ impl From<TevError> for Failure {
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
-        Failure { fault: of_file(&error), message: error.to_string() }
+        let fault = of_file(&error);
+        let message = match error {
+            // As it is typed: `time_s` is --time.
+            LoadError::Option { option, reason } => {
+                format!("--{}: {reason}", option.trim_end_matches("_s").replace('_', "-"))
+            }
+            error => error.to_string(),
+        };
+        Failure { fault, message }
     }
 }
 
@@ -181,13 +186,13 @@ impl From<StudyError> for Failure {
 
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
-        let fault = match &error {
-            SceneError::Load(error) => of_file(error),
-            SceneError::Compile { source, .. } => of_scene(source),
-            SceneError::Save(_) => Fault::Output,
-            SceneError::Refused(_) => Fault::CommandLine,
-        };
-        Failure { fault, message: error.to_string() }
+        let message = error.to_string();
+        match error {
+            SceneError::Load(error) => error.into(),
+            SceneError::Compile { source, .. } => Failure { fault: of_scene(&source), message },
+            SceneError::Save(error) => error.into(),
+            SceneError::Refused(_) => Failure { fault: Fault::CommandLine, message },
+        }
     }
 }
 

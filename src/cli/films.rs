@@ -39,7 +39,7 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
     Some(Gathered { film, moments, samples, pass, rays, allocation })
 }
 
-/// Says of a film what is in it.
+/// Records in a header what is in the film.
 pub fn describe(header: &mut Header, gathered: &Gathered) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
@@ -53,7 +53,7 @@ pub fn describe(header: &mut Header, gathered: &Gathered) {
     });
 }
 
-/// Which are set.
+/// The numbers of those that are set.
 fn numbers(flags: &[bool]) -> Vec<u32> {
     (0..).zip(flags).filter(|(_, is_set)| **is_set).map(|(number, _)| number).collect()
 }
@@ -63,7 +63,7 @@ pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), Sav
     film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
 }
 
-/// Writes a film to standard output, where its header says what is in it.
+/// Writes a film to standard output. The header must describe it.
 pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
     film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
         .map_err(Failure::stdout("the film"))

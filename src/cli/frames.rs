@@ -11,17 +11,17 @@ use super::{Failure, shard};
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct FrameOptions {
-    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; auto/1-48 takes the one of them that
-    /// the scheduler's number stands for; #### in -o stands for the frame's number
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; auto/1-48 picks the one that the
+    /// scheduler's task number stands for; #### in -o stands for the frame's number
     #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
     pub frames: Option<Frames>,
-    /// Frames a second: frame N is at N / fps seconds
+    /// Frames per second: frame N is at N / fps seconds
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_fps)]
     pub fps: f32,
-    /// Blur what moves while the shutter is open: for that part of the time from frame to frame, such as 0.5
+    /// Blur motion: the shutter is open for this part of the time between frames, such as 0.5
     #[arg(long, value_name = "PART", value_parser = parse_shutter)]
     pub shutter: Option<f32>,
-    /// At how many moments of that time the scene is rendered, each with its part of the samples
+    /// Number of moments within that time at which the scene is rendered, each with its part of the samples
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub moments: u32,
 }
@@ -39,7 +39,7 @@ pub struct Frames {
 const MOST: u32 = 1_000_000;
 
 impl Frames {
-    /// Their numbers, in the order in which they were named.
+    /// Their numbers, in the order given.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
         self.ranges.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
     }
@@ -58,7 +58,7 @@ impl Frames {
 }
 
 impl std::fmt::Display for Frames {
-    /// As `--frames` takes it.
+    /// In the form that `--frames` takes.
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         for (place, [first, last, step]) in self.ranges.iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };

@@ -9,7 +9,7 @@ use super::Failure;
 use super::args::Arguments;
 use crate::error::did_you_mean;
 
-/// Why a word that stands where a command or a scene does is neither, if it is nearly a command.
+/// The failure for a word in the place of a command or a scene that is neither, but nearly a command.
 pub fn misspelt_command(word: &OsStr) -> Option<Failure> {
     let path = Path::new(word);
     let is_word = path.extension().is_none() && path.parent() == Some(Path::new(""));

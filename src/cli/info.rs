@@ -25,7 +25,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let peak = memory::peak();
     let mut facts = facts(&world, &scene)?;
     let scene_bytes = scene.memory().total() as u64;
-    // How much of its bound the builder takes depends on which thread is when where.
+    // How much of its bound the builder really uses depends on the timing of its threads.
     let meshes: usize = world.assets.meshes.iter().map(|mesh| mesh.bytes()).sum();
     let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
     let building = before.map(|before| before + building as u64);
@@ -88,7 +88,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
     }))
 }
 
-/// What glTF files there are, and what can be chosen of them.
+/// The glTF files, and what they offer to choose from.
 fn models(world: &World) -> Result<Vec<Value>, Failure> {
     let is_model = |path: &PathBuf| {
         let extension = path.extension().unwrap_or_default();
@@ -136,7 +136,7 @@ fn emitters(world: &World, scene: &CompiledScene) -> Vec<Value> {
     lights.into_iter().chain(materials).collect()
 }
 
-/// What a material gives off, at most where it is a texture's.
+/// A material's emitted radiance; if it is textured, an upper bound.
 fn radiance(world: &World, material: u32) -> Rgb {
     let emission = match world.assets.materials.get(material as usize).map(|named| &named.material) {
         Some(Material::BlinnPhong(material)) => material.emission,
@@ -236,7 +236,8 @@ fn text(facts: &Value) -> String {
         lines.push(format!("mesh       {}{file}: {} triangles", plain(&mesh["name"]), mesh["triangles"]));
     }
     for image in list(&facts["images"]) {
-        lines.push(format!("image      {}: {} x {}", plain(&image["file"]), image["width"], image["height"]));
+        let file = if image["file"].is_null() { "of the model".to_owned() } else { plain(&image["file"]) };
+        lines.push(format!("image      {file}: {} x {}", image["width"], image["height"]));
     }
     for model in list(&facts["models"]) {
         let file = plain(&model["file"]);

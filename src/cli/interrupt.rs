@@ -1,4 +1,4 @@
-//! Ctrl-C, and what systems send to a program that shall end.
+//! Ctrl-C, and the signals that ask a program to end.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -23,17 +23,17 @@ impl Interrupt {
         watched.clone()
     }
 
-    /// Set when what is under way shall end.
+    /// Set when the current work must end.
     pub(super) fn flag(&self) -> &AtomicBool {
         &self.stop
     }
 
-    /// Whether the program shall end.
+    /// Whether the program has been asked to end.
     pub(super) fn is_set(&self) -> bool {
         self.signal.load(Ordering::Acquire) != 0
     }
 
-    /// What is under way is not wanted any more, and something else is.
+    /// The current work is no longer wanted, but something else is.
     pub(super) fn stop(&self) {
         self.stop.store(true, Ordering::Release);
     }
@@ -48,7 +48,7 @@ impl Interrupt {
         if self.is_set() { 128 + self.signal.load(Ordering::Relaxed) } else { 0 }
     }
 
-    /// Says whether it is the first.
+    /// Records a signal; returns whether it is the first.
     fn set(&self, signal: u8) -> bool {
         let none_before =
             self.signal.compare_exchange(0, signal, Ordering::AcqRel, Ordering::Relaxed).is_ok();
@@ -60,8 +60,9 @@ impl Interrupt {
 /// The number of Ctrl-C's signal.
 const SIGINT: u8 = 2;
 
-/// Two signals that would end the program without a word of ours. A file that may not grow any more (`ulimit -f`) is an
-/// error of the write. When the allocator gives up, standard library and all, it has said so: then a limit was met.
+/// Handles two signals that would end the program without a message. A file that must not grow any more (`ulimit -f`)
+/// becomes a write error. When the allocator gives up (even the standard library's), it has said so, and the exit
+/// code says that a limit was met.
 #[cfg(unix)]
 pub(super) fn guard() {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
@@ -70,7 +71,7 @@ pub(super) fn guard() {
 
     let limit = Fault::Limit.number().into();
     let gives_up = Arc::new(AtomicBool::new(true));
-    // Without these handlers it is as it always is.
+    // Without these handlers everything is as usual.
     let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, limit, gives_up.clone());
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let usual = std::panic::take_hook();
@@ -89,7 +90,7 @@ fn watch(interrupt: Interrupt) {
     use signal_hook::consts::{SIGHUP, SIGTERM};
     use std::time::{Duration, Instant};
 
-    /// What passes signals on may send one twice, to the program and to its group: that is one wish.
+    /// A launcher may pass a signal on twice, to the program and to its group. That counts once.
     const AT_ONCE: Duration = Duration::from_millis(500);
 
     let last = if ignores_hangup() { None } else { Some(SIGHUP) };
@@ -107,11 +108,11 @@ fn watch(interrupt: Interrupt) {
             first.get_or_insert_with(Instant::now);
         }
     };
-    // Where there is no thread to be had nothing is saved when somebody ends it.
+    // If no thread can be started, nothing is saved when someone ends the program.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(watch);
 }
 
-/// Whether the program has been started to ignore SIGHUP, or there is no telling.
+/// Whether the program was started so as to ignore SIGHUP, or that cannot be found out.
 #[cfg(unix)]
 fn ignores_hangup() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

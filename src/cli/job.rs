@@ -33,11 +33,11 @@ pub struct Job {
     pub header: Header,
     /// The scene with the settings.
     pub frame: Arc<Frame>,
-    /// Entities' names, where they are wanted.
+    /// Names of entities, if they are needed.
     pub names: HashMap<u32, String>,
-    /// What of the scene is probably not as it was meant.
+    /// What in the scene is probably not as intended.
     findings: Vec<String>,
-    /// How long it took up to here.
+    /// How long it has taken so far.
     pub phases: Phases,
     /// What other moments of it have in common with this one.
     reuse: Reuse,
@@ -46,7 +46,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// Reads a scene and gets it ready. `change` is what is said elsewhere about it.
+    /// Reads a scene and prepares it. `change` makes the changes that were asked for elsewhere.
     pub fn load(path: &Path, view: View, quiet: bool, change: impl Fn(&mut World)) -> Result<Job, Failure> {
         let mut reuse = Reuse::new(view.moments() > 1);
         Self::load_frame(path, view, quiet, &mut reuse, change)
@@ -61,7 +61,7 @@ impl Job {
         change: impl Fn(&mut World),
     ) -> Result<Job, Failure> {
         let sources = SourceFiles::with(reuse.kept.clone());
-        // Known even if nothing comes of it: whoever mends it changes one of them.
+        // Recorded even if loading fails: fixing it means changing one of these files.
         reuse.sources = sources.clone();
         let Compiled { compiled, frame, findings, settings, source, names, phases } =
             compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
@@ -141,7 +141,7 @@ impl Job {
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
-        // One film counts in one unit.
+        // A film has only one unit.
         let frame = Frame { unit: self.frame.unit, ..found.frame };
         (self.frame, self.moment) = (Arc::new(frame), moment);
         self.reuse.before = Some(found.compiled);
@@ -192,7 +192,7 @@ impl Job {
     }
 }
 
-/// What is wanted of a job.
+/// What to do with a job.
 pub struct Wanted<'a> {
     /// Files.
     pub outputs: Outputs,
@@ -202,7 +202,7 @@ pub struct Wanted<'a> {
     pub stop: &'a StopOptions,
     /// How to work.
     pub work: &'a WorkOptions,
-    /// Who looks on.
+    /// Where the image is shown meanwhile.
     pub onlookers: &'a Onlookers,
     /// Files whose change ends it: nothing is written then.
     pub watched: Option<&'a SourceFiles>,
@@ -226,7 +226,7 @@ impl Wanted<'_> {
     }
 }
 
-/// Renders what is left of a job and writes what is wanted of it. `found` is a film to go on with.
+/// Renders the rest of a job and writes its outputs. `found` is a film to continue.
 pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Result<u8, Failure> {
     let outputs = &wanted.outputs;
     let images = aov::with_file(&outputs.images, &job.header.settings.aov);
@@ -274,7 +274,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         return Ok(0);
     }
     if job.header.view.moments() > 1 {
-        // What depths and normals show of what moves is the middle of it.
+        // Depths and normals of moving things show the middle moment.
         job.move_to(job.header.view.moments() / 2)?;
         session.set_frame(job.frame.clone());
     }
@@ -286,7 +286,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
 
     let start = Instant::now();
     let mut saved = Saved::default();
-    // Before the images: these can be made of it again.
+    // Before the images, because these can be made again from it.
     if let Some(checkpoint) = &checkpoint {
         checkpoint.save_end(&job.header, session.gathered(), !session.is_done(), &mut saved);
     } else if let Some(path) = &outputs.film {
@@ -303,8 +303,8 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     Ok(code)
 }
 
-/// Whether a checkpoint that nobody asked for may go to a file: not where hours of another rendering wait to be
-/// gone on with.
+/// Whether an unrequested checkpoint may be written to a file: not if that holds hours of another rendering that
+/// could still be continued.
 fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
     let Ok(there) = film_file::load_header(path) else { return true };
     let other = there.difference_of_job(header);
@@ -370,7 +370,7 @@ fn finish(
     saved.end(&header, session.gathered())
 }
 
-/// What of a finished image is probably not as it was meant. `told`: its scene has been told of.
+/// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
 fn faults(header: &Header, session: &Session, exposure_ev: f32, told: bool) -> Vec<String> {
     let finding =
         check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film(), told);
@@ -381,7 +381,7 @@ fn faults(header: &Header, session: &Session, exposure_ev: f32, told: bool) -> V
     finding.map(|finding| finding.to_string()).into_iter().chain(outliers).collect()
 }
 
-/// Takes what a film has.
+/// Takes over the samples of a film.
 fn go_on_with(
     session: &mut Session,
     header: &mut Header,
@@ -435,10 +435,13 @@ fn passes(
         looking.passed(session);
     }
     looking.finish(session);
+    if let Some(missed) = rules.missed(session).filter(|_| !wanted.work.quiet) {
+        output::tell(missed);
+    }
     Ok((interrupt.exit_code(), stopped_by))
 }
 
-/// Does something, which is told to stop when a file changes.
+/// Does some work, and tells it to stop when a file changes.
 fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: impl FnOnce() -> T) -> T {
     let Some(files) = files else { return work() };
     let done = AtomicBool::new(false);
@@ -452,7 +455,7 @@ fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: 
                 std::thread::sleep(LOOK);
             }
         };
-        // Where there is no thread to be had it is looked after this picture.
+        // If no thread can be started, the change is noticed after this picture.
         let _ = std::thread::Builder::new().spawn_scoped(scope, look);
         let worked = work();
         done.store(true, Ordering::Release);

@@ -1,4 +1,4 @@
-//! Options that everything which renders has in common.
+//! Options shared by everything that renders.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,17 +17,17 @@ pub struct WorkOptions {
     /// Order in which rays are traced; the image is the same
     #[arg(long, value_enum, default_value_t = ScheduleName::Wavefront)]
     pub schedule: ScheduleName,
-    /// Paths of a wave of the wavefront schedule; the image is the same
+    /// Paths in a wave of the wavefront schedule; the image is the same
     #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
           value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub wave: u32,
     /// Threads; 0 means one for each core
     #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Instruction set [default: the widest there is]; the image is the same
+    /// Instruction set [default: the widest available]; the image is the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub simd: Option<Level>,
-    /// No progress (a bar on a terminal, else a line every 30 seconds), no summary
+    /// Show neither progress (a bar on a terminal, else a line every 30 seconds) nor a summary
     #[arg(short, long)]
     pub quiet: bool,
     /// Print statistics as one JSON object
@@ -38,31 +38,29 @@ pub struct WorkOptions {
 /// Where the image is to be seen while it is rendered.
 #[derive(Args, Debug)]
 pub struct LookOptions {
-    /// Show the image, as floats, while it is rendered: in tev or HDRView, which listens there, usually at
-    /// 127.0.0.1:14158
+    /// Show the image, as floats, while it renders: in tev or HDRView listening there, usually at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
-    /// Show the image while it is rendered: in the terminal, under the progress bar
+    /// Show the image while it renders, in the terminal under the progress bar
     #[arg(long)]
     pub preview: bool,
 }
 
-/// What comes out of it, and where it goes.
+/// What is written, and where to.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]
 pub struct OutputOptions {
-    /// Where it goes: images .png, .exr or .hdr, a film to go on with .film, or - for a film (of --frames: a video, as
-    /// YUV4MPEG2) to standard output;
-    /// may be given several times [default: the scene's name with .png, here]
+    /// Where to write: images (.png, .exr, .hdr), a film to continue later (.film), or - for standard output (a film;
+    /// with --frames a video, as YUV4MPEG2); may be given several times [default: the scene's name with .png, here]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Replace a .film that holds something else
     #[arg(long)]
     pub overwrite: bool,
-    /// Write beside each image NAME.denoised with its extension: the same without its noise
+    /// Also write each image without its noise, as NAME.denoised with the same extension
     #[arg(long)]
     pub denoise: bool,
-    /// Bits a channel of PNG files
+    /// Bits per channel of PNG files
     #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = parse_bits)]
     pub bits: u8,
 }
@@ -71,24 +69,24 @@ pub struct OutputOptions {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Stopping")]
 pub struct StopOptions {
-    /// Stop once the noise is below that part of the image's brightness, such as noise=1%
+    /// Stop once the noise is below this part of the image's brightness, such as noise=1%
     #[arg(long, value_name = "noise=PERCENT", value_parser = parse_until)]
     pub until: Option<f64>,
-    /// Stop after so long, such as 90s, 10m or 2h
+    /// Stop after this time, such as 90s, 10m or 2h
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub max_time: Option<Duration>,
-    /// Save the film as often, such as 30s, to go on after whatever happens; off: never [default: 1m, to the
-    /// .film that is asked for, else to NAME.checkpoint.film, which is removed at the end]
+    /// Save the film this often, such as 30s, so that it can be continued whatever happens; off: never [default: 1m,
+    /// to the .film that is asked for, else to NAME.checkpoint.film, which is removed at the end]
     #[arg(long, value_name = "TIME|off", value_parser = parse_checkpoint)]
     pub checkpoint: Option<CheckpointEvery>,
 }
 
-/// What `--checkpoint` can be.
+/// The values of `--checkpoint`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointEvery {
-    /// Not at all.
+    /// Never.
     Off,
-    /// As often.
+    /// At this interval.
     Time(Duration),
 }
 
@@ -97,7 +95,7 @@ pub enum CheckpointEvery {
 pub struct Outputs {
     /// Pictures.
     pub images: Vec<PathBuf>,
-    /// A film to go on with.
+    /// A film that can be continued.
     pub film: Option<PathBuf>,
     /// Whether a film goes to standard output.
     pub to_stdout: bool,
@@ -115,12 +113,12 @@ pub struct Video {
 }
 
 impl Outputs {
-    /// Whether something else than words goes to standard output.
+    /// Whether standard output is taken by something other than text.
     pub fn takes_stdout(&self) -> bool {
         self.to_stdout || self.video.is_some()
     }
 
-    /// Of what was given.
+    /// Sorts the given files by kind.
     pub fn of(given: &[PathBuf]) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         for path in given {

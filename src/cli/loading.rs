@@ -1,4 +1,4 @@
-//! A scene's files, read and compiled: for the first time, or after another state of theirs.
+//! Reads and compiles a scene's files, for the first time or after they have changed.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
@@ -20,18 +20,20 @@ pub struct Reuse {
     pub kept: Kept,
     /// There is more than one moment.
     pub several: bool,
-    /// Whether what is shared is compared with what would be made without.
+    /// Whether to compare shared things with what would be made without sharing.
     pub paranoid: bool,
     /// The moment before.
     pub before: Option<Arc<compile::Compiled>>,
     /// The files that were read last.
     pub sources: SourceFiles,
+    /// The exposure of all frames in stops, if the first one chooses it.
+    pub exposure_ev: Option<f32>,
     /// Warnings that have been told: once is enough.
     pub told: BTreeSet<String>,
 }
 
 impl Reuse {
-    /// For a scene of which there is more than one moment, if so.
+    /// For a scene of one moment, or of several.
     pub fn new(several: bool) -> Reuse {
         let kept = if several { Kept::keeping() } else { Kept::default() };
         Reuse { kept, several, ..Reuse::default() }
@@ -55,14 +57,14 @@ pub struct Compiled {
     pub settings: Settings,
     /// What was read.
     pub source: Source,
-    /// Entities' names, where they are wanted.
+    /// Names of entities, if they are needed.
     pub names: HashMap<u32, String>,
     /// How long it took.
     pub phases: Phases,
 }
 
-/// Reads and compiles. `change` is what is said elsewhere about the scene; `asks`: what is probably not as
-/// it was meant is told.
+/// Reads and compiles a scene. `change` makes the changes that were asked for elsewhere; `asks`: also find out what
+/// is probably not as intended.
 pub fn compiled(
     path: &Path,
     view: &View,

@@ -1,4 +1,4 @@
-//! `rayfront ls SCENE QUERY`: what of a scene is meant.
+//! `rayfront ls SCENE QUERY`: the parts of a scene that a query selects.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -17,12 +17,12 @@ use crate::formats::ron::{Portrait, portrait};
 pub struct Ls {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What is meant, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities]
+    /// What to select, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities and materials]
     pub query: Option<String>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// What of a model is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: ModelOptions,
 }
@@ -32,7 +32,8 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
     let query = Query::parse(arguments.query.as_deref().unwrap_or("Entity"))
         .map_err(|error| Failure::command_line(error.to_string()))?;
     let Portrait { materials, entities, .. } = portrait(&world, &arguments.scene);
-    let found: Vec<(String, Vec<(&str, String)>)> = match select(&world, &query) {
+    let named = materials.clone();
+    let mut found: Vec<(String, Vec<(&str, String)>)> = match select(&world, &query) {
         Selected::Materials(ids) => {
             let of = |id: crate::world::MaterialId| {
                 let (name, text) = materials.get((id.0 as usize).checked_sub(1)?)?.clone();
@@ -46,6 +47,9 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
             order.filter(|(entity, _)| meant.contains(entity)).map(|(_, portrait)| portrait).collect()
         }
     };
+    if arguments.query.is_none() {
+        found.extend(named.into_iter().map(|(name, text)| (name, vec![("material", text)])));
+    }
     if found.is_empty() && arguments.query.is_some() && !arguments.json {
         output::tell(nothing_meant(&world, &query));
     }

@@ -19,7 +19,7 @@ pub struct Completions {
 /// `rayfront man`.
 #[derive(Args, Debug)]
 pub struct Man {
-    /// Where the pages go; made if it is not there
+    /// Folder for the pages; created if it does not exist
     pub folder: PathBuf,
 }
 

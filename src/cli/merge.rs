@@ -24,20 +24,20 @@ use crate::world::Adaptive;
 /// `rayfront merge`.
 #[derive(Args, Debug)]
 pub struct Merge {
-    /// Films of one image, in any order; - for those that come one after the other on standard input
+    /// Films of one image, in any order; - for films one after the other on standard input
     #[arg(required = true)]
     pub films: Vec<PathBuf>,
-    /// Make the image of what is there, even if samples are missing
+    /// Make the image from what there is, even if samples are missing
     #[arg(long)]
     pub partial: bool,
-    /// Render so much of every film once more, drawn at random, and compare the bits, such as 1%
+    /// Render this much of every film again, chosen at random, and compare the bits, such as 1%
     #[arg(long, value_name = "PERCENT", value_parser = audit::parse)]
     pub audit: Option<f64>,
-    /// Where the scene is now, where it is needed (--denoise, --audit, output variables) [default: where it was, or
-    /// beside the first film]
+    /// Where the scene is now, if it is needed (--denoise, --audit, output variables) [default: where it was, or next
+    /// to the first film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
-    /// What comes out of it.
+    /// What is written.
     #[command(flatten)]
     pub output: OutputOptions,
     /// How to work.
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
     on_threads(arguments.work.threads, || merge(arguments))?.map(ExitCode::from)
 }
 
-/// What has been put together so far.
+/// What has been merged so far.
 struct Merged {
     header: Header,
     gathered: Gathered,
@@ -99,7 +99,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
         return Err(Failure::difference(lines.join("\n")));
     }
     if unfinished && (outputs.film.is_some() || outputs.to_stdout) {
-        let reason = "a film of films that are unfinished could not be gone on with";
+        let reason = "a film made of unfinished films cannot be continued";
         return Err(Failure::command_line(format!(
             "{reason}: finish them with rayfront resume, or ask for images alone"
         )));
@@ -117,7 +117,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     write_images(arguments, &outputs, merged, &missing, start, saved)
 }
 
-/// Adds a film, if it fits.
+/// Adds a film, if it belongs to the others.
 fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Merge) -> Result<(), Failure> {
     let wrong = |reason: String| Failure::file(format!("{}: {reason}", path.display()));
     let header = film.header.clone();

@@ -66,7 +66,8 @@ pub fn main() -> ExitCode {
     outcome.unwrap_or_else(|failure| failure.tell())
 }
 
-/// Whether words, of which the first is the program's name, are a command line: what the guides show must be.
+/// Whether words, the first of which is the program's name, are a valid command line. Everything shown in the guides
+/// must be.
 pub fn understands(words: &[String]) -> Result<(), String> {
     let words = command_line::understood(words.iter().map(OsString::from));
     Arguments::try_parse_from(&words).map(drop).map_err(|error| error.to_string())
@@ -98,7 +99,7 @@ fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Help that was asked for, or what is wrong with the command line, which begins with a word.
+/// Prints help that was asked for, or says what is wrong with the command line, whose first word is `first`.
 fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Failure> {
     let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| hints::misspelt_command(word));
     if let Some(failure) = misspelt {

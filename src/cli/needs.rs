@@ -1,4 +1,4 @@
-//! How much memory a rendering takes besides its scene.
+//! How much memory a rendering takes in addition to its scene.
 
 use super::{Failure, aov};
 use crate::denoise;
@@ -10,19 +10,19 @@ use crate::memory;
 use crate::render::{DEFAULT_WAVE, Options};
 use crate::world::Settings;
 
-/// What a thread takes by itself: its stack as far as it is used, and what the allocator sets aside for it.
+/// What a thread takes: the used part of its stack, and what the allocator sets aside for it.
 const THREAD: usize = 5 << 19;
 
 /// Paths of a wave that is made to be measured.
 const MEASURED: usize = 1024;
 
-/// What of a rendering takes memory.
+/// What decides how much memory a rendering takes.
 pub struct Needs {
     /// Pixels.
     pub region: Region,
     /// Whether an OpenEXR file is written.
     pub to_openexr: bool,
-    /// Whether noise is taken out.
+    /// Whether the image is denoised.
     pub denoises: bool,
     /// In which order.
     pub schedule: Schedule,
@@ -31,7 +31,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// As it is unless told otherwise.
+    /// The defaults.
     pub fn usual(region: Region) -> Needs {
         Needs {
             region,
@@ -57,7 +57,7 @@ impl Needs {
             pixel += denoise::BYTES + 2 * size_of::<Features>();
         }
         let queues = match self.schedule {
-            // A wave of some size takes in proportion what any other does.
+            // A wave takes memory in proportion to its size.
             Schedule::Wavefront => {
                 Wave::new(frame, MEASURED, Default::default()).bytes() / MEASURED * self.wave
             }
@@ -69,7 +69,7 @@ impl Needs {
         (area as u64).saturating_mul(pixel as u64) + (worker * rayon::current_num_threads()) as u64
     }
 
-    /// Whether memory will do.
+    /// Checks whether there is enough memory.
     pub fn check(&self, frame: &Frame, settings: &Settings) -> Result<(), Failure> {
         let (width, height) = (self.region.width(), self.region.height());
         let what = format_args!("an image of {width}x{height}");

@@ -1,4 +1,4 @@
-//! Who looks on while something is rendered: the progress bar, a picture in the terminal, a viewer of floats.
+//! Where a rendering is shown meanwhile: the progress bar, a picture in the terminal, a viewer of floats.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -18,14 +18,14 @@ use crate::view::terminal::{half_blocks, thinned};
 use crate::view::tev::Tev;
 use crate::world::Settings;
 
-/// How often the image is looked at, at most.
+/// The shortest time between two looks at the image.
 const EVERY: Duration = Duration::from_millis(200);
 /// Looking takes at most one in so many parts of the time: to copy a large image takes longer than a moment.
 const SHARE: u32 = 20;
 /// How often a terminal with a picture is drawn anew, a second: a picture is as long as a page of text.
 const DRAWN_HZ: u8 = 5;
 
-/// Who looks on, at one rendering after another.
+/// The onlookers, for one rendering after another.
 pub struct Onlookers {
     tev: Option<Tev>,
     preview: bool,
@@ -38,7 +38,7 @@ impl Onlookers {
         let tev = options.tev.as_ref().map(|address| Tev::connect(address, &name)).transpose()?;
         let is_seen = !ProgressDrawTarget::stderr().is_hidden();
         if options.preview && !is_seen {
-            output::tell(format_args!("warning: --preview shows nothing: standard error is no terminal"));
+            output::tell(format_args!("warning: --preview shows nothing: standard error is not a terminal"));
         }
         Ok(Onlookers { tev, preview: options.preview && is_seen })
     }
@@ -88,7 +88,7 @@ impl Looking<'_> {
         }
     }
 
-    /// Nothing more is rendered. The last picture stays.
+    /// Rendering has ended. The last picture stays.
     pub fn finish(self, session: &Session) {
         if self.is_wanted() {
             self.look(&|| session.gathered().clone());
@@ -103,7 +103,7 @@ impl Looking<'_> {
         }
     }
 
-    /// Whether anybody wants to see the image.
+    /// Whether the image is shown anywhere.
     fn is_wanted(&self) -> bool {
         self.tev.is_some() || self.picture.is_some()
     }
@@ -138,7 +138,7 @@ impl Looking<'_> {
         if self.terminal.is_hidden() {
             output::tell(format_args!("{line}"));
         } else {
-            // Above the bar. If it cannot be written nobody would read it.
+            // Above the bar. If it cannot be written, nobody is there to read it.
             let _ = self.terminal.println(line);
         }
     }
@@ -156,7 +156,7 @@ fn picture_of(film: &Film, settings: &Settings) -> String {
     half_blocks(&pixels, size, room)
 }
 
-/// A bar that is nothing but its message: lines that are drawn anew where they are.
+/// A bar that consists only of its message: lines that are redrawn in place.
 fn picture_bar(terminal: &MultiProgress) -> ProgressBar {
     let bar = terminal.add(ProgressBar::no_length());
     if let Ok(style) = ProgressStyle::with_template("{msg}") {

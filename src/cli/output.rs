@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use super::job_args::Video;
 use super::saving::Saved;
-use super::{Failure, aov, command_line};
+use super::{Failure, aov, command_line, reproduce};
 use crate::denoise::Denoised;
 use crate::error::{in_one_line, shown};
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
+use crate::formats::DENOISED;
 use crate::formats::film_file::{Header, Note};
 use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
@@ -18,8 +19,6 @@ use crate::world::Adaptive;
 
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
-/// The name under which an image without noise carries its hash.
-pub const DENOISED: &str = "denoised_hash";
 /// Options that leave no trace in an image: how it was rendered, and where it went.
 const WITHOUT_TRACE: [&str; 18] = [
     "--schedule",
@@ -48,7 +47,7 @@ pub struct Picture<'a> {
     film: &'a Film,
     radiance: Vec<Rgb>,
     bits: PngBits,
-    /// Stops by which it is exposed, whoever chose them.
+    /// Its exposure in stops, whoever chose it.
     pub exposure_ev: f32,
 }
 
@@ -61,7 +60,7 @@ impl<'a> Picture<'a> {
         Picture { header, film, radiance, bits, exposure_ev }
     }
 
-    /// Saves images, each by itself; those that can hold them get the channels, and which names ids stand for.
+    /// Saves images, each independently. Those that can hold them get the channels, and the names that ids stand for.
     pub fn write(
         &self,
         paths: &[PathBuf],
@@ -93,7 +92,7 @@ impl<'a> Picture<'a> {
         write().map_err(Failure::stdout("the video"))
     }
 
-    /// Saves what is left without noise beside the images, as bright as these; returns where.
+    /// Saves the denoised image next to the images, with their brightness; returns where.
     pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised, saved: &mut Saved) -> Vec<PathBuf> {
         let mut metadata = self.metadata();
         metadata.push((DENOISED.to_string(), format!("{:032x}", denoised.hash())));
@@ -144,11 +143,8 @@ impl<'a> Picture<'a> {
             entry("film_hash", self.header.film_hash.clone()),
         ];
         entries.extend(limits);
-        // Whose machine it was is nobody's business, and the same image shall be the same file.
-        let command = command_line::without(&self.header.note.command, &WITHOUT_TRACE);
-        let switches =
-            ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview", "--allow-outside"];
-        let command = command.into_iter().filter(|word| !switches.contains(&&word[..])).collect();
+        // Nobody needs to know whose machine it was, and the same image must be the same file.
+        let command = without_trace(&self.header.note.command);
         let note = Note { command, ..Note::default() };
         let record = serde_json::to_string(&Header { note, ..self.header.clone() });
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
@@ -156,7 +152,25 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Where an image goes that has no noise: beside the one that has.
+/// A command's words, except those that change nothing in an image.
+fn without_trace(command: &[String]) -> Vec<String> {
+    let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview", "--allow-outside"];
+    let words = command_line::without(command, &WITHOUT_TRACE);
+    words.into_iter().filter(|word| !switches.contains(&&word[..])).collect()
+}
+
+/// This command as it is recorded in the images that it writes.
+pub fn command_of_images() -> Vec<String> {
+    without_trace(&command_line::typed())
+}
+
+/// Whether an image says that it was made by another command than this one. (About an image that says nothing,
+/// nothing is known.)
+pub fn is_of_another_command(image: &Path, command: &[String]) -> bool {
+    reproduce::record(image).is_ok_and(|header| header.note.command != command)
+}
+
+/// The path of a denoised image: next to the one with noise.
 pub fn denoised_name(image: &Path) -> PathBuf {
     let mut extension = std::ffi::OsString::from("denoised.");
     extension.push(image.extension().unwrap_or_default());
@@ -215,12 +229,12 @@ pub fn print(text: &str) -> Result<(), Failure> {
     out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout("the result"))
 }
 
-/// Says a line on standard error. If nobody can hear it, that stops nothing.
+/// Prints a line on standard error. If that fails, nothing stops because of it.
 pub fn tell(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{}", in_one_line(&line.to_string()));
 }
 
-/// Says what may have several lines of its own.
+/// Prints a text that may have several lines.
 pub fn tell_all(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shown(text.trim_end()));
 }
@@ -230,12 +244,12 @@ pub fn paths_json(paths: &[PathBuf]) -> Vec<serde_json::Value> {
     paths.iter().map(|path| path_json(path)).collect()
 }
 
-/// A path for programs. What of it is no text is replaced: JSON has nothing else.
+/// A path for programs. What is not Unicode in it is replaced, because JSON can hold nothing else.
 pub fn path_json(path: &Path) -> serde_json::Value {
     path.to_string_lossy().into()
 }
 
-/// Where the image of a scene goes that was not told: here, by its name.
+/// Where a scene's image is written by default: here, under the scene's name.
 pub fn default_image(scene: &Path) -> PathBuf {
     let name = scene.with_extension("png");
     PathBuf::from(name.file_name().unwrap_or("image.png".as_ref()))

@@ -1,16 +1,20 @@
-//! What is decided before a rendering whose samples go where they are worth it: by a pilot, or by the film in which
-//! one was saved.
+//! What is decided before a rendering: how many samples each block gets under adaptive sampling (by a pilot, or by
+//! the film in which one was saved), and how frames are exposed.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::args::Render;
 use super::films::{describe, save};
 use super::interrupt::Interrupt;
 use super::job::Job;
+use super::loading::Reuse;
 use super::{Failure, output};
-use crate::film::Allocation;
-use crate::formats::film_file::{self, Header};
-use crate::render::adaptive;
+use crate::film::{self, Allocation, Region};
+use crate::formats::film_file::{self, Header, View};
+use crate::integrator::Frame;
+use crate::render::{Options, Session, adaptive};
+use crate::world::{Adaptive, World};
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
 pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
@@ -40,7 +44,34 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// What a pilot of the same rendering has chosen, or of one of which this is a part of the image.
+/// Longer side in pixels, and samples per pixel, of the small image that decides the exposure of frames.
+const EXPOSING: (u32, u32) = (192, 16);
+
+/// The exposure in stops of all frames of an animation, if the image is to choose it: what a small image of the first
+/// frame chooses. So frames do not flicker, and processes that share them agree.
+pub fn exposure_ev(
+    scene: &Path,
+    view: View,
+    reuse: &mut Reuse,
+    change: impl Fn(&mut World),
+) -> Result<Option<f32>, Failure> {
+    let job = Job::load_frame(scene, view, true, reuse, change)?;
+    let settings = &job.header.settings;
+    if !settings.auto_exposure {
+        return Ok(None);
+    }
+    let (longer_side, samples) = EXPOSING;
+    let [width, height] = settings.size;
+    let by = width.max(height).div_ceil(longer_side);
+    let size = [width.div_ceil(by), height.div_ceil(by)];
+    let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..(*job.frame).clone() };
+    let options = Options { region: Some(Region::whole(size)), ..Options::default() };
+    let mut session = Session::of(Arc::new(small), samples, options);
+    session.finish(|_| ());
+    Ok(Some(film::exposure::exposure_ev(settings, &session.film().radiance())))
+}
+
+/// What a pilot has chosen for the same rendering, or for one whose image contains this one.
 fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
     let header = film_file::load_header(path)?;
     let wrong = |reason: String| {
@@ -53,7 +84,8 @@ fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
     }
     let blocks = adaptive::blocks(whole).len();
     let sound = |allocation: &Allocation| allocation.is_sound() && allocation.samples().len() == blocks;
-    let allocation = header.allocation.filter(sound).ok_or_else(|| wrong("it is no pilot's".into()))?;
+    let allocation =
+        header.allocation.filter(sound).ok_or_else(|| wrong("it was not saved by a pilot".into()))?;
     let [x, y] = [part.x0, part.y0];
     adaptive::allocation_of_part(&allocation, whole, part)
         .ok_or_else(|| wrong(format!("it says nothing of the pixels from {x},{y} on")))

@@ -23,21 +23,21 @@ pub struct Profile {
     /// Size of the image in pixels; it is rendered a dozen times
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "320x180")]
     pub size: args::ImageSize,
-    /// Samples a pixel
+    /// Samples per pixel
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 4,
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
     /// Measured runs of each schedule
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
-    /// Paths of a wave of the wavefront schedule
+    /// Paths in a wave of the wavefront schedule
     #[arg(long, value_name = "N", default_value_t = crate::render::DEFAULT_WAVE as u32,
           value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub wave: u32,
     /// Threads; 0 means one for each core
     #[arg(short, long, value_name = "N", default_value_t = 1)]
     pub threads: usize,
-    /// Instruction set [default: the widest there is]
+    /// Instruction set [default: the widest available]
     #[arg(long, value_name = "LEVEL", value_parser = args::parse_level)]
     pub simd: Option<Level>,
     /// Name of the camera to look through [default: the first]
@@ -52,7 +52,7 @@ pub struct Profile {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// What of it is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }
@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Both schedules once more, as what Chrome's and Perfetto's viewers read.
+/// Renders with both schedules once more, and writes a trace for Chrome's and Perfetto's viewers.
 fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<(), Failure> {
     let mut events = Vec::new();
     for (process, schedule) in [Schedule::Wavefront, Schedule::Recursive].into_iter().enumerate() {

@@ -36,7 +36,7 @@ fn milliseconds(spread: &Spread) -> String {
     format!("{median:.1} ms ({least:.1} to {most:.1})")
 }
 
-/// Thousands and less in full, more in millions.
+/// Small numbers in full, larger ones in millions.
 fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }

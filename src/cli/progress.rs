@@ -9,11 +9,11 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use super::output::tell;
 use crate::render::{Progress, Session};
 
-/// How often there is a line where there is no terminal.
+/// How often a line is printed if there is no terminal.
 const LINES: Duration = Duration::from_secs(30);
 /// How often the bar's text is made anew.
 const TEXTS: Duration = Duration::from_millis(200);
-/// Columns that the bar has at least, with the blank behind it.
+/// Least width of the bar in columns, including the blank after it.
 const BAR: usize = 11;
 
 /// Tells how far a rendering is.
@@ -35,7 +35,7 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// For what is left of a rendering; says nothing if it is to be quiet.
+    /// For the rest of a rendering; stays silent if `quiet`.
     pub fn new(session: &Session, quiet: bool, terminal: &MultiProgress) -> Meter {
         let ((done, wanted), pixels) = (session.samples_done(), session.film().region().area() as u64);
         let (done, wanted) = (pixels * u64::from(done), pixels * u64::from(wanted));

@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(code))
 }
 
-/// Renders again whenever a file has changed, until somebody ends it.
+/// Renders again whenever a file has changed, until it is told to end.
 fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &Onlookers) -> Result<u8, Failure> {
     let interrupt = Interrupt::watch();
     let mut reuse = Reuse::watching(arguments.watch.paranoid);
@@ -75,23 +75,42 @@ fn all_frames(
     onlookers: &Onlookers,
 ) -> Result<u8, Failure> {
     let several = frames.numbers().count() > 1;
+    let first = frames.numbers().next();
     let frames = frames.resolve()?;
     // A part of the samples is no picture yet.
     let shows = outputs.to_stdout && shard.is_none() && arguments.part.samples.is_none();
     let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
     let mut reuse = Reuse::new(several || arguments.frames.shutter.is_some());
+    let command = output::command_of_images();
+    let mut is_exposed = !several;
     for frame in frames.numbers() {
         let named = frames::named(outputs, frame, several)?;
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
         let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
         if are_there && !arguments.output.overwrite {
-            if !arguments.work.quiet {
+            let of_another = |image: &PathBuf| output::is_of_another_command(image, &command);
+            if outputs.images.iter().any(of_another) {
+                output::tell(format_args!(
+                    "warning: frame {frame} is there, of another command: it stays (--overwrite renders it again)"
+                ));
+            } else if !arguments.work.quiet {
                 output::tell(format_args!("frame {frame} is there (--overwrite renders it again)"));
             }
             continue;
         }
-        let time_s = frame as f32 / arguments.frames.fps;
+        let time_of = |frame: u32| frame as f32 / arguments.frames.fps;
+        if let (false, Some(first)) = (is_exposed, first) {
+            let view = view(arguments, Some(time_of(first)));
+            reuse.exposure_ev = pilot::exposure_ev(scene, view, &mut reuse, |world| arguments.apply(world))?;
+            if let Some(ev) = reuse.exposure_ev.filter(|_| !arguments.work.quiet) {
+                output::tell(format_args!(
+                    "exposure of all frames: {ev} EV, by frame {first} (--exposure {ev})"
+                ));
+            }
+            is_exposed = true;
+        }
+        let time_s = time_of(frame);
         let code = render(arguments, scene, outputs, shard, Some(time_s), &mut reuse, onlookers)?;
         if code != 0 {
             return Ok(code);
@@ -132,22 +151,14 @@ fn render(
     reuse: &mut Reuse,
     onlookers: &Onlookers,
 ) -> Result<u8, Failure> {
-    let view = View {
-        camera: arguments.picture.camera.clone(),
-        time_s,
-        shutter_s: arguments.frames.shutter.map(|part| part / arguments.frames.fps),
-        moments: arguments.frames.shutter.and(Some(arguments.frames.moments)),
-        variant: arguments.model.variant.clone(),
-        scene: arguments.model.scene.clone(),
-        light_units: arguments.model.light_units,
-        solid_glass: arguments.model.solid_glass,
-        double_sided: arguments.model.double_sided,
-        surroundings: arguments.model.env.clone(),
-        edits: arguments.model.edits.edits(),
-        size: arguments.picture.size,
-    };
     let quiet = arguments.work.quiet;
-    let mut job = Job::load_frame(path, view, quiet, reuse, |world| arguments.apply(world))?;
+    let exposure_ev = reuse.exposure_ev;
+    let mut job = Job::load_frame(path, view(arguments, time_s), quiet, reuse, |world| {
+        arguments.apply(world);
+        if let Some(ev) = exposure_ev {
+            (world.settings.auto_exposure, world.settings.exposure_ev) = (false, ev);
+        }
+    })?;
     job.crop(arguments.crop)?;
     if job.header.settings.adaptive == Adaptive::Unbiased
         && (shard.is_some() || arguments.part.samples.is_some() || arguments.part.pilot.is_some())
@@ -204,6 +215,24 @@ fn render(
     let watched = arguments.watch.watch.then_some(&sources);
     let wanted = Wanted { outputs, output, stop, work, onlookers, watched };
     carry_out(job, &wanted, found)
+}
+
+/// Which view of the scene is rendered, at a moment.
+fn view(arguments: &Render, time_s: Option<f32>) -> View {
+    View {
+        camera: arguments.picture.camera.clone(),
+        time_s,
+        shutter_s: arguments.frames.shutter.map(|part| part / arguments.frames.fps),
+        moments: arguments.frames.shutter.and(Some(arguments.frames.moments)),
+        variant: arguments.model.variant.clone(),
+        scene: arguments.model.scene.clone(),
+        light_units: arguments.model.light_units,
+        solid_glass: arguments.model.solid_glass,
+        double_sided: arguments.model.double_sided,
+        surroundings: arguments.model.env.clone(),
+        edits: arguments.model.edits.edits(),
+        size: arguments.picture.size,
+    }
 }
 
 /// The film that a file holds already, if it is a part of what is to be rendered. Another's is not replaced

@@ -12,7 +12,7 @@ use crate::formats::film_file::Header;
 use crate::integrator::{Schedule, Stage};
 use crate::render::Session;
 
-/// How long each phase took by the clock.
+/// Wall-clock time of each phase.
 #[derive(Default)]
 pub struct Phases {
     /// Reading files.
@@ -23,18 +23,18 @@ pub struct Phases {
     pub render: Duration,
     /// CPU seconds of all threads while rendering, where the system tells.
     pub render_cpu: Option<f64>,
-    /// Taking noise out.
+    /// Denoising.
     pub denoise: Duration,
     /// Writing files.
     pub save: Duration,
 }
 
-/// Thousands and less in full, more in millions.
+/// Small numbers in full, larger ones in millions.
 fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }
 
-/// Noise for people: beside the brightness, and what it takes to halve it.
+/// Noise for people: relative to the brightness, and what it takes to halve it.
 pub fn noise_line(noise: f64, samples: f64) -> String {
     // The error falls with the root of their number.
     let more = (3.0 * samples).round() as u64;
@@ -47,9 +47,9 @@ pub fn noise_line(noise: f64, samples: f64) -> String {
 
 /// All that is known after a rendering.
 pub struct RenderReport<'a> {
-    /// What is probably not as it was meant, as it has been told.
+    /// What is probably not as intended, as it was reported.
     pub findings: &'a [String],
-    /// What its film says of itself.
+    /// What its film says about itself.
     pub header: &'a Header,
     /// Images that were written.
     pub outputs: &'a [PathBuf],
@@ -57,9 +57,9 @@ pub struct RenderReport<'a> {
     pub film: Option<&'a Path>,
     /// The rendering.
     pub session: &'a Session,
-    /// Stops by which PNG files are exposed, whoever chose them.
+    /// Exposure of PNG files in stops, whoever chose it.
     pub exposure_ev: f32,
-    /// What is left without noise, and where it was written.
+    /// The denoised image, and where it was written.
     pub denoised: Option<(&'a Denoised, &'a [PathBuf])>,
     /// How long it took.
     pub phases: Phases,

@@ -10,10 +10,11 @@ use serde_json::json;
 use super::films::gathered_of;
 use super::job::Job;
 use super::job_args::WorkOptions;
-use super::output::{self, DENOISED, RECORD};
+use super::output::{self, RECORD};
 use super::resume::load_again;
 use super::{Failure, Fault};
 use crate::film::{Film, SampleRanges};
+use crate::formats::DENOISED;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
 use crate::render::{Gathered, Session, on_threads};
@@ -24,7 +25,7 @@ use crate::world::Adaptive;
 pub struct Reproduce {
     /// An image that rayfront has written (.png, .exr, .hdr), or a .film
     pub image: PathBuf,
-    /// Where the scene is now [default: where it was, or beside the image]
+    /// Where the scene is now [default: where it was, or next to the image]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
     /// How to work.
@@ -78,7 +79,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     Ok(if identical { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
-/// What an image says of its film.
+/// What an image says about its film.
 pub(super) fn record(path: &Path) -> Result<Header, Failure> {
     let wrong = |reason: &str| Failure::file(format!("{}: {reason}", path.display()));
     let text = load_text(path, RECORD)?;
@@ -97,14 +98,14 @@ pub(super) fn record(path: &Path) -> Result<Header, Failure> {
     }
 }
 
-/// The samples of a film, once more; none if it names some that cannot be.
+/// Renders the samples of a film again; none if it names impossible ones.
 fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session> {
     let mut session = job.session(work);
     let most = |session: &Session| {
         session.film().pixels().iter().map(|pixel| pixel.count[0] + pixel.count[1]).max().unwrap_or(0)
     };
     if header.settings.adaptive == Adaptive::On {
-        // Round by round, up to where it came.
+        // Round by round, as far as the film got.
         let up_to = header.begun.as_ref().map_or(header.most, |begun| begun.samples[0]);
         while !session.is_done() && most(&session) < up_to {
             session.advance(1);
@@ -120,7 +121,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
         }
     }
     let Some(begun) = &header.begun else { return Some(session) };
-    // Of a pass that was interrupted those tiles alone that it came to.
+    // Of an interrupted pass, only those tiles that it reached.
     let region = job.header.region;
     let count = crate::render::tiles(region, begun.tile.max(1)).len() as u32;
     let others = (0..count).filter(|tile| !begun.tiles.contains(tile)).collect();

@@ -1,4 +1,4 @@
-//! `rayfront resume FILM`: what was interrupted is finished, what is finished gets more samples.
+//! `rayfront resume FILM`: finishes what was interrupted, or adds samples to what is finished.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -19,20 +19,20 @@ use crate::render::on_threads;
 pub struct Resume {
     /// A film that rayfront has written, or - for standard input
     pub film: PathBuf,
-    /// Where the scene is now [default: where it was, or beside the film]
+    /// Where the scene is now [default: where it was, or next to the film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
-    /// Samples a pixel, as many as there were to be or more
+    /// Samples per pixel, as many as were wanted or more
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
-    /// What comes out of it.
+    /// What is written.
     #[command(flatten)]
     pub output: OutputOptions,
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,
-    /// Who looks on.
+    /// Where the image is shown meanwhile.
     #[command(flatten)]
     pub look: LookOptions,
     /// How to work.
@@ -52,7 +52,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         outputs.images.iter().try_for_each(|image| may_be_replaced(image, &film.header))?;
     }
     outputs.images.iter().try_for_each(|path| supported(path))?;
-    // It goes on where it is.
+    // It continues in the same file.
     let is_file = arguments.film.as_os_str() != "-";
     if is_file && outputs.film.is_none() && !outputs.to_stdout {
         outputs.film = Some(arguments.film.clone());
@@ -85,8 +85,8 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// Whether an image that a film alone names is none yet, or one of the same scene: whoever made the film shall not choose
-/// which of our pictures are lost.
+/// Whether an image that only a film names does not exist yet, or is of the same scene: whoever made the film must
+/// not decide which of our pictures are lost.
 fn may_be_replaced(image: &Path, header: &Header) -> Result<(), Failure> {
     let is_of_it = || record(image).is_ok_and(|found| found.scene.hash == header.scene.hash);
     if !image.exists() || is_of_it() {
@@ -107,7 +107,7 @@ pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
     film.ok_or_else(|| Failure::file("standard input: there is no film"))
 }
 
-/// The scene of a film, which must still be what it was.
+/// The scene of a film, which must be unchanged.
 pub(super) fn load_again(
     header: &Header,
     scene_file: Option<&PathBuf>,
@@ -140,7 +140,7 @@ pub(super) fn load_again(
     }
 }
 
-/// More samples than there were to be.
+/// More samples than were wanted before.
 fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
     let total = film.header.settings.samples;
     if spp < total {

@@ -1,4 +1,4 @@
-//! Outputs on their way to the disk: what fails costs no other, and what was rendered is not lost.
+//! Writing outputs to the disk: a failure costs no other output, and what was rendered is not lost.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::render::Gathered;
 pub struct Saved {
     /// Images, in the order in which they were asked for.
     pub images: Vec<PathBuf>,
-    /// A film, of which images can be made again.
+    /// A film, from which the images can be made again.
     pub film: Option<PathBuf>,
     failures: Vec<Failure>,
     /// Whether pixels were among what could not be written.
@@ -20,20 +20,20 @@ pub struct Saved {
 }
 
 impl Saved {
-    /// Notes what became of the report.
+    /// Records the outcome of the report.
     pub fn report(&mut self, outcome: Result<(), Failure>) {
         self.failures.extend(outcome.err());
     }
 
-    /// Notes what became of pixels that are in no image that was asked for by name.
+    /// Records the outcome of writing pixels that are in no image that was asked for by name.
     pub fn pixels(&mut self, outcome: Result<(), impl Into<Failure>>) {
         let failure: Option<Failure> = outcome.err().map(Into::into);
-        // Who has closed the pipe does not want them.
+        // Someone who has closed the pipe does not want them.
         self.lacks_pixels |= failure.as_ref().is_some_and(|failure| !failure.is_closed_pipe());
         self.failures.extend(failure);
     }
 
-    /// Notes what became of an image.
+    /// Records the outcome of an image.
     pub fn image(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
         match outcome {
             Ok(()) => self.images.push(path.to_owned()),
@@ -41,7 +41,7 @@ impl Saved {
         }
     }
 
-    /// Notes what became of a film.
+    /// Records the outcome of a film.
     pub fn film(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
         match outcome {
             Ok(()) => self.film = Some(path.to_owned()),
@@ -54,7 +54,7 @@ impl Saved {
         self.failures.is_empty()
     }
 
-    /// Says what could not be written. If nothing holds what was rendered, it goes wherever there is room.
+    /// Reports what could not be written. If nothing holds what was rendered, that is saved wherever there is room.
     pub fn end(self, header: &Header, gathered: &Gathered) -> Result<(), Failure> {
         if self.failures.is_empty() {
             return Ok(());
@@ -91,7 +91,7 @@ impl Saved {
     }
 }
 
-/// Saves a film that was not asked for where there is room.
+/// Saves a film that was not asked for wherever there is room.
 fn rescue(header: &Header, gathered: &Gathered) -> Result<PathBuf, ()> {
     let asked = header.note.outputs.first().map(PathBuf::as_path).or(Some(&header.scene.path));
     let beside = asked.and_then(Path::parent).map(Path::to_owned);

@@ -5,20 +5,20 @@ use super::Failure;
 /// What `--shard` can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShardOption {
-    /// From 0; none: the scheduler's.
+    /// From 0; none: as the scheduler says.
     index: Option<u32>,
-    /// How many there are; none: the scheduler's.
+    /// How many there are; none: as the scheduler says.
     count: Option<u32>,
 }
 
-/// Where a scheduler tells a task its number among others.
+/// How a scheduler tells a task its number.
 struct Scheduler {
     /// The variable with the task's number.
     index: &'static str,
-    /// Of the first task.
+    /// The number of the first task.
     first: u32,
-    /// The variable with how many there are, if it tells. (Slurm counts those of the array that was submitted:
-    /// fewer when some are done again.)
+    /// The variable with the number of tasks, if there is one. (Slurm counts those of the submitted array: fewer if
+    /// only some are submitted again.)
     count: Option<&'static str>,
 }
 
@@ -128,7 +128,7 @@ mod tests {
         }
         assert!(resolved("auto/8", &[("SGE_TASK_ID", "undefined")]).is_err_and(|e| e.contains("say which")));
         assert!(resolved("auto", &[("HQ_TASK_ID", "2")]).is_err_and(|e| e.contains("auto/N")));
-        // One of an array that is submitted again by itself.
+        // One task of an array, submitted again on its own.
         let again = [("SLURM_ARRAY_TASK_ID", "3"), ("SLURM_ARRAY_TASK_COUNT", "1")];
         assert!(resolved("auto", &again).is_err_and(|e| e.contains("auto/N")));
     }

@@ -10,12 +10,13 @@ pub struct StopRules {
     until: Option<f64>,
     max_time: Option<Duration>,
     begun: Instant,
-    /// Samples that there were then.
+    /// How many samples there were at the beginning.
     already: u32,
 }
 
-/// Samples after which a pass ends. The first are short, so that soon every pixel holds something worth
-/// saving. By their numbers alone, so that the noise is looked at where it would be in one go.
+/// The sample at which a pass ends. The first passes are short, so that every pixel soon holds something worth
+/// saving. This depends only on the samples' numbers, so that the noise is examined at the same points as without an
+/// interruption.
 fn next_end(sample: u32) -> u32 {
     match sample {
         0 => 1,
@@ -58,6 +59,21 @@ impl StopRules {
         ))
     }
 
+    /// What to say of a rendering that has all its samples, and more noise than was wanted.
+    pub fn missed(&self, session: &Session) -> Option<String> {
+        let limit = self.until?;
+        let noise = session.film().relative_noise().filter(|noise| *noise > limit && session.is_done())?;
+        let (done, _) = session.samples_done();
+        // Its square goes down as samples go up.
+        let wanted = (f64::from(done) * (noise / limit).powi(2)).min(f64::from(u32::MAX));
+        Some(format!(
+            "--until: the noise is {:.2} %, not {} %, and all {done} samples are done (about {} are needed: --spp)",
+            100.0 * noise,
+            100.0 * limit,
+            rounded_up(wanted)
+        ))
+    }
+
     /// At most so many samples that the time will do, at least one.
     pub fn limit(&self, count: u32, session: &Session) -> u32 {
         let Some(limit) = self.max_time else { return count };
@@ -71,9 +87,20 @@ impl StopRules {
     }
 }
 
+/// An estimated count, rounded to two digits.
+fn rounded_up(count: f64) -> u64 {
+    let step = 10_f64.powf((count.max(1.0).log10().floor() - 1.0).max(0.0));
+    ((count / step).ceil() * step) as u64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn estimates_have_two_digits() {
+        assert_eq!([0.2, 9.1, 64.0, 1234.0, 98_765.0].map(rounded_up), [1, 10, 64, 1300, 99_000]);
+    }
 
     #[test]
     fn passes_end_at_the_same_samples_wherever_they_begin() {

@@ -18,16 +18,16 @@ use crate::study::experiment::short::shorten;
 pub struct Study {
     /// The experiments (.ron)
     pub file: PathBuf,
-    /// A sixteenth of the work: few repetitions, the cheap part of x, coarser references
+    /// Do a sixteenth of the work: few repetitions, the cheap part of x, coarser references
     #[arg(long)]
     pub short: bool,
-    /// Folder of the results [default: the file's name in the folder out/, with _short behind it for --short]
+    /// Folder for the results [default: the file's name in the folder out/, with _short appended for --short]
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     /// Only report on what has been measured already
     #[arg(long)]
     pub report: bool,
-    /// No progress bar, no summary
+    /// Show neither a progress bar nor a summary
     #[arg(short, long)]
     pub quiet: bool,
 }

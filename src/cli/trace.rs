@@ -185,7 +185,7 @@ enum Answers {
 
 impl Answers {
     fn new(count: usize, any: bool) -> Answers {
-        // Not zeros: those the system would hand out page by page while the clock runs.
+        // Not zeros: the system would provide their pages one by one while the clock runs.
         if any { Answers::Blocked(vec![u32::MAX; count]) } else { Answers::Hits(HitBatch::new(count)) }
     }
 
@@ -306,7 +306,7 @@ impl TraceReport<'_> {
                 seconds(*compile)
             ),
             format!(
-                "build      {}, quality {:?}, {} besides the result",
+                "build      {}, quality {:?}, {} in addition to the result",
                 seconds(compiled.bvh.statistics.time),
                 compiled.bvh.quality,
                 megabytes(compiled.bvh.statistics.peak_bytes)
@@ -332,7 +332,7 @@ impl TraceReport<'_> {
     }
 }
 
-/// What the command line calls it.
+/// Its name on the command line.
 fn name_of(value: impl clap::ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }

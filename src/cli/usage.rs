@@ -49,7 +49,7 @@ mod clock {
     }
 }
 
-/// What this machine is called, where the system tells.
+/// The name of this machine, if the system tells.
 pub fn host() -> Option<String> {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = name.or_else(|| std::env::var("COMPUTERNAME").or_else(|_| std::env::var("HOSTNAME")).ok())?;

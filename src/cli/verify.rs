@@ -23,7 +23,7 @@ pub struct Verify {
     /// Size of the image in pixels; it is rendered dozens of times
     #[arg(long, value_name = "WxH", value_parser = args::parse_size, default_value = "96x54")]
     pub size: args::ImageSize,
-    /// Samples a pixel
+    /// Samples per pixel
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 2,
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
@@ -36,7 +36,7 @@ pub struct Verify {
     /// How light travels.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// What of it is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }

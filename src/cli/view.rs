@@ -30,10 +30,10 @@ pub struct View {
     /// Do not open the page in a browser
     #[arg(long)]
     pub no_open: bool,
-    /// Show the image, as floats, in tev or HDRView too, which listens there, usually at 127.0.0.1:14158
+    /// Also show the image, as floats, in tev or HDRView listening there, usually at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
-    /// What of a model is shown.
+    /// How the scene is read.
     #[command(flatten)]
     pub model: ModelOptions,
     /// What it looks like.
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
     })?
 }
 
-/// Whether there is a screen before whoever has started this.
+/// Whether the person who started this sits in front of a screen.
 fn is_desktop() -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let has_screen =

@@ -10,7 +10,7 @@ use crate::scene::{Aperture, Camera, Projection};
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, Image, World};
 
-/// Names of all cameras in the order of the world.
+/// The names of all cameras, in the order of the world; a camera without a name is called `entity N`.
 pub fn camera_names(world: &World) -> Vec<String> {
     let cameras = world.in_order().into_iter().filter(|e| world.entities.get::<&world::Camera>(*e).is_ok());
     cameras.map(|e| world.name_of(e)).collect()
@@ -35,7 +35,7 @@ pub(super) fn compile(
         })?,
     };
     let matrix = &transforms[&found.0];
-    // Only place and direction count; a scale would otherwise bend the angle of view.
+    // Only place and direction count; a scale would otherwise change the angle of view.
     let forward = direction(matrix, Vec3::NEG_Z);
     let up = direction(matrix, Vec3::Y).as_dvec3();
     let right = forward.as_dvec3().cross(up).normalize();
@@ -88,7 +88,7 @@ fn aperture(image: &Image) -> Option<Aperture> {
     let mut nodes = vec![0.0; (columns + 2) * (rows + 2)];
     for (row, line) in texels.chunks(width).enumerate() {
         for (column, texel) in line.iter().enumerate() {
-            // What lies together in a cell counts together.
+            // Texels that share a cell are added up.
             let node = (row / step + 1) * (columns + 2) + column / step + 1;
             nodes[node] += Rgb::from(*texel).luminance();
         }
@@ -104,7 +104,7 @@ mod tests {
     use crate::shading::camera::on_lens;
     use crate::world::Texels;
 
-    /// Of two texels beside each other 7/8 of each one's light comes through its own half, blended as they are.
+    /// With two texels side by side, 7/8 of each one's light comes through its own half, since they are blended.
     #[test]
     fn light_comes_through_a_lens_where_its_picture_is_bright() {
         let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];

@@ -25,12 +25,11 @@ use crate::scene::material::{Classic, ColorParam};
 use crate::world::assets::{Assets, Texels};
 use crate::world::{Channel, ColorInput, Principled, ScalarInput};
 
-/// Below this roughness lights have this size: the points of a perfect mirror would be found by
-/// no ray.
+/// The least roughness of a highlight, as if lights had a size: in a perfect mirror no ray would find a point.
 const SMOOTHEST: f32 = 0.15;
 /// The roughness from which metals show no mirror image.
 const DULL: f32 = 0.3;
-/// F₀ of what is no metal.
+/// F₀ of dielectrics.
 const DIELECTRIC: f32 = 0.04;
 
 pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
@@ -82,7 +81,7 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
     }
 }
 
-/// Along each axis of an image.
+/// Texels that are read along each axis of an image, at most.
 const PROBES: u32 = 64;
 
 /// The mean of a channel over its image, as it is stored; 1 where there is none.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::made::Made;
-use super::{camera, emitters, environment, geometry, ignored, lights, materials, textures};
+use super::{camera, emitters, environment, geometry, ignored, lights, materials, sound, textures};
 use crate::bvh::Bvh;
 use crate::error::{CompileError, words};
 use crate::math::{Aabb, Vec3};
@@ -21,24 +21,31 @@ pub struct Compiled {
     emitters: Made<emitters::Inputs, emitters::CompiledEmitters>,
 }
 
-/// Makes a world ready for rendering, looking through its first camera or the one named.
+/// Compiles a world for rendering, as seen through the camera that has the name `camera`, or through the first one.
+///
+/// # Errors
+///
+/// [`CompileError::NoCamera`] and [`CompileError::UnknownCamera`]; [`CompileError::Entity`] and
+/// [`CompileError::Invalid`] if something refers to what is not there, or is a number that it cannot be;
+/// [`CompileError::TooLarge`].
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
     let Compiled { scene, .. } = compile_after(world, camera, None)?;
-    // Nobody else has it.
+    // Nothing else holds it.
     Ok(Arc::unwrap_or_clone(scene))
 }
 
-/// The same after another state of the world was compiled: each system that would be given what it was given then
-/// has what it made then. Meshes and images are known by their pointers (see [`world::Kept`]).
+/// The same after another state of the world was compiled: a system whose inputs are the same as then gets its result
+/// again. Meshes and images are known by their pointers (see [`world::Kept`]).
 ///
-/// All that takes long is a system of its own, a function of its inputs alone: what changes nothing there costs nothing
-/// there.
+/// All that takes long is a system of its own, a function of its inputs alone: what changes none of these costs
+/// nothing there.
 pub fn compile_after(
     world: &World,
     camera: Option<&str>,
     before: Option<&Compiled>,
 ) -> Result<Compiled, CompileError> {
     let order = world.in_order();
+    sound::check(world, &order)?;
     let transforms = transforms::to_world(world, &order)?;
     let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
     let textures_before = before.map(|before| &before.textures);
@@ -105,7 +112,7 @@ pub fn compile_after(
     Ok(Compiled { scene: Arc::new(scene), textures, environment, geometry, emitters })
 }
 
-/// Says from where each surface is there, by its material.
+/// Sets from which side each surface is there, by its material.
 fn set_presence(
     bvh: &mut Arc<Bvh>,
     geometry: &Geometry,
@@ -149,7 +156,7 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings
 }
 
-/// What is to let light through and is all metal, as materials are unless they say otherwise.
+/// Materials that should let light through but are all metal, which is the default.
 fn opaque_glass(scene: &CompiledScene) -> Option<String> {
     let all = scene.materials.iter().zip(&scene.material_names);
     let opaque = all.filter(|(m, _)| m.metallic.is_one() && !m.transmission.is_zero());
@@ -162,7 +169,8 @@ fn opaque_glass(scene: &CompiledScene) -> Option<String> {
 fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
     const MANY: u32 = 16;
     let settings = &world.settings;
-    // Whatever is above it is a part of one: there are no more paths than 1 / min_throughput at any depth.
+    // A path above it carries at least that part of one, so at any depth there are no more than 1 / min_throughput
+    // paths.
     let is_endless = settings.transport == Transport::Whitted
         && settings.max_depth > MANY
         && settings.min_throughput < 1e-5
@@ -175,7 +183,7 @@ fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
     })
 }
 
-/// What is to scatter light and lets all of it pass.
+/// Materials that should scatter light but let all of it pass.
 fn idle_scattering(world: &World) -> Option<String> {
     let is_clear = |named: &&NamedMaterial| match &named.material {
         world::Material::Principled(m) => m.volume.is_some_and(|volume| {
@@ -196,7 +204,7 @@ fn idle_scattering(world: &World) -> Option<String> {
     })
 }
 
-/// Groups that somebody asks for and that other settings rule out.
+/// Groups that were asked for but that other settings rule out.
 fn unshared(world: &World) -> Option<String> {
     let settings = &world.settings;
     let asked = matches!(settings.sharing, Sharing::Groups(_)) && settings.transport == Transport::Path;
@@ -227,7 +235,7 @@ mod tests {
         assert_eq!((said(0.0, 1.0), said(1.0, 0.0), said(0.5, 1.0)), (None, None, None));
     }
 
-    /// A world after another one is what it would be by itself, and shares what is the same.
+    /// A world that is compiled after another one becomes what it would be by itself, and shares what is the same.
     #[test]
     fn what_was_compiled_before_is_shared_where_it_is_the_same() {
         use crate::math::Vec2;

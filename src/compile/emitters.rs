@@ -16,8 +16,8 @@ use crate::scene::material::{Coverage, Material};
 use crate::scene::{Geometry, LightSamples, Textures};
 use crate::world::{Outline, Pattern};
 
-/// Most emitters of meshes that are placed several times. With its place in the light tree one takes
-/// about 200 bytes.
+/// The most emitters of meshes that are placed several times. Each takes about 200 bytes, with its place in the light
+/// tree.
 pub(super) const MOST_PLACED: usize = 1 << 20;
 
 /// What can be hit and may shine.
@@ -66,7 +66,7 @@ impl Inputs {
 pub(super) struct CompiledEmitters {
     pub emitters: Arc<Emitters>,
     pub lights: Vec<LightSamples>,
-    /// How many instances and copies would be too many emitters.
+    /// How many instances and copies were left out, because they would be too many emitters.
     pub left_out: usize,
 }
 
@@ -102,7 +102,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
             lights[index].emitter = emitter;
         }
     }
-    // What is nearly even all around is found by drawn directions as well as by any other way.
+    // Light that is nearly even all around is found by sampled directions as well as in any other way.
     if environment.panorama.is_some() && !environment.is_black() {
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
@@ -164,7 +164,7 @@ fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut
             LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
         kind::PHOTOMETRIC => everywhere,
-        // Without a fall the same everywhere, as from far away.
+        // Without falloff it is the same everywhere, as from far away.
         kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
         kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },
         kind::SPOT => LightBounds { axis: vector(3), cos_spread: 1.0, cos_emission: row[6], ..everywhere },
@@ -187,7 +187,7 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
     out.kinds.len() as u32 - 1
 }
 
-/// The emitter of a light that stands somewhere.
+/// The emitter of a light at a finite place.
 fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
     let (kind, flags, row) = match lamp {
         Lamp::Directional { .. } => return None,
@@ -239,7 +239,7 @@ fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3
     None
 }
 
-/// What a surface's material says of the emitter that it is.
+/// The flags that a surface's material gives its emitter.
 fn flags_of(material: &Material) -> u32 {
     let textured = material.emission.texture != NONE;
     let covered = material.coverage != Coverage::Whole;
@@ -263,8 +263,8 @@ struct Shining {
 }
 
 impl Shining {
-    /// What a triangle gives off that has a material, together with the next one before `end` if
-    /// both make a parallelogram.
+    /// What a triangle with a material that shines gives off, together with the next one before `end` if both make a
+    /// parallelogram.
     fn new(surfaces: &Surfaces, index: usize, end: usize, material: u32) -> Option<Shining> {
         let Surfaces { geometry, materials, .. } = surfaces;
         let record = &materials[material as usize];

@@ -83,9 +83,9 @@ fn panorama(texels: Vec<[f32; 3]>, [width, height]: [u32; 2], factor: Rgb, rotat
 /// Columns of the grid that directions are drawn from, at most; it has half as many rows.
 const FINEST: usize = 1024;
 
-/// Luminance times the sine of the polar angle. A node is a texel, or of a larger picture the mean of some
-/// with their neighbours: between texels it is blended, and nothing that shines may have no chance. Returns
-/// also about the irradiance that it stands for.
+/// Luminance times the sine of the polar angle. A node is a texel, or in a larger picture the mean of several with
+/// their neighbours: lookups blend between texels, and nothing that shines may have a probability of zero. Also
+/// returns about the irradiance that it stands for.
 fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution2d, f32) {
     let (columns, rows) = (width.min(FINEST), height.min(FINEST / 2));
     let luminance = |x: usize, y: usize| Rgb::from(texels[y * width + x]).luminance() as f64;
@@ -109,13 +109,13 @@ fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution
     less_their_mean(&mut weights, columns);
     let whole: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
     let per_cell = 2.0 * std::f64::consts::PI.powi(2) / (columns * rows) as f64;
-    // Of what shines from all around half is lost to the cosine, of what shines from one place less.
+    // Half of light from all around is lost to the cosine, less of light from one place.
     (Distribution2d::new(&weights, columns), (0.5 * whole * per_cell) as f32)
 }
 
-/// Takes their mean radiance off weights: drawn directions find what is about as bright as all else by
-/// themselves, so light samples go to what is brighter (Karlík and others, "MIS compensation", 2019). What
-/// is equally bright everywhere keeps its weights.
+/// Takes the mean radiance off the weights: sampled directions find what is about as bright as everything else by
+/// themselves, so light samples go to what is brighter (Karlík and others, "MIS compensation", 2019). What is equally
+/// bright everywhere keeps its weights.
 fn less_their_mean(weights: &mut [f32], columns: usize) {
     let rows = weights.len() / columns;
     let sine = |at: usize| libm::sin(std::f64::consts::PI * ((at / columns) as f64 + 0.5) / rows as f64);

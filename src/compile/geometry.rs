@@ -67,7 +67,7 @@ impl PartialEq for PlacedShape {
 }
 
 impl Inputs {
-    /// What a world says. Errors: planes that are none.
+    /// What a world says. Errors: planes that are not flat and convex.
     pub(super) fn new(
         world: &World,
         order: &[Entity],
@@ -81,7 +81,7 @@ impl Inputs {
             let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
             if let Shape::Plane { corners } = &*shape {
                 check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
-                // Its corners go around as its author liked: a sheet is seen from both sides.
+                // Its corners go around either way, as its author liked: a sheet is seen from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
             let (shape, matrix) = ((*shape).clone(), transforms[&entity]);
@@ -102,7 +102,7 @@ impl Inputs {
     }
 }
 
-/// Returns the tree, too. Where `before` has a tree over the same shapes it is that one.
+/// Also returns the tree: that of `before`, if it is over the same shapes.
 pub(super) fn compile(
     inputs: &Inputs,
     before: Option<&CompiledScene>,
@@ -157,8 +157,8 @@ pub(super) fn compile(
     Ok((CompiledGeometry { geometry, placed, copies }, bvh))
 }
 
-/// Which meshes are moved to world space wherever they are placed: as many as are allowed of those whose
-/// copies take least.
+/// Which meshes are copied to world space wherever they are placed: those whose copies take least, as many as are
+/// allowed.
 fn choose_copied(inputs: &Inputs, uses: &[u32]) -> Vec<bool> {
     // Vertices count, too: there may be any number that no triangle uses.
     let size = |mesh: &Same<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
@@ -211,9 +211,9 @@ fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<Claim<'s
     Ok(memory::claim(what, bytes.saturating_add(built) as u64)?)
 }
 
-/// Of an instance, or of another shape that is placed.
+/// Bytes of an instance, or of another shape that is placed.
 const PLACED_BYTES: usize = 320;
-/// Of nodes and blocks, for each triangle.
+/// Bytes of nodes and blocks, for each triangle.
 const TREE_BYTES: usize = 60;
 
 fn plain_part(material: MaterialId) -> Part {
@@ -275,7 +275,7 @@ struct GeometryBuilder {
 }
 
 impl GeometryBuilder {
-    /// Makes room for all meshes at once: columns that grow hold what they held twice while they do.
+    /// Reserves room for all meshes at once: a column that grows holds its content twice while it does.
     fn reserve(&mut self, inputs: &Inputs, uses: &[u32], copied: &[bool]) {
         let times = uses
             .iter()
@@ -285,7 +285,7 @@ impl GeometryBuilder {
             let meshes = inputs.meshes.iter().zip(times.clone());
             meshes.map(|(Same(mesh), times)| times * count(mesh)).sum()
         };
-        // Of shapes that are no meshes.
+        // Of shapes that are not meshes.
         let is_small =
             |placed: &&PlacedShape| matches!(placed.shape, Shape::Triangle { .. } | Shape::Plane { .. });
         let more = 4 * inputs.shapes.iter().filter(is_small).count() + 8 * inputs.panels.len();
@@ -380,11 +380,11 @@ impl GeometryBuilder {
                 subtrees.push(self.subtree(inputs, subtree));
                 subtrees.len() - 1
             });
-            // Of nothing there is no tree.
+            // There is no tree over nothing.
             if subtrees[number].iter().all(|range| range.is_empty()) {
                 continue;
             }
-            // Where its tree begins is known once that is built.
+            // Where its tree begins is known only once that is built.
             let instance =
                 Instance::new(&matrix, Root { child: Child::new(ChildKind::Node, 0), bounds: Aabb::EMPTY });
             let mut rows = [0.0; 24];
@@ -467,9 +467,9 @@ fn relative(matrix: DMat3) -> DMat3 {
     matrix * (1.0 / largest.fold(f64::MIN_POSITIVE, f64::max))
 }
 
-/// A normal in the new space, not made unit length again: between vertices the sum must have
-/// the direction that an instance gets by interpolating before it transforms. One without
-/// length stays zero: flat.
+/// A normal in the new space, not made unit length again: interpolated between vertices, it must have the direction
+/// that an instance gets, which interpolates first and transforms then. One without length stays zero, for flat
+/// shading.
 fn transform_normal(matrix: &DMat3, normal: Vec3) -> [f32; 3] {
     let n = *matrix * normal.as_dvec3().normalize_or_zero();
     n.as_vec3().to_array()

@@ -10,7 +10,7 @@ use crate::scene::{Geometry, Textures};
 
 /// Cells along an image's longer side, at most.
 const FINEST: usize = 512;
-/// Places in a triangle at which its texels are asked for: the centres of so many rows of equal triangles.
+/// A triangle's texels are looked up at the centres of smaller, equal triangles, in this many rows.
 const ROWS: usize = 8;
 
 /// The textures of all materials that shine by one.
@@ -25,7 +25,7 @@ impl<'a> Glows<'a> {
     }
 
     /// The mean luminance of a material's emission on a primitive, relative to its factor. Zero only if all of it is
-    /// black: what shines little must have a chance, too.
+    /// black: what shines only a little must have a chance, too.
     pub(super) fn mean(&mut self, material: u32, primitive: u32) -> f32 {
         let Surfaces { geometry, materials, textures, .. } = *self.surfaces;
         let texture = materials[material as usize].emission.texture;
@@ -39,8 +39,8 @@ impl<'a> Glows<'a> {
     }
 }
 
-/// Where in the image a triangle's corners are, in its width and height; of a sphere and of what has no
-/// coordinates nothing.
+/// Where in the image a triangle's corners are, in units of its width and height; `None` for a sphere, and for what
+/// has no texture coordinates.
 fn corners(geometry: &Geometry, sampled: &SampledTexture, primitive: u32) -> Option<[Vec2; 3]> {
     if primitive & SPHERE != 0 {
         return None;
@@ -97,7 +97,7 @@ impl GlowSums {
         Self { columns, rows, wrap: sampled.wrap, sums }
     }
 
-    /// Of a triangle.
+    /// The mean over a triangle.
     fn triangle(&self, corners: [Vec2; 3]) -> f32 {
         let size = Vec2::new(self.columns as f32, self.rows as f32);
         let [a, b, c] = corners.map(|corner| corner * size);
@@ -123,7 +123,7 @@ impl GlowSums {
         (sum / parts).max(most / 256.0)
     }
 
-    /// The mean between two corners, which may lie beside the image.
+    /// The mean over the rectangle between two corners, which may lie outside the image.
     fn within(&self, low: Vec2, high: Vec2) -> f32 {
         let (mut sum, mut cells) = (0.0, 0);
         for (left, right) in spans(low.x, high.x, self.columns, self.wrap[0]) {
@@ -142,8 +142,8 @@ impl GlowSums {
     }
 }
 
-/// The cells between two places along an axis, in two parts where an end of the image lies between; all of them
-/// where it goes around.
+/// The cells between two places along an axis: in two parts if an end of the image lies between them, or all cells if
+/// that is as far as around it.
 fn spans(low: f32, high: f32, cells: usize, wrap: u32) -> [(usize, usize); 2] {
     let count = cells as f32;
     let low = low.floor();
@@ -152,7 +152,7 @@ fn spans(low: f32, high: f32, cells: usize, wrap: u32) -> [(usize, usize); 2] {
     if wrap == 1 {
         return [(low.clamp(0.0, count - 1.0) as usize, high.clamp(1.0, count) as usize), (0, 0)];
     }
-    // Far away floats have no cells left.
+    // Far out, floats are too coarse for cells.
     if (high - low).is_nan() || high - low >= count || low.abs() > 1e6 {
         return whole;
     }

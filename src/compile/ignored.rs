@@ -128,7 +128,7 @@ mod tests {
         let expected = "the path transport makes no use of ambient, the samples of area lights, the pattern of \
                         area lights (transport: Whitted does)";
         assert_eq!(path.as_deref(), Some(expected));
-        // What a scene has of neither, each renders as the other.
+        // What is on neither list is rendered by both.
         let plain = |world: &mut World| {
             let plain = Material::Principled(Box::default());
             world.assets.add_material(None, plain);

@@ -6,7 +6,6 @@ use super::materials;
 use super::sky::{Air, SUN_ANGLE};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
-use crate::sampling::pattern::MAX_STRATA;
 use crate::scene::Material;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Texels, TextureId, World};
@@ -111,7 +110,7 @@ pub(super) fn compile(
         let matrix = &transforms[&entity];
         match &*light {
             world::Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
-                let (corners, area) = rectangle(world, entity, matrix, (*size_m, *samples))?;
+                let (corners, area) = rectangle(world, entity, matrix, *size_m)?;
                 // A uniform Lambertian emitter: Φ = π A L.
                 let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
                 let material = visible.then(|| {
@@ -152,12 +151,8 @@ fn rectangle(
     world: &World,
     entity: Entity,
     matrix: &DAffine3,
-    (size_m, samples): (crate::math::Vec2, u32),
+    size_m: crate::math::Vec2,
 ) -> Result<([Vec3; 4], f32), CompileError> {
-    if samples == 0 || samples > MAX_STRATA {
-        let reason = format!("an area light takes 1 to {MAX_STRATA} samples, not {samples}");
-        return Err(entity_error(world, entity, reason));
-    }
     let half = size_m * 0.5;
     let corner = |x: f32, y: f32| point(matrix, Vec3::new(x * half.x, y * half.y, 0.0));
     let mut corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
@@ -198,7 +193,7 @@ fn surface(radiance: Rgb) -> Material {
     Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
 }
 
-/// The mean of a profile over all directions; none if that is nothing.
+/// The mean of a profile over all directions; `None` if that is zero.
 fn mean_of(world: &World, profile: TextureId) -> Option<f32> {
     let image = &world.assets.images[world.assets.textures[profile.0 as usize].image.0 as usize];
     let (width, height) = (image.width as usize, image.height as usize);

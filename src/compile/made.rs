@@ -1,4 +1,4 @@
-//! What systems made before: one whose inputs are the same makes nothing again.
+//! What systems made before: a system whose inputs are the same makes nothing again.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ pub(super) struct Made<I, O> {
 }
 
 impl<I: PartialEq, O: Clone> Made<I, O> {
-    /// Made of the same before, or else now.
+    /// What was made from the same inputs before, or else is made now.
     pub fn again<E>(before: Option<&Self>, of: I, make: impl FnOnce(&I) -> Result<O, E>) -> Result<Self, E> {
         let made = match before.filter(|before| before.of == of) {
             Some(before) => before.made.clone(),
@@ -19,7 +19,8 @@ impl<I: PartialEq, O: Clone> Made<I, O> {
     }
 }
 
-/// One and the same value: equal where the pointers are. It is held, so that no other value can take its place.
+/// A value that is equal to itself alone: pointers are compared. It is kept, so that no other value can take its
+/// address.
 pub(super) struct Same<T>(pub Arc<T>);
 
 impl<T> PartialEq for Same<T> {

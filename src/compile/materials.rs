@@ -31,7 +31,7 @@ pub(super) fn compile(assets: &Assets) -> (Vec<Material>, Vec<String>) {
     (records.collect(), assets.materials.iter().map(|named| &named.name).enumerate().map(name).collect())
 }
 
-/// Materials of sheets that have no front: those that have one get a second record, without.
+/// Materials for sheets, which have no front: a material that has one gets a second record, without it.
 pub(super) struct Sheets<'a> {
     pub materials: &'a mut Vec<Material>,
     pub names: &'a mut Vec<String>,
@@ -105,7 +105,7 @@ fn reflectance(ior: f32) -> f32 {
 fn medium(volume: world::Volume) -> Medium {
     let distance = f64::from(volume.attenuation_distance);
     let per_metre = |c: f32| {
-        // White after infinity is no extinction; black is as near to it as floats go.
+        // An infinite distance means no extinction; black counts as 10⁻⁶.
         let is_limited = distance.is_finite() && distance > 0.0;
         if is_limited { (-libm::log(f64::from(c.clamp(1e-6, 1.0))) / distance) as f32 } else { 0.0 }
     };
@@ -116,10 +116,10 @@ fn medium(volume: world::Volume) -> Medium {
     }
 }
 
-/// The part of the extinction that is scattering in a body that has a colour after many scatterings (Kulla and
+/// The part of the extinction that is scattering, in a body that has this colour after many scatterings (Kulla and
 /// Conty 2017, in KHR_materials_volume_scatter).
 fn single_scattering_albedo(color: f32) -> f32 {
-    // The formula leaves two parts in 10⁵ of black.
+    // The formula would leave two parts in 10⁵ for black.
     if color <= 0.0 {
         return 0.0;
     }

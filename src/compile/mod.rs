@@ -1,5 +1,5 @@
-//! World to scene: one system a file, each a function from components to columns.
-//! The order of everything is that of the entities in the world.
+//! From a [`World`](crate::world::World) to a scene that can be rendered: one system in each file, each a function
+//! from components to columns. Everything is in the order of the entities in the world.
 
 mod camera;
 mod classic;
@@ -14,6 +14,7 @@ mod lights;
 mod made;
 mod materials;
 mod sky;
+mod sound;
 mod textures;
 
 pub use crate::scene::CompiledScene;

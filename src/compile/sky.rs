@@ -1,7 +1,7 @@
-//! A clear sky and its sun, from what air does to light: it scatters it by molecules (Rayleigh) and by haze
-//! (Mie), and its ozone absorbs it, each at heights of its own. Light that is scattered once is followed along
-//! every line of sight; what is scattered more often is taken for even at each height (Hillaire, "A scalable and
-//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are but for haze).
+//! A clear sky and its sun, from what air does to light: molecules (Rayleigh) and haze (Mie) scatter it, and ozone
+//! absorbs it, each at heights of its own. Light that is scattered once is followed along every line of sight; light
+//! that is scattered more often is taken to be even in all directions at each height (Hillaire, "A scalable and
+//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are, except for haze).
 //!
 //! Lengths are in kilometres. The sun outside of the air is white.
 
@@ -23,8 +23,8 @@ const EYE: f64 = 0.1;
 
 /// Of molecules at the ground, km⁻¹, and their scale height.
 const RAYLEIGH: (Triple, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
-/// The same of haze that is scattered by, and that is absorbed by (a tenth, as Bruneton and Neyret have it; 15 times as
-/// much as theirs, which is that of high mountains: an optical depth of 0.08).
+/// The same for what haze scatters and for what it absorbs (a tenth, as in Bruneton and Neyret; 15 times as much as
+/// theirs, which is the haze of high mountains: an optical depth of 0.08).
 const HAZE: ([f64; 2], f64) = ([60e-3, 6.7e-3], 1.2);
 /// Henyey and Greenstein's g of haze.
 const HAZE_ANISOTROPY: f64 = 0.8;
@@ -53,7 +53,7 @@ pub(super) struct Air {
 const TRANSMITTANCE: [usize; 2] = [64, 256];
 const AGAIN: [usize; 2] = [24, 32];
 
-/// What a cubic metre of air does.
+/// What air does to light at some height, km⁻¹.
 struct Matter {
     rayleigh: Triple,
     haze: f64,
@@ -94,7 +94,8 @@ impl Air {
         Matter { rayleigh, haze: HAZE.0[0] * haze, extinction }
     }
 
-    /// From a distance to the middle of the earth, along a cosine to the zenith, to the top.
+    /// What comes through from a distance to the middle of the earth, along a cosine to the zenith, to the top of the
+    /// air.
     fn through(&self, r: f64, mu: f64) -> Triple {
         const STEPS: usize = 192;
         let length = to_top(r, mu);
@@ -108,7 +109,7 @@ impl Air {
         depth.map(|depth| libm::exp(-depth))
     }
 
-    /// What of the sun's light comes to a place.
+    /// How much of the sun's light comes to a place.
     fn transmittance(&self, r: f64, mu: f64) -> Triple {
         let (there, mu) = part_of_sun(r, mu);
         if there == 0.0 {
@@ -125,7 +126,8 @@ impl Air {
         Self::bare(haze).through(r, mu).map(|c| c * there * SOLAR)
     }
 
-    /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1: even in all directions.
+    /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1; the same in all
+    /// directions.
     fn again(&self, r: f64, sun: f64) -> Triple {
         let x = ((r - GROUND) / (TOP - GROUND)).max(0.0).sqrt();
         // The inverse of `sun_cosine`.
@@ -133,7 +135,8 @@ impl Air {
         between(&self.again, AGAIN, x, y)
     }
 
-    /// An entry of that table: light scattered twice, over what is not scattered on (equations 5 to 10).
+    /// An entry of that table: light scattered twice, divided by the part that is not scattered again (equations 5 to
+    /// 10).
     fn scattered_again(&self, r: f64, sun: f64) -> Triple {
         const DIRECTIONS: usize = 8;
         let (mut second, mut onwards) = ([0.0; 3], [0.0; 3]);

@@ -25,10 +25,10 @@ struct Kind {
     float: bool,
     /// There are smaller copies.
     smaller: bool,
-    /// These are means of light, not of what is stored. One image may be read both ways; what any texture says
-    /// decides.
+    /// Texels of these are means of light, not of stored values. One image may be read both ways; this is set if any
+    /// texture asks for it.
     srgb: bool,
-    /// Colours count in these as much as they are there, by alpha.
+    /// Colours count in these by their alpha, as much as they are there.
     cut: bool,
 }
 
@@ -153,7 +153,7 @@ fn known(before: &Made<Inputs, Arc<Textures>>) -> HashMap<*const Image, Known<'_
 }
 
 impl TexelsOut<'_> {
-    /// Whether there is as much as there is room for; then it is copied.
+    /// Copies known texels if there are as many as there is room for; says whether it did.
     fn copy(&mut self, known: &Known) -> bool {
         match self {
             TexelsOut::Bytes(room) if room.len() == known.texels8.len() => {

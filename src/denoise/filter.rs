@@ -1,4 +1,4 @@
-//! Non-local means of one half of the samples by what the other half and the features say, over lanes, tile by tile.
+//! Non-local means of one half of the samples, weighed by the other half and by features; over lanes, tile by tile.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::plane::{BORDER, Plane};
 use crate::math::elementary::exp2;
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
 
-/// Columns and rows of a tile: its sums stay in the second cache.
+/// Columns and rows of a tile: its sums stay in the second-level cache.
 pub const TILE: [usize; 2] = [64, 16];
 /// Columns of the scratch rows: patches look beyond the tile, and lanes beyond those.
 const ROW: usize = TILE[0] + 2 * super::PATCH + 16;
@@ -19,13 +19,13 @@ pub struct Pass<'a> {
     pub halves: [&'a [&'a Plane]; 2],
     /// Variance of one half in each channel.
     pub variance: &'a [&'a Plane],
-    /// In units in which a difference of 1 has e⁻¹ of the weight.
+    /// In units in which a difference of 1 leaves e⁻¹ of the weight.
     pub features: &'a [Plane],
     /// Factor on distances between patches, 1 / k².
     pub sharpness: f32,
     /// What is made of them.
     pub candidates: &'a [Candidate],
-    /// Pixels around that are averaged, as far as [`Pass::steps`] takes.
+    /// Radius in pixels of what is averaged: see [`Pass::steps`].
     pub radius: usize,
     /// Pixels to each side of patches.
     pub patch: usize,
@@ -48,12 +48,12 @@ const DENSE: i32 = 4;
 /// Sums of a tile: weights, then channels, of each half of each candidate.
 struct TileSums {
     sums: Vec<f32>,
-    /// Numbers of a sum's tile.
+    /// How many numbers a sum has for a tile.
     area: usize,
 }
 
 impl Pass<'_> {
-    /// Where the pixels are that are averaged, within a disc.
+    /// Where the pixels to be averaged are, within a disc.
     fn steps(&self) -> Vec<[usize; 2]> {
         let radius = self.radius as i32;
         let taken = |[dx, dy]: &[i32; 2]| {

@@ -6,7 +6,8 @@ use crate::film::Features;
 use crate::math::elementary::log2;
 use crate::simd::Level;
 
-/// Features that differ by this have e⁻¹ of the weight: of albedo, of a normal's coordinate, of a distance's part.
+/// A difference of this much leaves e⁻¹ of the weight: in albedo, in a coordinate of a normal, or of a distance in
+/// proportion.
 const WIDTH: f32 = 0.1;
 /// Pixels to each side that are averaged.
 const RADIUS: usize = 3;
@@ -51,7 +52,7 @@ fn feature(of: &Features, number: usize) -> f32 {
     match number {
         0..3 => of.albedo.to_array()[number],
         3..6 => of.normal[number - 3],
-        // Its logarithm, so that a scene may be as large as it likes; nothing where there is nothing.
+        // The logarithm, so that the size of a scene does not matter; 0 where there is nothing.
         6 if of.coverage > 0.0 => log2(of.depth_m.clamp(1e-30, 1e30)) * std::f32::consts::LN_2 * of.coverage,
         6 => 0.0,
         _ => of.coverage,

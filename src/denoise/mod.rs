@@ -1,15 +1,16 @@
-//! From a noisy image to one without noise: every pixel becomes a mean of those around it that look alike, to the
-//! eye of the other half of the samples.
+//! From a noisy image to one without noise: every pixel becomes a mean of those around it that look alike, as the
+//! other half of the samples sees them.
 //!
-//! Even and odd samples are two images of the same with noise of their own. Which pixels of one are averaged is said by
-//! the other one (so that no noise chooses itself) and by what the samples hit first: by non-local means over patches
-//! (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered in the same way
-//! (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013). There are three
-//! such means of each pixel, that differ in how much colours count; each is held against the other half, and in
-//! every place the one that errs least is taken. What differs between both halves then is filtered once more.
+//! Even and odd samples are two images of the same thing, each with its own noise. Which pixels of one are averaged
+//! is decided by the other one (so that no noise chooses itself) and by what the samples hit first: by non-local
+//! means over patches (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered
+//! in the same way (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013).
+//! There are three such means for each pixel, which differ in how much colours count. Each is compared with the other
+//! half, and in every place the one with the smallest error is taken. What then differs between the two halves is
+//! filtered once more.
 //!
-//! Paths that neighbours share have errors in common, which neighbours cannot take out of each other. They are found
-//! as what differs between both halves over whole groups, and averaged over what lies beside them.
+//! Paths that neighbours share have errors in common, which averaging neighbours does not remove. They are found as
+//! what differs between the two halves over whole groups, and averaged over what lies beside them.
 //!
 //! Every sum goes in one order, whatever the lanes and threads: the same film, the same bits.
 
@@ -24,8 +25,8 @@ use crate::simd::Level;
 use filter::{Candidate, Pass};
 use plane::Plane;
 
-/// Pixels to each side that are averaged first. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times worse
-/// and 1.1 times better.
+/// Pixels to each side that are averaged first. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times
+/// worse and up to 1.1 times better.
 const RADIUS: usize = 8;
 /// Pixels to each side of which patches are compared.
 const PATCH: usize = 2;
@@ -35,12 +36,13 @@ const CANDIDATES: [Candidate; 3] = [Candidate::Colors(0), Candidate::Colors(3), 
 const FIRST: Extent = Extent { radius: RADIUS, patch: PATCH, sharpness: 1.0 };
 /// See [`FIRST`].
 const LAST: Extent = Extent { radius: 3, patch: 1, sharpness: 4.0 };
-/// Variances are means over so many pixels to each side.
+/// Variances are means over this many pixels to each side.
 const VARIANCE_RADIUS: usize = 2;
 /// Below any difference in radiance that matters, squared, relative to the mean of the image.
 const LEAST: f32 = 1e-4;
 
-/// Bytes a pixel that it takes, about: planes of halves, variances, features and candidates, and their sums.
+/// About how many bytes it takes for each pixel: planes of halves, variances, features and candidates, and their
+/// sums.
 pub const BYTES: usize = 4 * (6 + 3 + 8 + 18 + 24 + 6);
 
 /// See [`Pass`].
@@ -59,13 +61,14 @@ pub struct Noisy<'a> {
     pub features: [&'a [Features]; 2],
 }
 
-/// An image without noise, or nearly so.
+/// A film without its noise, or nearly so: means of pixels that look alike, by their colours and by what their
+/// samples hit first (Rousselle, Manzi and Zwicker 2013).
 #[derive(Clone, Debug)]
 pub struct Denoised {
-    /// Of each pixel, row by row from the top.
+    /// Of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
     pub radiance: Vec<Rgb>,
-    /// Root mean square of the noise that is left in a component, estimated from the difference of both halves.
-    /// What has been smoothed away is not in it.
+    /// Root mean square of the noise that is left in a component, in W m⁻² sr⁻¹, estimated from the difference of
+    /// both halves. Detail that was smoothed away does not count.
     pub noise: f64,
 }
 
@@ -80,7 +83,7 @@ impl Denoised {
     }
 }
 
-/// Takes the noise out; nothing where a pixel has not both even and odd samples.
+/// Takes the noise out; `None` if a pixel lacks even or odd samples.
 pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
@@ -111,7 +114,7 @@ pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
     Some(Denoised { radiance, noise })
 }
 
-/// The mean luminance of an image, by which all is divided: what is little is little beside it.
+/// The mean luminance of an image, by which everything is divided, so that what is small is small in relation to it.
 fn brightness(halves: &[Vec<Rgb>; 2]) -> f32 {
     let sum: f64 = halves.iter().flatten().map(|rgb| f64::from(rgb.luminance())).sum();
     let mean = (sum / (2 * halves[0].len()).max(1) as f64) as f32;

@@ -1,10 +1,10 @@
-//! One number a pixel, with a border in which the image's edge goes on.
+//! One number for each pixel, with a border that repeats the image's edge.
 
 use rayon::prelude::*;
 
 use crate::simd::Float;
 
-/// As far as anything looks beside a pixel.
+/// How far anything looks beyond a pixel.
 pub const BORDER: usize = super::RADIUS + super::PATCH;
 /// Rows are whole tiles long, and lanes may read beyond them.
 const SPARE: usize = super::filter::TILE[0] + 16;
@@ -55,13 +55,13 @@ impl Plane {
         &self.values[y * self.stride + x..]
     }
 
-    /// The values at two places, counted as in [`Plane::from`], and so many to the right of them.
+    /// The values at two places, counted as in [`Plane::from`], and at those `right` to the right of them.
     #[inline(always)]
     pub fn pair<F: Float>(&self, own: [usize; 2], other: [usize; 2], right: usize) -> (F, F) {
         (F::load(self.from(own[0] + right, own[1])), F::load(self.from(other[0] + right, other[1])))
     }
 
-    /// Means over the square of so many pixels to each side.
+    /// Means over the squares of pixels up to `radius` away to each side.
     pub fn smoothed(&self, radius: usize) -> Plane {
         let [width, height] = self.size;
         let across = 2 * radius + 1;
@@ -79,7 +79,7 @@ impl Plane {
     }
 }
 
-/// Of one half of the samples, from the difference of both, in the mean of the pixels around.
+/// The variance of one half of the samples, from the difference of both, averaged over the pixels around.
 pub fn variance(even: &Plane, odd: &Plane, radius: usize) -> Plane {
     let width = even.size[0].max(1);
     let square = |at: usize| {

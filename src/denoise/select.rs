@@ -2,9 +2,9 @@
 
 use super::plane::{Plane, variance};
 
-/// Errors are means over so many pixels to each side.
+/// Errors are means over this many pixels to each side.
 const ERROR_RADIUS: usize = 3;
-/// One choice fades into another over so many pixels to each side.
+/// One choice fades into another over this many pixels to each side.
 const FADE_RADIUS: usize = 2;
 
 /// Of candidates `[half][channel]`, in each place the one that differs least from the half that it was not made of.

@@ -11,7 +11,7 @@ const SIZE: [u32; 2] = [100, 70];
 /// What a pixel is in truth and where it is.
 type Scene<'a> = &'a dyn Fn(u32, u32) -> (Rgb, f32);
 
-/// Samples with noise that is as large as the radiance, and what they hit: a wall each by depth.
+/// Samples with noise that is as large as the radiance, and what they hit: walls, each at its depth.
 fn noisy(scene: Scene, samples: u32, seed: u64) -> (Film, [Vec<Features>; 2]) {
     let (region, mut stream) = (Region::whole(SIZE), Stream::new(seed));
     let mut film = Film::new(region, Unit::default());

@@ -1,5 +1,5 @@
-//! Files of other people, and our own: scenes and all that they name are opened here, and what comes of them is
-//! written here. What is read is an ordinary file whose size is looked at first; what is written is whole or not there.
+//! Files of other people, and our own: scenes and all that they name are opened here, and results are written here.
+//! Only ordinary files are read, after a look at their size; what is written is either whole or not there.
 
 #[cfg(feature = "formats")]
 pub mod whole;
@@ -13,7 +13,7 @@ use crate::memory;
 #[cfg(feature = "formats")]
 pub use whole::replace;
 
-/// Whether scenes may refer to whatever files they like.
+/// Whether scenes may refer to any file.
 static OUTSIDE: AtomicBool = AtomicBool::new(false);
 
 /// Scenes may refer to files outside of their folders, from now on. For scenes that are known to be harmless.
@@ -26,9 +26,9 @@ pub fn outside_is_allowed() -> bool {
     OUTSIDE.load(Ordering::Relaxed)
 }
 
-/// Opens what must be an ordinary file: a pipe would be waited for without end, a device has none.
+/// Opens a file that must be an ordinary one: a pipe might never deliver anything, and a device might never end.
 pub fn open(path: &Path) -> io::Result<(File, u64)> {
-    // Asked first: to open a pipe is to wait already.
+    // Checked first: opening a pipe already waits.
     is_ordinary(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -42,7 +42,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let _claim = memory::claim("what is in it", length).map_err(io::Error::other)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX).saturating_add(1))?;
-    // Not more than was asked for, even if somebody appends to it meanwhile.
+    // No more than was asked for, even if the file grows meanwhile.
     file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -8,10 +8,10 @@ use tempfile::NamedTempFile;
 
 use crate::error::SaveError;
 
-/// What is written to before the file has its name.
+/// What a file is written through before it has its name.
 pub type Writer<'a> = BufWriter<&'a File>;
 
-/// What such files are called meanwhile.
+/// Temporary files have names that begin and end like this.
 const PREFIX: &str = ".rayfront-";
 const SUFFIX: &str = ".part";
 
@@ -20,8 +20,8 @@ pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
     write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
 }
 
-/// Writes a file beside its place, waits until the disk has it and gives it its name. Until then an older
-/// one of that name stays as it was, and after an error, too. Links to it stay links, and who may read it may still.
+/// Writes a temporary file beside the place, waits until it is on disk, and renames it. Until then, and after an
+/// error, an older file of that name stays as it was. Links stay links, and permissions stay as they were.
 pub fn write_whole<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(Writer<'_>) -> Result<(), E>,
@@ -37,16 +37,17 @@ pub fn write_whole<E: std::fmt::Display>(
     temporary.as_file().sync_all().map_err(failed)?;
     let (file, named) = temporary.into_parts();
     std::fs::rename(&named, &place).map_err(failed)?;
-    // It has another name now: there is nothing to be removed.
+    // It has another name now, so there is nothing to remove.
     let _ = named.keep();
     drop(file);
-    // The name is the folder's content. Not every file system can be asked to keep it.
+    // The name is a part of the folder. Not every file system can be asked to keep that.
     #[cfg(unix)]
     let _ = File::open(folder_of(&place)).and_then(|folder| folder.sync_all());
     Ok(())
 }
 
-/// Whether a file could be made there now. What was left there by those who were killed while they wrote is removed.
+/// Whether a file could be written there now. Removes what was left there by processes that were killed while they
+/// wrote.
 pub fn writable(path: &Path) -> Result<(), SaveError> {
     let place = place_of(path)?;
     remove_left_behind(folder_of(&place));
@@ -85,8 +86,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file in the same folder, for a rename works only within one file system. It is locked as long as somebody
-/// writes it.
+/// A file in the same folder, because renaming works only within one file system. It is locked while it is being
+/// written.
 fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveError> {
     let folder = folder_of(place);
     if !folder.is_dir() {
@@ -99,18 +100,18 @@ fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveErro
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let temporary = builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))?;
-    // Not every file system has locks: then the file is left alone for being young.
+    // Not every file system has locks: there, a file is left alone while it is young.
     let _ = temporary.as_file().try_lock();
     Ok(temporary)
 }
 
-/// Removes files of ours that nobody writes any more.
+/// Removes temporary files of ours that nobody is writing any more.
 fn remove_left_behind(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
         if is_ours && is_left_behind(&entry.path()) {
-            // Somebody else's stay.
+            // Those of other users stay.
             let _ = std::fs::remove_file(entry.path());
         }
     }
@@ -118,7 +119,8 @@ fn remove_left_behind(folder: &Path) {
 
 /// Whether nobody has locked a file, or written to it for some time.
 fn is_left_behind(path: &Path) -> bool {
-    // Opened to write: on some file systems no other lock is to be had. Never waited for: it is an ordinary file.
+    // Opened for writing, since some file systems give no lock otherwise. This does not block: it is an ordinary
+    // file.
     let is_ordinary = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
     let Some(file) = is_ordinary.then(|| File::options().write(true).open(path).ok()).flatten() else {
         return false;

@@ -12,16 +12,16 @@ pub struct Allocation(Vec<u32>);
 impl Allocation {
     /// What every block gets.
     pub const LEAST: u32 = 16;
-    /// More than any gets.
+    /// No block gets more.
     const MOST: u32 = 1 << 28;
 
-    /// None where a number is none that a block can get.
+    /// `None` if a block cannot get one of these numbers.
     pub fn new(samples: Vec<u32>) -> Option<Allocation> {
         let allocation = Allocation(samples);
         allocation.is_sound().then_some(allocation)
     }
 
-    /// Whether all numbers are some that blocks can get. What is read from a file may hold others.
+    /// Whether blocks can get all these numbers. What is read from a file may hold others.
     pub fn is_sound(&self) -> bool {
         let can_be = |n: &u32| n.is_power_of_two() && (Self::LEAST..=Self::MOST).contains(n);
         !self.0.is_empty() && self.0.iter().all(can_be)
@@ -37,7 +37,7 @@ impl Allocation {
         self.0.iter().copied().max().unwrap_or(0)
     }
 
-    /// The first part of some samples which all belong to the same blocks.
+    /// The first part of `samples` of which the same blocks get every one.
     pub fn first_round(&self, samples: Range<u32>) -> Range<u32> {
         let end = samples.start.max(Self::LEAST - 1).saturating_add(1).next_power_of_two();
         samples.start..samples.end.min(end)
@@ -48,8 +48,7 @@ impl Allocation {
         self.0.iter().map(|n| sample < *n).collect()
     }
 
-    /// The part `index` of `count`, in which there are as many samples of blocks as in any other, as far as whole
-    /// samples can be dealt out.
+    /// Part `index` of `count` with equal numbers of samples, all blocks together, as far as whole samples allow.
     pub fn shard(&self, index: u32, count: u32) -> Range<u32> {
         let all: u128 = self.0.iter().map(|n| u128::from(*n)).sum();
         let cut = |part: u32| {

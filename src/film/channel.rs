@@ -1,18 +1,18 @@
 //! Columns of numbers, one for each pixel, that an image file may hold besides light.
 
-/// One of them.
+/// A column of numbers, one for each pixel of a film's region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// As compositors read it: the layer's name, a dot, the component's.
+    /// As compositors read it: the layer's name, a dot and the component's name, such as `depth.Z`.
     pub name: &'static str,
-    /// Row by row from the top.
+    /// Row by row from the top, width × height of the region.
     pub values: Values,
 }
 
 /// Its numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// Measures.
+    /// Measurements.
     Float(Vec<f32>),
     /// Ids and counts.
     Whole(Vec<u32>),

@@ -5,17 +5,17 @@ use crate::world::Settings;
 
 /// What the middle of an image should come to: the reflectance of a grey card.
 const MIDDLE_GREY: f64 = 0.18;
-/// One in as many pixels is left out at the dark end and at the bright one.
+/// One in this many lit pixels is left out at the dark end, and as many at the bright end.
 const TAIL: usize = 10;
 /// Limits in stops, those of a fixed exposure.
 const MOST_EV: f64 = 64.0;
 
-/// The stops that bring the log-average of luminance to 0.18 (Reinhard and others 2002, equation 1
-/// with their key of a normal scene), a whole number of hundredths so that they can be said again.
+/// The stops that bring the log-average of luminance to 0.18 (Reinhard and others 2002, equation 1 with their key of
+/// a normal scene), rounded to hundredths so that people can pass them on.
 ///
-/// Eyes judge light by ratios, hence logarithms. Black pixels tell nothing of the light, the darkest
-/// tenth of the others are corners, the brightest lamps and highlights: none of them count. An image
-/// that is all black stays as it is: 0.
+/// Eyes judge light by ratios, hence logarithms. Black pixels say nothing about the light; of the others, the darkest
+/// tenth are corners, and the brightest tenth lamps and highlights. None of these count. An image that is all black
+/// gets 0.
 pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
     let lit = pixels.iter().map(|pixel| pixel.luminance());
     let mut lit: Vec<f32> = lit.filter(|luminance| *luminance > 0.0 && luminance.is_finite()).collect();
@@ -31,7 +31,7 @@ pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
     (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
 }
 
-/// Stops by which an image is exposed: by settings, and by itself where they say so.
+/// Stops by which an image is exposed: by its settings, and by the image itself where they say so.
 pub fn exposure_ev(settings: &Settings, radiance: &[Rgb]) -> f32 {
     let own_ev = if settings.auto_exposure { automatic_ev(radiance) } else { 0.0 };
     own_ev + settings.exposure_ev

@@ -1,4 +1,4 @@
-//! What a pixel's samples hit first, in the mean: depth, normals and the like.
+//! What a pixel's samples hit first, on average: depth, normals and the like.
 
 use crate::math::Rgb;
 
@@ -7,7 +7,7 @@ use crate::math::Rgb;
 pub struct FirstHit {
     /// Distance from the camera along its axis, in metres.
     pub depth_m: f32,
-    /// For shading, of unit length, on the viewer's side.
+    /// Shading normal of unit length, on the viewer's side.
     pub normal: [f32; 3],
     /// Base colour.
     pub albedo: Rgb,
@@ -24,7 +24,7 @@ pub struct FirstHit {
 pub struct Features {
     /// The part of the samples that hit anything.
     pub coverage: f32,
-    /// In the mean; infinite where there is nothing.
+    /// Mean distance along the camera's axis, in metres; infinite where there is nothing.
     pub depth_m: f32,
     /// Mean of unit normals, hence shorter where they differ.
     pub normal: [f32; 3],
@@ -32,8 +32,7 @@ pub struct Features {
     pub albedo: Rgb,
     /// In the mean.
     pub position: [f32; 3],
-    /// What most of all samples hit, of several the one with the smallest number: 0 for nothing,
-    /// else one more than the entity's number.
+    /// What most samples hit: 0 for nothing, else one more than the entity's number. In a draw the smallest number.
     pub entity: u32,
     /// The same for materials.
     pub material: u32,
@@ -89,7 +88,7 @@ impl Gathering {
         }
     }
 
-    /// What they have in common; all is forgotten for the next pixel.
+    /// The features of the samples so far; then begins a new pixel.
     pub fn take(&mut self) -> Features {
         let (hits, samples) = (f64::from(self.hits), self.entities.len());
         let [depth_m, nx, ny, nz, r, g, b, x, y, z] = self.sums.map(|sum| (sum / hits) as f32);
@@ -112,7 +111,7 @@ impl Gathering {
     }
 }
 
-/// Of several, the smallest; 0 where there is none.
+/// The most frequent number, in a draw the smallest; 0 if there is none.
 fn most_frequent(numbers: &mut [u32]) -> u32 {
     numbers.sort_unstable();
     let mut best: &[u32] = &[0; 0];

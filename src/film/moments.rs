@@ -1,10 +1,9 @@
-//! Squares of whole samples, of which the variance of a pixel is estimated.
+//! Squares of whole samples, from which the variance of a pixel is estimated.
 
 use super::{Film, PixelSum, Region};
 use crate::math::Rgb;
 
-/// Components of a sample above this count as this here, so that 2²² squares times as many
-/// samples fit 128 bits.
+/// Larger components of a sample count as this here, so that 2²² squares, times 2²² samples, fit 128 bits.
 const LARGEST: u128 = 1 << 42;
 
 /// Sums of the squares of samples, in squared quanta: integers, as those of [`Film`], so that
@@ -21,7 +20,7 @@ impl Moments {
         Moments { region, squares: vec![[0; 3]; region.area()] }
     }
 
-    /// With sums from elsewhere; none if they are not as many as there are pixels.
+    /// With sums from elsewhere; `None` if there is not one for each pixel.
     pub fn with_squares(region: Region, squares: Vec<[u128; 3]>) -> Option<Moments> {
         (squares.len() == region.area()).then_some(Moments { region, squares })
     }
@@ -61,9 +60,9 @@ impl Moments {
         }
     }
 
-    /// The variance of each pixel's mean, (radiance)², estimated from its samples without bias if
-    /// they are independent of each other: (Σx² − (Σx)² / n) / (n (n − 1)). Samples that are spread
-    /// evenly differ more than their means do, so then it is too large. Infinite for one sample.
+    /// The variance of each pixel's mean, (radiance)², estimated from its samples without bias if they are
+    /// independent of each other: (Σx² − (Σx)² / n) / (n (n − 1)). Samples that are spread evenly differ more than
+    /// their means do, so then it is too large. Infinite for fewer than two samples.
     pub fn variance_of_mean(&self, film: &Film) -> Vec<Rgb> {
         let quantum = film.unit().quantum();
         let pixels = self.squares.iter().zip(film.pixels());

@@ -14,7 +14,7 @@ impl SampleRanges {
         ranges
     }
 
-    /// Those of several, in any order; none where a range is empty or two overlap.
+    /// Those of several, in any order; `None` if a range is empty or two overlap.
     pub fn disjoint(ranges: impl IntoIterator<Item = Range<u32>>) -> Option<SampleRanges> {
         let mut all = SampleRanges::default();
         for range in ranges {
@@ -26,7 +26,7 @@ impl SampleRanges {
         Some(all)
     }
 
-    /// Adds a range, and what lies between is one range again.
+    /// Adds a range; ranges that overlap or touch become one.
     pub fn insert(&mut self, range: Range<u32>) {
         if range.is_empty() {
             return;
@@ -77,7 +77,7 @@ impl SampleRanges {
         pairs.filter(|range| !range.is_empty()).min_by_key(|range| range.start)
     }
 
-    /// What they lack of a range.
+    /// The part of a range that they lack.
     pub fn missing(&self, of: Range<u32>) -> SampleRanges {
         let mut missing = Vec::new();
         let mut next = of.start;
@@ -93,12 +93,12 @@ impl SampleRanges {
         SampleRanges(missing)
     }
 
-    /// Those of others that are none of these.
+    /// Samples of `others` that are not among these.
     pub fn missing_from(&self, others: &SampleRanges) -> SampleRanges {
         SampleRanges(others.iter().flat_map(|range| self.missing(range).0).collect())
     }
 
-    /// The part `index` of `count` that samples are cut into, as even as can be.
+    /// Part `index` of `count` that `samples` samples are cut into, as evenly as possible.
     pub fn shard(samples: u32, index: u32, count: u32) -> Range<u32> {
         let cut = |i: u32| (u64::from(samples) * u64::from(i) / u64::from(count.max(1))) as u32;
         cut(index)..cut(index + 1)

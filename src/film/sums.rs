@@ -17,12 +17,12 @@ impl Unit {
     /// Scenes whose brightest thing lies between these powers of two are counted as they are.
     const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
 
-    /// What surfaces are lit by is at least so many quanta, in powers of two.
+    /// Surfaces are lit by at least this many quanta, as a power of two.
     const FINENESS: i32 = 20;
 
-    /// For a scene whose brightest thing has one radiance and whose surfaces are lit by about another:
-    /// suns must not be cut off, and starlight must be more than a few quanta. Where both cannot be
-    /// had, because something small is a million times as bright as all that it lights, that is cut off.
+    /// For a scene whose brightest thing has one radiance and whose surfaces are lit by about another: suns must not
+    /// be cut off, and starlight must be more than a few quanta. If both cannot be had, because something small is a
+    /// million times as bright as all that it lights, it is cut off.
     #[doc(hidden)]
     pub fn new(brightest: f32, usual: f32) -> Unit {
         if !(brightest > 0.0 && brightest.is_finite() && usual > 0.0) {
@@ -49,16 +49,16 @@ impl Unit {
     }
 }
 
-/// A rectangle of pixels: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
+/// A rectangle of pixels of an image: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Region {
     /// First column.
     pub x0: u32,
     /// First row.
     pub y0: u32,
-    /// Behind the last column.
+    /// One past the last column.
     pub x1: u32,
-    /// Behind the last row.
+    /// One past the last row.
     pub y1: u32,
 }
 
@@ -83,7 +83,8 @@ impl Region {
         self.width() as usize * self.height() as usize
     }
 
-    /// The place of a pixel in row order.
+    /// The place of a pixel, by its column and row in the image, in data that go row by row from the top of the
+    /// region. It must lie within the region.
     #[inline(always)]
     pub fn index(&self, x: u32, y: u32) -> usize {
         (y - self.y0) as usize * self.width() as usize + (x - self.x0) as usize
@@ -107,7 +108,7 @@ impl PixelSum {
     }
 }
 
-/// The sums of a region's pixels.
+/// The samples of a region's pixels, as exact sums: the same film in whatever order samples are added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
@@ -119,7 +120,7 @@ pub struct Film {
     cut: Noted,
 }
 
-/// Parts of samples that are not counted as they were.
+/// Parts of samples that were changed when they were counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Noted {
     /// How many.
@@ -154,8 +155,8 @@ impl Film {
         }
     }
 
-    /// With sums from elsewhere, row by row from the top; none if they are not as many as there are pixels,
-    /// or below zero.
+    /// With sums from elsewhere, row by row from the top; `None` if there is not one for each pixel, or if one is
+    /// below zero.
     #[doc(hidden)]
     pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
         let sound = |pixel: &PixelSum| pixel.sum.as_flattened().iter().all(|sum| *sum >= 0);
@@ -185,11 +186,11 @@ impl Film {
     pub(crate) fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
         let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
         let counted = radiance * self.inverse;
-        // Nothing is taken away, so what ends at the largest number ends there in any order.
+        // Nothing is ever subtracted, so what ends at the largest number does so in any order.
         sum[0] = sum[0].saturating_add(quanta(counted.r));
         sum[1] = sum[1].saturating_add(quanta(counted.g));
         sum[2] = sum[2].saturating_add(quanta(counted.b));
-        // What is no number is not below anything.
+        // NaN is not below anything.
         if !(counted.r.abs() < MAX_RADIANCE
             && counted.g.abs() < MAX_RADIANCE
             && counted.b.abs() < MAX_RADIANCE)
@@ -209,7 +210,7 @@ impl Film {
         }
     }
 
-    /// What was no number: such components count as black.
+    /// Parts with a component that was NaN or −∞: such components count as black.
     pub(crate) fn no_numbers(&self) -> Noted {
         self.no_numbers
     }
@@ -219,7 +220,7 @@ impl Film {
         self.cut
     }
 
-    /// What no part of a sample is counted above.
+    /// The most that a part of a sample counts as.
     pub(crate) fn brightest(&self) -> f64 {
         f64::from(MAX_RADIANCE) / QUANTUM * self.unit.quantum()
     }
@@ -254,13 +255,14 @@ impl Film {
         }
     }
 
-    /// Samples that a pixel has, on average.
+    /// How many samples a pixel has, on average.
     pub fn samples_per_pixel(&self) -> f64 {
         let all: u64 = self.pixels.iter().map(|p| u64::from(p.count[0]) + u64::from(p.count[1])).sum();
         all as f64 / self.pixels.len().max(1) as f64
     }
 
-    /// Mean radiance of each pixel, row by row from the top; black where there is no sample.
+    /// Mean radiance of each pixel in W m⁻² sr⁻¹, row by row from the top, width × height of the region; black where
+    /// there is no sample.
     pub fn radiance(&self) -> Vec<Rgb> {
         let quantum = self.unit.quantum();
         let mean = |p: &PixelSum| {
@@ -270,7 +272,7 @@ impl Film {
         self.pixels.iter().map(mean).collect()
     }
 
-    /// Mean radiance of each pixel's even and of its odd samples; none before every pixel has some of both.
+    /// Mean radiance of each pixel's even and of its odd samples; `None` before every pixel has some of both.
     pub(crate) fn halves(&self) -> Option<[Vec<Rgb>; 2]> {
         if self.pixels.iter().any(|p| p.count.contains(&0)) {
             return None;
@@ -285,8 +287,8 @@ impl Film {
         }))
     }
 
-    /// Root mean square of the noise left in the pixels, estimated from the difference of
-    /// even and odd samples; none before every pixel has some of both.
+    /// Root mean square of the noise that is left in the pixels' components, in W m⁻² sr⁻¹, estimated from the
+    /// difference of even and odd samples; `None` before every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {
         let (mut sum, quantum) = (0.0, self.unit.quantum());
         for p in &self.pixels {
@@ -302,10 +304,10 @@ impl Film {
         Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
     }
 
-    /// How large the noise is beside the image, for people: the root mean square over pixels of their noise,
-    /// estimated from the difference of even and odd samples, as a part of their brightness, or of a tenth of
-    /// the image's where they are darker than that; no pixel counts for more than 1. None before every pixel
-    /// has some of both.
+    /// How large the noise is relative to the image, 0 to 1, for people: the root mean square over the pixels of
+    /// their noise (estimated from the difference of even and odd samples) relative to their brightness, or to a
+    /// tenth of the image's where they are darker than that. No pixel counts for more than 1. `None` before every
+    /// pixel has some of both.
     pub fn relative_noise(&self) -> Option<f64> {
         if self.pixels.iter().any(|p| p.count.contains(&0)) || self.pixels.is_empty() {
             return None;
@@ -347,7 +349,7 @@ impl Film {
     }
 }
 
-/// To the nearest quantum; what is negative or not a number counts as none.
+/// To the nearest quantum; what is negative or NaN counts as none.
 #[inline(always)]
 fn quanta(radiance: f32) -> i64 {
     let limited = if radiance > 0.0 { radiance } else { 0.0 };

@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn aces_is_that_of_three_js() {
-        // A GPU's frame, hence the tolerance: exactly these are 65.50, 197.05 and 33.48.
+        // The reference is a GPU's frame, hence the tolerance; the exact values are 65.50, 197.05 and 33.48.
         for (byte, golden) in shown(Tonemap::Aces, Rgb::new(0.0, 0.5, 0.0)).into_iter().zip([66, 197, 34]) {
             assert!(byte.abs_diff(golden) <= 1);
         }

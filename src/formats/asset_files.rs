@@ -12,8 +12,8 @@ use crate::world::{Assets, Image, Mesh, SourceFiles};
 
 /// Reads the files that a scene refers to, whatever their formats are.
 pub trait AssetFiles {
-    /// Reads a mesh. What it brings along (materials, textures) goes into `assets`, what is
-    /// odd but no error into `warnings`.
+    /// Reads a mesh. The materials and textures that it brings go into `assets`; oddities that are no errors go into
+    /// `warnings`.
     fn mesh(
         &mut self,
         path: &Path,
@@ -37,8 +37,8 @@ pub trait AssetFiles {
         files::read(path).map_err(LoadError::io(path))
     }
 
-    /// The moment that a scene is read at, in seconds; none: values with keys as at 0, models as their nodes stand
-    /// without animations.
+    /// The moment at which a scene is read, in seconds. None: keyed values are those at 0 s, and models stand as
+    /// their nodes say, without animations.
     fn time_s(&self) -> Option<f32> {
         None
     }
@@ -52,9 +52,9 @@ pub trait AssetFiles {
 /// Files on disk.
 #[derive(Default)]
 pub struct Files {
-    /// Which have been read.
+    /// The files that have been read.
     pub sources: SourceFiles,
-    /// Of models.
+    /// Options for reading models.
     pub options: LoadOptions,
 }
 

@@ -1,100 +1,112 @@
-//! What is said of a scene beside its files: values that are others, things that are left out.
+//! Changes to a scene beyond what its files say: other values, and things left out.
 
 use std::collections::HashSet;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::Files;
-use super::ron::query::{Query, QueryError, nothing_meant, set};
-use crate::error::LoadError;
+use super::ron::query::{Query, nothing_meant, set};
+use crate::error::{LoadError, in_one_line};
 use crate::world::{Light, Shape, World};
 
-/// Edits in the language of [`super::ron::query`], in the order in which they are carried out.
+/// Changes to a scene beyond what its files say. They are carried out in this order: `look_at`, `set`, `only`,
+/// `hide`, `orbit`, `zoom`, `ground`.
+///
+/// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a
+/// name or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or a name alone (`"lamp*"`);
+/// queries combine by `&`, `|`, `!` and parentheses. A filter compares `name`, `parent` or `material` by `=`, `!=` or
+/// `~`. In names and after `~`, `*` stands for any text. `set` holds statements, which change a value of everything
+/// that a query selects: `Material["glass"].ior = 1.6`, `Light.power_w *= 2`, `settings.samples = 64`. The operators
+/// are `=`, `*=`, `/=`, `+=` and `-=`.
+///
+/// A text that cannot be read, selects nothing, or says what a scene file could not say is a [`LoadError::Option`]
+/// with the name of its field.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Edits {
-    /// Statements that change values.
+    /// Statements that change values, such as `Material["glass"].ior = 1.6`.
     pub set: Vec<String>,
-    /// Of what rays can hit, what alone is left.
+    /// Queries. If there are any, rays can hit only the shapes that one of them selects, and the shapes below those.
+    /// Lights stay.
     pub only: Vec<String>,
-    /// What is taken away, light or shape.
+    /// Queries. The shapes and lights that they select are removed, and so are those below these.
     pub hide: Vec<String>,
-    /// From where to where cameras look, as scene files have it.
+    /// Where all cameras stand, and the point that they look at: each `"x, y, z"` in metres.
     pub look_at: Option<[String; 2]>,
-    /// By how many degrees cameras turn about what they look at: to the right, and up.
+    /// By how many degrees cameras turn about what they look at: to the right, and up. They never pass straight up or
+    /// straight down.
     pub orbit: Option<[f64; 2]>,
-    /// How many times nearer they come to it.
+    /// How many times nearer cameras come to what they look at, from 0.001 to 1000 (values beyond are clamped). An
+    /// orthographic camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
-    /// Whether there is a floor under everything.
+    /// Whether a large grey floor is added under everything.
     pub ground: bool,
 }
 
 impl Edits {
-    /// Whether there are none.
+    /// Whether there are no edits.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Edits::default()
     }
 
-    /// Leaves cameras where files say.
+    /// Leaves cameras where the files put them.
     pub(crate) fn forget_camera(&mut self) {
         (self.look_at, self.orbit, self.zoom) = (None, None, None);
     }
 
-    /// Carries out what is no matter of where things are. Errors: what is no query, or means nothing.
+    /// Carries out the edits that do not depend on where things are. Errors: what is no query, or selects nothing.
     pub(crate) fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
-        let wrong =
-            |option: &str, error: QueryError| LoadError::invalid(Path::new(option), error.to_string());
         if let Some([from, to]) = &self.look_at {
             let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
-            set(world, &statement, files).map_err(|error| wrong("--look-at", error))?;
+            set(world, &statement, files).map_err(|error| LoadError::option("look_at", error))?;
         }
         for statement in &self.set {
-            set(world, statement, files).map_err(|error| wrong("--set", error))?;
+            set(world, statement, files).map_err(|error| LoadError::option("set", error))?;
         }
         if !self.only.is_empty() {
-            let queries = self.queries(&self.only).map_err(|error| wrong("--only", error))?;
-            let kept = meant(world, &queries, "--only", &self.only)?;
+            let queries = queries("only", &self.only)?;
+            let kept = meant(world, &queries, "only", &self.only)?;
             for entity in world.in_order() {
                 if !kept.contains(&entity) {
-                    // Not all have one.
+                    // Not every entity has a shape.
                     let _ = world.entities.remove_one::<Shape>(entity);
                 }
             }
         }
         if !self.hide.is_empty() {
-            let queries = self.queries(&self.hide).map_err(|error| wrong("--hide", error))?;
+            let queries = queries("hide", &self.hide)?;
             let mut hides = false;
-            for entity in meant(world, &queries, "--hide", &self.hide)? {
+            for entity in meant(world, &queries, "hide", &self.hide)? {
                 hides |= world.entities.remove_one::<Shape>(entity).is_ok();
                 hides |= world.entities.remove_one::<Light>(entity).is_ok();
             }
             if !hides {
                 world
                     .warnings
-                    .push("--hide: nothing of that is a shape or a light, so nothing is hidden".into());
+                    .push("hide: nothing of that is a shape or a light, so nothing is hidden".into());
             }
         }
         Ok(())
     }
-
-    fn queries(&self, texts: &[String]) -> Result<Vec<Query>, QueryError> {
-        texts.iter().map(|text| Query::parse(text)).collect()
-    }
 }
 
-/// What any of some queries means, with what hangs on it.
+fn queries(option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadError> {
+    let parse = |text: &String| Query::parse(text).map_err(|error| LoadError::option(option, error));
+    texts.iter().map(parse).collect()
+}
+
+/// The entities that any of the queries selects, and all that is below them.
 fn meant(
     world: &World,
     queries: &[Query],
-    option: &str,
+    option: &'static str,
     texts: &[String],
 ) -> Result<HashSet<hecs::Entity>, LoadError> {
     let order = world.in_order();
     for (query, text) in queries.iter().zip(texts) {
         if !order.iter().any(|entity| query.takes(world, *entity)) {
-            let reason = format!("{text}: {}", nothing_meant(world, query));
-            return Err(LoadError::invalid(Path::new(option), reason));
+            let reason = format!("{}: {}", in_one_line(text), nothing_meant(world, query));
+            return Err(LoadError::option(option, reason));
         }
     }
     let is_meant =

@@ -1,4 +1,4 @@
-//! How far a scene reaches in a direction, by what rays can hit.
+//! How far in a direction the things reach that rays can hit.
 
 use glam::BVec3;
 
@@ -13,12 +13,12 @@ const MOST_VERTICES: usize = 4_000_000;
 /// All shapes of a scene, where they stand.
 pub(super) struct Extent {
     shapes: Vec<(DAffine3, Shape)>,
-    /// Of each mesh, what it reaches as far as: vertices that triangles use.
+    /// For each mesh, the points that decide how far it reaches: the vertices that triangles use.
     points: Vec<Vec<Vec3>>,
 }
 
 impl Extent {
-    /// Of a world; none where there is nothing, or where it stands cannot be told.
+    /// The extent of a world; none if it is empty, or if its transforms make no sense.
     pub fn of(world: &World) -> Option<Extent> {
         Extent::up_to(world, MOST_VERTICES)
     }
@@ -44,7 +44,7 @@ impl Extent {
         (!shapes.is_empty()).then_some(Extent { shapes, points })
     }
 
-    /// The largest of what points come to along a direction, which may have any length (the support function).
+    /// The largest dot product of any point with `direction`, which may have any length (the support function).
     pub fn along(&self, direction: DVec3) -> f64 {
         self.shapes
             .iter()
@@ -52,7 +52,7 @@ impl Extent {
             .fold(f64::MIN, f64::max)
     }
 
-    /// Around everything.
+    /// The least and greatest corner of the box around everything.
     pub fn bounds(&self) -> [DVec3; 2] {
         let most = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| [-self.along(-axis), self.along(axis)]);
         [0, 1].map(|end| DVec3::new(most[0][end], most[1][end], most[2][end]))
@@ -85,7 +85,7 @@ fn used_vertices(mesh: &Mesh) -> Vec<Vec3> {
     used.map(|(position, _)| *position).collect()
 }
 
-/// Of the box around points.
+/// The corners of the box around some points.
 fn corners(points: &[Vec3]) -> Vec<Vec3> {
     let Aabb { min, max } = Aabb::around(points.iter().copied());
     let corner = |number: u32| {
@@ -109,7 +109,7 @@ mod tests {
         let root = world.entities.spawn((moved(Vec3::new(10.0, 0.0, 0.0), Vec3::ONE),));
         let egg = Shape::Sphere { radius_m: 1.0 };
         world.entities.spawn((egg, moved(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)), Parent(root)));
-        // Of these the first nine count, not the last.
+        // Of these the first nine are used, the last is not.
         let mut positions = vec![Vec3::ZERO; 7];
         positions.extend([Vec3::new(0.0, -5.0, 0.0), Vec3::new(1.0, 0.0, 8.0), Vec3::splat(100.0)]);
         let triangles = vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]];
@@ -123,7 +123,7 @@ mod tests {
         let world = world();
         let extent = Extent::of(&world).unwrap();
         assert_eq!(extent.bounds(), [DVec3::new(0.0, -5.0, -3.0), DVec3::new(11.0, 2.0, 8.0)]);
-        // Of the egg a point between its axes.
+        // The ellipsoid's farthest point in a direction between its axes.
         let aslant = extent.along(DVec3::new(1.0, 1.0, 0.0));
         assert!((aslant - (10.0 + f64::sqrt(5.0))).abs() < 1e-12, "{aslant}");
         // Boxes reach as far along the axes, and at least as far between them.

@@ -1,5 +1,4 @@
-//! A mesh or model by itself gets what it lacks to be seen: a camera that sees all of it,
-//! and plain light.
+//! A mesh or model on its own gets what it lacks to be seen: a camera that shows all of it, and plain light.
 
 use std::path::Path;
 
@@ -29,7 +28,7 @@ pub(super) fn load_mesh(
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
     add_camera(&mut world);
     if options.surroundings.as_ref().is_some_and(|around| *around != Surroundings::None) {
-        // What comes from all around lights surfaces under this transport alone.
+        // Only this transport lets an environment light surfaces.
         world.settings.transport = Transport::Path;
     } else {
         add_light(&mut world);
@@ -51,7 +50,7 @@ pub(super) fn load_model(
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
     settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
-    // What is drawn as it shall be seen has its exposure already.
+    // What is drawn as it should appear has its exposure already.
     settings.auto_exposure = settings.tonemap != Tonemap::Clamp;
     (settings.max_depth, settings.samples) = (16, 64);
     if let Some(aspect) = model.aspect {
@@ -68,10 +67,10 @@ pub(super) fn load_model(
     Ok(world)
 }
 
-/// What photographs and drawings show is meant for the screen as it is; what light falls on goes through a curve. An
-/// image has one curve.
+/// Photographs and drawings on unlit surfaces are meant for the screen as they are; lit surfaces go through a tone
+/// curve. An image has only one curve.
 fn tone_curve(assets: &Assets, warnings: &mut Vec<String>) -> Tonemap {
-    // The first is for what has no material.
+    // The first one is for meshes without a material.
     let own = assets.materials.get(1..).unwrap_or_default();
     let is_unlit = |named: &&NamedMaterial| matches!(&named.material, Material::Principled(it) if it.unlit);
     let (unlit, all) = (own.iter().filter(is_unlit).count(), own.len());
@@ -110,7 +109,7 @@ fn is_dark(world: &World) -> bool {
 }
 
 /// Adds a camera if there is none; [`super::shot`] puts it where it sees everything.
-fn add_camera(world: &mut World) {
+pub(super) fn add_camera(world: &mut World) {
     if world.entities.query::<&Camera>().iter().next().is_some() {
         return;
     }
@@ -122,10 +121,10 @@ fn add_camera(world: &mut World) {
 }
 
 const HALF_FOV_DEGREES: f64 = 20.0;
-/// From the front, right and above.
+/// The direction to an added camera: from the front, right and above.
 const CAMERA: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 
-/// A key light on the right and a fill light on the left of who stands before it.
+/// A key light on the right and a fill light on the left of the viewer.
 fn add_light(world: &mut World) {
     let mut names = TakenNames::of(world);
     let mut sun = |name: &str, irradiance: f32, from: DVec3| {
@@ -140,7 +139,7 @@ fn add_light(world: &mut World) {
     world.warnings.push("there is no light: key, fill and ambient light were added".into());
 }
 
-/// −Z towards the origin, seen from a place, +Y up.
+/// Stands at `place` and looks at the origin along −Z, with +Y up.
 fn looking_from(place: DVec3) -> Transform {
     let backward = place.normalize();
     let right = DVec3::Y.cross(backward).normalize();

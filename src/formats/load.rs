@@ -1,93 +1,118 @@
-//! A scene of any format, by its file name's extension.
+//! Scenes of any format, chosen by the file name's extension.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Edits, Files, Surroundings, extension, framing, ron, shot, surroundings};
-use crate::error::{LoadError, did_you_mean};
-use crate::world::{SourceFiles, World};
+use crate::error::{LoadError, did_you_mean, in_one_line};
+use crate::world::{Model, SourceFiles, World};
 
-/// What of a model is read.
+/// How a scene is read, beyond what its files say. The default reads it as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// The moment of its animations, in seconds; none: as its nodes stand without them.
+    /// The moment at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes
+    /// stand as their file says, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
     pub time_s: Option<f32>,
-    /// The name of a variant of its materials.
+    /// The name of a variant of the model's materials (KHR_materials_variants). For `.gltf` and `.glb` files.
     pub variant: Option<String>,
-    /// The name of a scene or its number, from 0; none: the one that the file says.
+    /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
+    /// `.glb` files.
     pub scene: Option<String>,
-    /// What the numbers of its lights count.
+    /// The unit of a model's lights. For glTF files, and `.ron` files that place them.
     pub light_units: LightUnits,
-    /// Glass without a volume is the boundary of a body all the same.
+    /// Whether glass without a volume bounds a solid body all the same. Otherwise it is a thin sheet that light
+    /// passes straight through. For glTF files, and `.ron` files that place them.
     pub solid_glass: bool,
-    /// Surfaces of models are there from both sides.
+    /// Whether all surfaces of models can be seen from both sides. For glTF files, and `.ron` files that place them.
     pub double_sided: bool,
-    /// In place of its own environment.
+    /// What is put around the scene in place of its own environments and skies. None: these stay.
     pub surroundings: Option<Surroundings>,
-    /// What is said of it beside its files.
+    /// Other changes.
     pub edits: Edits,
-    /// Columns and rows of the picture, in place of its own.
+    /// Columns and rows of the image, each 1 to 65,536, in place of the scene's own.
     pub size: Option<[u32; 2]>,
 }
 
-/// What the numbers of a glTF file's lights count.
+impl LoadOptions {
+    /// Errors: options that mean nothing for a file of this kind.
+    fn are_for(&self, path: &Path, extension: &str) -> Result<(), LoadError> {
+        let (to_gltf, to_scenes) = match extension {
+            "gltf" | "glb" => return Ok(()),
+            "ron" => (true, false),
+            _ => (true, true),
+        };
+        let gltf = ".gltf and .glb files";
+        let scenes = ".gltf and .glb files and .ron files that name these";
+        let all = [
+            ("variant", to_gltf && self.variant.is_some(), gltf),
+            ("scene", to_gltf && self.scene.is_some(), gltf),
+            ("light_units", to_scenes && self.light_units != LightUnits::Auto, scenes),
+            ("solid_glass", to_scenes && self.solid_glass, scenes),
+            ("double_sided", to_scenes && self.double_sided, scenes),
+            ("time_s", to_scenes && self.time_s.is_some(), ".gltf, .glb and .ron files"),
+        ];
+        match all.iter().find(|(_, is_refused, _)| *is_refused) {
+            Some((option, _, kinds)) => Err(LoadError::option(
+                option,
+                format!("this is for {kinds}, not for {}", in_one_line(&path.to_string_lossy())),
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) says candela and lux; powers here
+/// are in watts, so a factor is needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LightUnits {
-    /// What its exporter is known to mean.
+    /// `Watt` if Blender's exporter wrote the file and its lights are too bright to be watts (which gives a warning),
+    /// otherwise `Candela`.
     #[default]
     Auto,
-    /// Candela and lux, as the specification has it; a lumen counts as a watt, so that a lamp of 1 cd shines as
-    /// what emits 1 does on a square metre.
+    /// Candela and lux, as in the specification. A lumen counts as a watt, so that a lamp of 1 cd shines as brightly
+    /// as 1 m² of a surface that emits 1 W m⁻² sr⁻¹.
     Candela,
-    /// The same, 683 of which make up a watt; what emits is in watts already.
+    /// Candela and lux, but with 683 lumens to a watt. What materials emit is in watts already.
     Watt,
 }
 
-/// Reads a scene as it is: [`load_with`] nothing special.
+/// Reads a scene as it is: [`load_with`] the default options.
 pub fn load(path: impl AsRef<Path>) -> Result<World, LoadError> {
     load_with(path, &LoadOptions::default())
 }
 
-/// Reads a scene by its file name's extension: `.ron`, or a model (`.gltf`, `.glb`) or mesh
-/// (`.ply`, `.obj`), which get the camera and light that they lack. What it refers to must lie in its folder or
-/// below, or in the nearest folder above it that has a file `.rayfront-root`.
+/// Reads a scene. The file name's extension says what it is: a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh
+/// (`.ply`, `.obj`). Models and meshes get the camera and the light that they lack. All files that a scene refers to
+/// must lie in its folder or below; if that folder or one above it holds a file `.rayfront-root`, anywhere below the
+/// nearest of these.
 ///
-/// Errors: no such file; what is no scene, with the place in the file and what would be right; what memory does
-/// not do for.
+/// What is odd but no error is in [`World::warnings`].
+///
+/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that makes no sense ([`LoadError::At`],
+/// [`LoadError::Invalid`]), with the place in it and what would be right; one that does not fit into memory
+/// ([`LoadError::TooLarge`]); an option that does not suit the file or is wrong in itself ([`LoadError::Option`]).
 pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<World, LoadError> {
     load_again(path.as_ref(), options, &SourceFiles::default())
 }
 
-/// The same for a scene that is read again and again: `sources` may know what its files are decoded to (see
+/// The same for a scene that is read again and again: `sources` may hold what its files were decoded to before (see
 /// [`SourceFiles::kept`]).
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
-    let common = LoadOptions { variant: None, scene: None, ..options.clone() };
-    let refused = match &extension[..] {
-        "gltf" | "glb" => None,
-        "ron" if *options == common => None,
-        "ron" => Some("--variant and --scene are for .gltf and .glb files"),
-        _ if LoadOptions { surroundings: None, edits: Edits::default(), size: None, ..options.clone() }
-            == LoadOptions::default() =>
-        {
-            None
-        }
-        _ if options.light_units != LightUnits::Auto || options.solid_glass || options.double_sided => Some(
-            "--light-units, --solid-glass and --double-sided are for .gltf and .glb files, and .ron files that name these",
-        ),
-        _ => Some("--time, --variant and --scene are for .gltf and .glb files (--time for .ron files, too)"),
-    };
-    if let Some(reason) = refused {
-        return Err(LoadError::invalid(path, reason));
-    }
+    options.are_for(path, &extension)?;
     sources.name(path);
     sources.confine(path);
     let mut world = match &extension[..] {
         "ron" => {
+            let common = LoadOptions { variant: None, scene: None, ..options.clone() };
             let mut files = Files { options: common, sources: sources.clone() };
-            let world = ron::load(path, &mut files)?;
+            let mut world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
+            // Someone who only places a model need not know where to look from.
+            if world.entities.query::<&Model>().iter().next().is_some() {
+                framing::add_camera(&mut world);
+            }
             Ok(world)
         }
         "gltf" | "glb" => framing::load_model(path, options, sources),
@@ -111,7 +136,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         let mut files = Files { sources: sources.clone(), ..Files::default() };
         options.edits.apply(&mut world, &mut files)?;
     }
-    // What was put around it and changed counts, too.
+    // The surroundings and the edits count, too.
     world.choose_transport();
     world.settings.size = options.size.unwrap_or(world.settings.size);
     shot::arrange(&mut world, options, || {

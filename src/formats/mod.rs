@@ -1,5 +1,5 @@
-//! Files: what a person or another program wrote, read into a [`World`](crate::world::World), and what we
-//! write ourselves. The only place that knows file formats.
+//! Files: reading scenes, models, meshes and pictures into a [`World`](crate::world::World), and writing images and
+//! scenes. This is the only module that knows file formats.
 
 pub(crate) mod asset_files;
 mod edits;
@@ -29,14 +29,16 @@ pub(crate) use asset_files::{AssetFiles, Files};
 pub use edits::Edits;
 pub(crate) use load::load_again;
 pub use load::{LightUnits, LoadOptions, load, load_with};
-pub use saving::{load_image, png_bytes, save_image, save_scene};
+pub use picture::PngBits;
+pub(crate) use saving::DENOISED;
+pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};
 pub use surroundings::{Sky, Surroundings};
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// Reads until the buffer is full or there is no more; says how many bytes there were.
+/// Reads until the buffer is full or nothing is left; returns the number of bytes read.
 fn fill(from: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {

@@ -35,9 +35,9 @@ pub struct HitRecord {
 }
 
 impl HitRecord {
-    /// Nothing was hit.
+    /// The record of a ray that hits nothing.
     pub const MISS: HitRecord = HitRecord { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: NONE };
-    /// Something was hit, wherever.
+    /// The record of a ray that hits anything, when it does not matter what.
     pub const BLOCKED: HitRecord = HitRecord { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
 
     /// Whether nothing was hit.
@@ -75,7 +75,7 @@ fn float(record: &[u8], index: usize) -> f32 {
     f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
 }
 
-/// Hands the records of `SIZE` bytes of a file one by one to `add`.
+/// Passes the records of a file, `SIZE` bytes each, to `add` one by one.
 fn read_records<T, const SIZE: usize>(
     path: &Path,
     what: &str,

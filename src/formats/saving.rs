@@ -1,64 +1,115 @@
-//! What a program that renders by itself saves.
+//! What a program that renders saves: images and scenes. Also reads pictures.
 
 use std::path::Path;
 
 use super::picture::{self, Output, PngBits};
 use super::{film_file, ron};
+use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
 use crate::world::{Image, Settings, World};
 
-/// Writes an image as what the name's extension says: `.png` (exposed and tone mapped as the settings say, sRGB),
-/// `.exr` or `.hdr` (linear radiance). OpenEXR files get `layers`, too, which [`crate::render::Session::channels`]
-/// makes. The file appears when it is whole; until then an older one stays as it was.
+/// The name under which a denoised image stores its hash.
+pub(crate) const DENOISED: &str = "denoised_hash";
+
+/// How an image is saved, beyond its film. The default is the film alone, with 8 bits in PNG files.
+#[derive(Clone, Copy, Default)]
+pub struct ImageOptions<'a> {
+    /// Layers besides light, as [`crate::render::Session::channels`] makes them: one value for each pixel of the
+    /// film's region, row by row from the top. Only OpenEXR files hold them.
+    pub layers: &'a [Channel],
+    /// Bits per channel of PNG files.
+    pub bits: PngBits,
+    /// A denoised image (see [`crate::render::Session::denoised`]) to save in place of the film's pixels, with their
+    /// exposure.
+    pub denoised: Option<&'a Denoised>,
+}
+
+/// Writes an image in the format that the extension of `path` says: `.png` (8-bit sRGB, exposed and tone mapped as
+/// the settings say), `.exr` (32-bit floats) or `.hdr` (8-bit mantissas with a shared exponent). The latter two hold
+/// radiance as it is, in W m⁻² sr⁻¹, linear with the primaries of Rec. 709. The file appears when it is complete;
+/// until then an older one stays as it was.
 ///
-/// Errors: another extension; a folder that is not there; a full disk.
-pub fn save_image(
+/// Errors: another extension; a film without pixels; a folder that does not exist; a full disk.
+pub fn save_image(path: impl AsRef<Path>, film: &Film, settings: &Settings) -> Result<(), SaveError> {
+    save_image_with(path, film, settings, &ImageOptions::default())
+}
+
+/// [`save_image`] with layers, with 16 bits, or denoised.
+///
+/// Errors: those of [`save_image`]; layers or denoised pixels that are not as many as the film's.
+pub fn save_image_with(
     path: impl AsRef<Path>,
     film: &Film,
     settings: &Settings,
-    layers: &[Channel],
+    options: &ImageOptions,
 ) -> Result<(), SaveError> {
-    with_output(film, settings, |output| {
-        picture::save(path.as_ref(), &Output { channels: layers, ..*output })
+    with_output(film, settings, options, |output| picture::save(path.as_ref(), output))
+}
+
+/// The bytes of a PNG file, as [`save_image_with`] would write it: to show an image, or to send it somewhere.
+///
+/// Errors: a film without pixels; denoised pixels that are not as many as the film's.
+pub fn png_bytes(film: &Film, settings: &Settings, options: &ImageOptions) -> Result<Vec<u8>, SaveError> {
+    with_output(film, settings, options, picture::png_bytes)
+}
+
+/// The pixels for a screen: sRGB red, green and blue, and an alpha of 255, one for each pixel of the film's region,
+/// row by row from the top. The colours are those of an 8-bit PNG, and layers and bits do not matter. If denoised
+/// pixels are missing, they are black.
+pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Vec<[u8; 4]> {
+    with_output(film, settings, options, |output| {
+        let shown = output.radiance.iter().map(|pixel| output.display.apply_8_bit(*pixel));
+        let mut pixels: Vec<_> = shown.map(|[r, g, b]| [r, g, b, 255]).collect();
+        pixels.resize(film.region().area(), [0, 0, 0, 255]);
+        pixels
     })
 }
 
-/// The bytes of a PNG, as [`save_image`] would write it: to show an image, or to send it somewhere.
-pub fn png_bytes(film: &Film, settings: &Settings) -> Result<Vec<u8>, SaveError> {
-    with_output(film, settings, picture::png_bytes)
-}
-
-fn with_output<T>(film: &Film, settings: &Settings, write: impl FnOnce(&Output) -> T) -> T {
-    let radiance = film.radiance();
+fn with_output<T>(
+    film: &Film,
+    settings: &Settings,
+    &ImageOptions { layers, bits, denoised }: &ImageOptions,
+    write: impl FnOnce(&Output) -> T,
+) -> T {
+    let noisy = film.radiance();
+    let radiance = denoised.map_or(&noisy, |denoised| &denoised.radiance);
     let region = film.region();
-    let metadata = [
+    let mut metadata = vec![
         ("Software".to_string(), film_file::PROGRAM.to_string()),
         ("film_hash".to_string(), format!("{:032x}", film.hash())),
     ];
+    metadata.extend(denoised.map(|denoised| (DENOISED.to_string(), format!("{:032x}", denoised.hash()))));
     write(&Output {
         width: region.width(),
         height: region.height(),
-        radiance: &radiance,
-        display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, &radiance), &radiance),
-        bits: PngBits::Eight,
+        radiance,
+        display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, &noisy), radiance),
+        bits,
         metadata: &metadata,
-        channels: &[],
+        channels: layers,
     })
 }
 
-/// Writes a world as a scene file (`.ron`). Paths of its meshes and images become relative to the file's folder.
+/// Writes a world as a scene file (`.ron`), which reads back as the same world. Paths of meshes and pictures become
+/// relative to the file's folder. What came with a glTF file is written as a reference to that file. The scene file
+/// appears when it is complete; until then an older one stays as it was.
 ///
-/// Errors: what no scene file can say, such as a mesh that came from no file; a full disk.
+/// Errors: what no scene file can say (meshes and pictures that came from no file, two entities of one name, infinity
+/// and NaN, parts of a glTF file that were changed); a folder that does not exist; a full disk.
 pub fn save_scene(path: impl AsRef<Path>, world: &World) -> Result<(), SaveError> {
     ron::save(world, path.as_ref())
 }
 
-/// Reads a picture to be used as a texture: PNG, JPEG, TGA, BMP, WebP, Radiance HDR or OpenEXR.
+/// Reads a picture to be used as a texture: PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR, or a photometric
+/// profile (IES). The content decides which it is; the extension counts only where the content does not tell. Of
+/// floats, NaN and negative values become 0, and values above 10⁹ become 10⁹.
 ///
-/// Errors: no such file; what is no picture; what is too large for the memory.
+/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that is no such picture, or damaged
+/// ([`LoadError::Invalid`]); more than 65,536 pixels along a side, more than 2 GiB when decoded, or more than memory
+/// allows ([`LoadError::TooLarge`]).
 pub fn load_image(path: impl AsRef<Path>) -> Result<Image, LoadError> {
     let path = path.as_ref();
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;

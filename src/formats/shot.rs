@@ -1,4 +1,4 @@
-//! Where cameras stand that nobody has put anywhere, and those that shall look from elsewhere; a floor.
+//! Where cameras stand that nobody has placed, and those that are to look from elsewhere; a floor.
 
 use super::extent::Extent;
 use super::names::TakenNames;
@@ -8,10 +8,11 @@ use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::transforms;
 use crate::world::{BlinnPhong, Camera, ColorInput, Material, Parent, Rig, Shape, Transform, World};
 
-/// Marks a camera that was added, and where that was: as long as it is there it goes to where the picture holds all.
+/// Marks a camera that was added, with the place it was given. While it is still there, it moves to where the image
+/// shows everything.
 pub(super) struct Added(pub Transform);
 
-/// How far to each side a floor goes, in diameters of what stands on it.
+/// How far a floor extends to each side, in diameters of what stands on it.
 const FLOOR: f64 = 100.0;
 
 /// Puts cameras and a floor where they are wanted. What moves does not move them: `at_rest` reads the scene as it is
@@ -32,7 +33,7 @@ pub(super) fn arrange(
     let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], Extent::bounds);
     let cameras = cameras(world, extent.as_ref(), options, (0.5 * (least + most), (most - least).length()));
     for (entity, transform, camera) in cameras {
-        // In the world's space: what it hangs on does not move it any more. It is known to be there.
+        // In world space: its parent no longer moves it. The entity is known to exist.
         let _ = world.entities.remove_one::<Parent>(entity);
         let _ = world.entities.insert(entity, (transform, camera));
     }
@@ -42,7 +43,7 @@ pub(super) fn arrange(
     Ok(())
 }
 
-/// Cameras that go elsewhere. The scene has a middle and a diameter.
+/// The cameras that move. `middle` and `diameter` are those of the scene.
 fn cameras(
     world: &World,
     extent: Option<&Extent>,
@@ -72,7 +73,7 @@ fn cameras(
         let axes = [right, right.cross(forward), forward];
         let mut rig = Rig::new(matrix.translation, axes, *camera, depth);
         if let Some([yaw, pitch]) = orbit {
-            // Half a turn for a hand's way of an image's height.
+            // Half a turn is a drag of one image height.
             rig.orbit([-yaw / 180.0, pitch / 180.0]);
         }
         if is_added {
@@ -101,7 +102,7 @@ fn point(text: &str) -> Option<DVec3> {
 fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
     let diameter = (most - least).length().max(1e-6);
     let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
-    // What is flat below shall not lie in it.
+    // A flat underside must not coincide with the floor.
     let height = least.y - 1e-4 * diameter;
     let corner = |x: f64, z: f64| {
         Vec3::new((middle.x + x * reach) as f32, height as f32, (middle.z + z * reach) as f32)

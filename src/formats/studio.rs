@@ -1,5 +1,5 @@
-//! A photographer's studio as light from all around: a large soft light above on the left of
-//! who looks at what stands in it, a weaker one on the right, a pale ceiling, a grey floor.
+//! A photographer's studio as light from all around: a large soft light above on the viewer's left, a weaker one on
+//! the right, a pale ceiling, a grey floor.
 
 use crate::math::Vec3;
 use crate::world::{Image, Texels};
@@ -10,13 +10,13 @@ const HEIGHT: u32 = 128;
 /// A round light with a soft edge.
 struct Softbox {
     towards: Vec3,
-    /// Cosines of the angles from its middle at which it begins and ends to fade.
+    /// The cosines of the angles from its middle between which it fades.
     fades: [f32; 2],
     /// W m⁻² sr⁻¹.
     radiance: f32,
 }
 
-/// Who looks stands towards +Z, as the camera of `framing` does.
+/// The viewer stands towards +Z, as the camera of `framing` does.
 const LIGHTS: [Softbox; 2] = [
     Softbox { towards: Vec3::new(-0.65, 0.7, 0.6), fades: [0.94, 0.82], radiance: 5.0 },
     Softbox { towards: Vec3::new(0.95, 0.25, 0.4), fades: [0.92, 0.75], radiance: 1.2 },

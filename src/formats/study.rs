@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::Edits;
 use crate::error::LoadError;
-use crate::world::Sharing;
+use crate::world::{Settings, Sharing};
 
 /// Experiments that are reported together.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -14,7 +14,7 @@ use crate::world::Sharing;
 pub struct Study {
     /// For people.
     pub title: String,
-    /// What it is about; paragraphs are separated by empty lines.
+    /// What it is about. Empty lines separate paragraphs.
     #[serde(default)]
     pub text: String,
     /// One or more.
@@ -33,7 +33,7 @@ pub struct Experiment {
     /// What to look for.
     #[serde(default)]
     pub text: String,
-    /// Where.
+    /// The scenes to render.
     pub scenes: Vec<Scene>,
     /// What all jobs have in common.
     #[serde(default)]
@@ -45,7 +45,7 @@ pub struct Experiment {
     /// How often each is repeated, with other random numbers.
     #[serde(default = "one")]
     pub seeds: u32,
-    /// Errors are measured against an image rendered with this besides `with`.
+    /// Errors are measured against an image rendered with these changes in addition to `with`.
     #[serde(default)]
     pub reference: Option<Change>,
     /// What is shown.
@@ -96,7 +96,7 @@ impl Axis {
         }
     }
 
-    /// What it is, with its unit.
+    /// Its name, with the unit.
     pub fn label(&self) -> &'static str {
         match self {
             Axis::Samples(_) => "samples a pixel",
@@ -110,16 +110,16 @@ impl Axis {
     }
 }
 
-/// One of those that are compared.
+/// One of the variants to compare.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Series {
     /// For people.
     pub label: String,
-    /// What makes it differ.
+    /// What distinguishes it.
     #[serde(default)]
     pub with: Change,
-    /// It is not measured beyond this x.
+    /// The largest x at which it is measured.
     #[serde(default)]
     pub most: Option<u32>,
 }
@@ -148,7 +148,7 @@ pub struct Change {
     pub sampler: Option<Sampler>,
     /// Pixels that share their paths under the path transport; 1: none do.
     pub sharing: Option<u32>,
-    /// Whether the noise is taken out of what was rendered, within the time that is measured.
+    /// Whether the image is denoised, within the time that is measured.
     pub denoise: Option<bool>,
     /// In which order rays are traced.
     pub schedule: Option<Schedule>,
@@ -162,18 +162,18 @@ pub struct Change {
     pub quality: Option<Quality>,
     /// Traces as many scattered rays instead of rendering.
     pub rays: Option<u32>,
-    /// How rays are traced, if they are.
+    /// How these rays are traced.
     pub by: Option<Tracing>,
-    /// Values of the scene that are others, as `--set` has them: such as `"Material[\"glass\"].ior = 1.6"`.
+    /// Values to change in the scene, as in [`Edits::set`]: for example `"Material[\"glass\"].ior = 1.6"`.
     pub set: Vec<String>,
-    /// Of all shapes only these, as `--only` has them.
+    /// The only shapes to keep, as in [`Edits::only`].
     pub only: Vec<String>,
-    /// Shapes and lights that are taken away, as by `--hide`.
+    /// Shapes and lights to remove, as in [`Edits::hide`].
     pub hide: Vec<String>,
 }
 
 impl Change {
-    /// This, with what `other` says instead where it says something. What changes the scene is done one after the other.
+    /// These changes, overridden by those of `other`. Changes to the scene are carried out one after the other.
     pub fn and(&self, other: &Change) -> Change {
         let both = |one: &[String], other: &[String]| [one, other].concat();
         Change {
@@ -201,7 +201,7 @@ impl Change {
         }
     }
 
-    /// What is changed of the scene beside its files.
+    /// The changes to the scene beyond its files.
     pub fn edits(&self) -> Edits {
         let Change { set, only, hide, .. } = self.clone();
         Edits { set, only, hide, ..Edits::default() }
@@ -317,17 +317,17 @@ pub enum Tracing {
     Queue,
     /// By the tree, one by one.
     Single,
-    /// One by one by the binary tree that the tree was folded from.
+    /// One by one, by the binary tree from which the tree was collapsed.
     Binary,
     /// Without the tree: every triangle for every ray.
     BruteForce,
 }
 
-/// Something that is shown against x.
+/// A quantity that is plotted against x.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Plot {
-    /// What.
+    /// The quantity.
     pub y: Measure,
     /// Whether the axes are logarithmic.
     #[serde(default = "yes")]
@@ -353,22 +353,22 @@ pub enum Measure {
     RelativeMse,
     /// Mean of FLIP's error.
     Flip,
-    /// Seconds by the clock.
+    /// Wall-clock seconds.
     RenderSeconds,
-    /// Seconds of all threads.
+    /// CPU seconds of all threads together.
     CpuSeconds,
-    /// Building the tree.
+    /// Seconds to build the tree.
     BuildSeconds,
     /// CPU time of a traced ray.
     NanosecondsPerRay,
-    /// Million rays a second by the clock.
+    /// Million rays per wall-clock second.
     Mrays,
     /// Bytes of the tree.
     TreeBytes,
 }
 
 impl Measure {
-    /// What it is, with its unit.
+    /// Its name, with the unit.
     pub fn label(self) -> &'static str {
         match self {
             Measure::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
@@ -391,7 +391,7 @@ pub fn load(path: &Path) -> Result<Study, LoadError> {
     parse(text, path)
 }
 
-/// Reads a study from its text; `path` is what messages call it.
+/// Reads a study from its text; messages call it `path`.
 pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
     let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
     let mut study: Study = options.from_str(text).map_err(|error| LoadError::At {
@@ -402,7 +402,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
     })?;
     check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
     for experiment in &mut study.experiments {
-        // The reference, too, sees what the lens sees through the middle.
+        // The reference must also look through the middle of the pixel.
         if matches!(experiment.x, Axis::LensSamples(_)) {
             experiment.with.pixel_pattern.get_or_insert(Pattern::Center);
         }
@@ -443,8 +443,8 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
         return Err("seeds has to be at least 1".into());
     }
     let (least, most) = match experiment.x {
-        Axis::Depth(_) => (0, 65_535),
-        Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_) => (1, 4_194_304),
+        Axis::Depth(_) => (0, Settings::MOST_DEPTH),
+        Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_) => (1, Settings::MOST_SAMPLES),
         Axis::Wave(_) => (1, 1_048_576),
         Axis::Threads(_) => (1, 1024),
         Axis::Triangles(_) => (1, 100_000_000),
@@ -468,14 +468,14 @@ fn check_change(change: &Change) -> Result<(), String> {
         }
         _ => Ok(()),
     };
-    within("size", change.size.map(|size| size.0), 1, 65_536)?;
-    within("size", change.size.map(|size| size.1), 1, 65_536)?;
-    within("samples", change.samples, 1, 4_194_304)?;
-    within("light_samples", change.light_samples, 1, 4_194_304)?;
+    within("size", change.size.map(|size| size.0), 1, Settings::MOST_PIXELS_A_SIDE)?;
+    within("size", change.size.map(|size| size.1), 1, Settings::MOST_PIXELS_A_SIDE)?;
+    within("samples", change.samples, 1, Settings::MOST_SAMPLES)?;
+    within("light_samples", change.light_samples, 1, Settings::MOST_SAMPLES)?;
     if let Some(pixels) = change.sharing.filter(|pixels| *pixels != 1 && !Sharing::SIZES.contains(pixels)) {
         return Err(format!("sharing has to be 1 (none), 2, 4, 8, 16, 32 or 64 pixels, not {pixels}"));
     }
-    within("max_depth", change.max_depth, 0, 65_535)?;
+    within("max_depth", change.max_depth, 0, Settings::MOST_DEPTH)?;
     within("wave", change.wave, 1, 1_048_576)?;
     within("threads", change.threads, 1, 1024)?;
     within("rays", change.rays, 1, 100_000_000)

@@ -11,35 +11,36 @@ use crate::error::{LoadError, did_you_mean};
 use crate::math::Rgb;
 use crate::world::{Light, SourceFiles, Transform, World};
 
-/// What `--env` names.
+/// What surrounds a scene, in place of its own environments and skies. It lights the scene, and is seen behind it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Surroundings {
-    /// Nothing.
+    /// Nothing: the scene's own environments and skies are only removed.
     None,
-    /// A photographer's.
+    /// A photographer's studio: two soft lights, a pale ceiling, a grey floor.
     Studio,
-    /// With its sun.
+    /// A clear sky and its sun, as [`Light::Sky`] describes, at full brightness.
     Sky(Sky),
-    /// Equirectangular.
+    /// An equirectangular picture: a path, relative to the working folder. Its centre lies along −Z, its top along
+    /// +Y; its values are radiance in W m⁻² sr⁻¹.
     Picture(#[serde(with = "super::film_file::as_text")] PathBuf),
 }
 
-/// Where the sun stands, and through what it is seen.
+/// Where the sun stands, and the haze in the air.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sky {
-    /// Above the horizon.
+    /// The sun's elevation above the horizon in degrees, from −90 to 90.
     pub elevation_degrees: f64,
-    /// 0 along −Z, growing to +X.
+    /// The sun's azimuth in degrees: 0 along −Z, 90 along +X. Any finite number.
     pub azimuth_degrees: f64,
-    /// Times that of a clear day.
+    /// How many times as much haze as on a clear day, from 0 to [`Sky::MOST_HAZE`].
     pub haze: f32,
 }
 
 impl Sky {
-    /// The thickest [`Sky::haze`].
+    /// The largest [`Sky::haze`].
     pub const MOST_HAZE: f32 = 100.0;
 
-    /// As a light.
+    /// The sky as a light.
     pub(in crate::formats) fn light(&self, radiance: Rgb) -> Light {
         let radians = |degrees: f64| degrees.to_radians() as f32;
         let (elevation, azimuth) =
@@ -49,7 +50,8 @@ impl Sky {
 }
 
 impl Default for Sky {
-    /// Half way up, behind the left shoulder of who looks along −Z.
+    /// Half way up the sky, behind the left shoulder of someone looking along −Z: elevation 45°, azimuth 220°, haze
+    /// 1.
     fn default() -> Self {
         Self { elevation_degrees: 45.0, azimuth_degrees: 220.0, haze: 1.0 }
     }
@@ -84,13 +86,17 @@ impl FromStr for Surroundings {
 }
 
 impl Surroundings {
-    /// What a command line names: a picture is found again from any folder.
+    /// Reads `none`, `studio`, `sky`, `sky:ELEVATION` or `sky:ELEVATION,AZIMUTH` (in degrees, with a haze of 1), or
+    /// else the path of a picture, which is made absolute so that it is found from any folder.
+    ///
+    /// Errors: an empty text; angles that are no numbers; an elevation beyond ±90°; a path without an extension at
+    /// which there is no file, which was probably meant to be one of the names. The error is a text for people.
     pub fn named(text: &str) -> Result<Self, String> {
         match text.parse()? {
             Self::Picture(path) if path.as_os_str().is_empty() => {
                 Err("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
             }
-            // What looks like no file, and is none, was probably meant to be one of the names.
+            // A name without an extension and without a file was probably meant to be one of ours.
             Self::Picture(path) if path.extension().is_none() && !path.exists() => {
                 let hint = did_you_mean(text, ["none", "studio", "sky"]);
                 Err(format!("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file{hint}"))
@@ -101,14 +107,14 @@ impl Surroundings {
     }
 }
 
-/// Puts it around a scene, whose own environment goes.
+/// Puts surroundings around a scene in place of its own environments.
 pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result<(), LoadError> {
     let is_around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let old: Vec<_> = query.iter().filter(|(_, light)| is_around(light)).map(|(entity, _)| entity).collect();
     drop(query);
     for entity in old {
-        // It is known to be there.
+        // It is known to exist.
         let _ = world.entities.remove_one::<Light>(entity);
     }
     let around = |image| Light::Environment { radiance: Rgb::WHITE, image: Some(image) };

@@ -1,6 +1,6 @@
 //! Values over time, between keys.
 
-/// What is between two keys.
+/// How values between two keys are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
     /// The value of the key before.
@@ -14,19 +14,19 @@ pub(super) enum Interpolation {
 /// Values over time.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
-    /// In seconds, growing from key to key; at least one.
+    /// In seconds, ascending; at least one.
     pub times: Vec<f32>,
     /// For each time `width` values; with tangents, three times as many: in, value, out.
     pub values: Vec<f32>,
-    /// Numbers of a value.
+    /// How many numbers a value has.
     pub width: usize,
     /// Between the keys.
     pub interpolation: Interpolation,
 }
 
 impl Track {
-    /// Of values without tangents. These are chosen so that what is between two keys never goes beyond either
-    /// (Fritsch and Butland 1984, "A method for constructing local monotone piecewise cubic interpolants").
+    /// From values without tangents. The tangents are chosen so that a value between two keys never lies beyond
+    /// either (Fritsch and Butland 1984, "A method for constructing local monotone piecewise cubic interpolants").
     pub fn smooth(times: Vec<f32>, values: &[f32], width: usize) -> Track {
         let last = times.len() - 1;
         let slope = |key: usize, i: usize| {

@@ -140,12 +140,12 @@ impl Triangulator {
         Ok(())
     }
 
-    /// Takes a corner out of the ring.
+    /// Removes a corner from the ring.
     fn remove(&mut self, corner: usize) {
         let (before, after) = (self.previous[corner], self.next[corner]);
         self.next[before] = after;
         self.previous[after] = before;
-        // Cutting an ear can only open the corners beside it.
+        // Cutting an ear can only turn the corners next to it convex.
         let mut reflex = std::mem::take(&mut self.reflex);
         reflex.retain(|&i| i != corner && (i != before && i != after || self.turn(i) < 0.0));
         self.reflex = reflex;
@@ -208,7 +208,7 @@ mod tests {
         let triangles = triangles(points);
         assert_eq!(triangles.len(), points.len() - 2);
         let areas = areas(points, &triangles);
-        // Each the polygon's way round and together its area: nothing overlaps.
+        // Each has the polygon's orientation, and together they have its area: nothing overlaps.
         assert!(areas.iter().all(|a| a * expected_area >= 0.0), "{areas:?}");
         assert!((areas.iter().sum::<f64>() - expected_area).abs() < 1e-9 * expected_area.abs(), "{areas:?}");
     }

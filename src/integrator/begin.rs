@@ -62,9 +62,9 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
     }
 }
 
-/// The part of a pixel's width that a sample stands for where textures are looked up: the more samples there
-/// are, the less (PBRT 4th ed., 10.1). By its own number, not by how many there will be, so that a film can
-/// be gone on with.
+/// The fraction of a pixel's width that a sample stands for when textures are looked up: the more samples there are,
+/// the smaller (PBRT 4th ed., 10.1). It depends on the sample's own number, not on how many there will be, so that a
+/// film can be continued.
 #[inline(always)]
 fn footprint<F: Float>(sample: F::Int) -> F {
     let so_far = sample.to_float() + F::one();

@@ -29,7 +29,7 @@ impl LobeKind {
     /// In the order of the counters.
     pub const ALL: [LobeKind; 3] = [LobeKind::Diffuse, LobeKind::Glossy, LobeKind::Transmission];
 
-    /// By what is known of a drawn direction.
+    /// From what is known about a drawn direction.
     pub fn of(wide: bool, through: bool) -> Self {
         match (wide, through) {
             (true, _) => LobeKind::Diffuse,
@@ -53,7 +53,7 @@ impl LobeKind {
 pub struct Limits([u32; 3]);
 
 impl Limits {
-    /// None where no limit says more than `max_depth` does.
+    /// None if no limit is stricter than `max_depth`.
     pub fn new(limits: DepthLimits, max_depth: u32) -> Option<Self> {
         let DepthLimits { diffuse, glossy, transmission } = limits;
         let counts = |limit: Option<u32>| limit.filter(|most| *most < max_depth).unwrap_or(MOST);
@@ -93,7 +93,7 @@ pub fn limited<F: Float>(limits: &Limits, bounces: F::Int) -> F::Int {
     F::Int::select(beyond, bounces | F::Int::splat(SPENT), bounces)
 }
 
-/// Where a limit is reached.
+/// The lanes in which a limit has been reached.
 #[inline(always)]
 pub fn spent<F: Float>(bounces: F::Int) -> F::Mask {
     !(bounces & F::Int::splat(SPENT)).eq(F::Int::splat(0))

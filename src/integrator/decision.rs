@@ -15,12 +15,12 @@ pub struct Decision {
     pub position: Vector<f32>,
     /// Of the surface itself, on the viewer's side.
     pub geometric_normal: Vector<f32>,
-    /// For shading, with what a normal map does to it.
+    /// For shading, with the effect of a normal map.
     pub normal: Vector<f32>,
-    /// What the drawn direction counts for by which the path has found what the surface gives off
-    /// (power heuristic); 1 where nothing else finds it.
+    /// The weight (power heuristic) of the drawn direction by which the path found what the surface emits; 1 if
+    /// nothing else can find that.
     pub emission_share: f32,
-    /// The emitter that a ray is sent to, if one is, and what that way to find it counts for.
+    /// The emitter that a ray is sent to, if any, and the weight of finding it that way.
     pub light: Option<(u32, f32)>,
     /// What becomes of the path.
     pub fate: Fate,
@@ -36,11 +36,11 @@ pub enum Fate {
         /// So far from where it began.
         distance_m: f32,
     },
-    /// The surface shows its colour and answers no light.
+    /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
     /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
     Absorbed,
-    /// Nothing would be left of what comes from the drawn direction.
+    /// Nothing that comes from the drawn direction would be left.
     Black,
     /// A direction has been drawn. Where the path ends all the same it has lost at roulette.
     Drawn {

@@ -8,10 +8,10 @@ use crate::sampling::draw::draw_1d;
 use crate::sampling::{Dimension, Key};
 use crate::simd::{Float, Int, Mask};
 
-/// Where the path has had its last bounce, of all or of a kind.
+/// The lanes whose path has had its last bounce: the last of all, or the last of its kind.
 #[inline(always)]
 pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
-    // What happens within bodies is theirs.
+    // Scattering within bodies does not count.
     let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
     if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
 }

@@ -13,9 +13,9 @@ use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
 use crate::simd::{Float, Int, Mask};
 
-/// A path is scattered within bodies so many times at most, so that each ends.
+/// The most often that a path is scattered within bodies, so that each path ends.
 const MOST: u32 = 4096;
-/// Forks the numbers that say how far light comes from those for directions.
+/// Separates the random numbers for distances from those for directions.
 const DISTANCE: u32 = 0x6d65_6469;
 
 /// How far a path's ray comes in the body that it is in.
@@ -24,7 +24,7 @@ pub struct Flight<F: Float> {
     pub throughput: Color<F>,
     /// Where it is scattered before it comes to the surface that it meets.
     pub scattered: F::Mask,
-    /// How far it has come.
+    /// How far it gets.
     pub t: F,
 }
 
@@ -34,7 +34,7 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
     let none = F::Mask::from_bits(0);
     let mut flight = Flight { throughput: path.throughput, scattered: none, t };
     let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
-    // Infinity times an extinction of zero would be no number.
+    // Infinity times an extinction of zero would be NaN.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
         let (medium, same) = first(frame, path.medium, todo);
@@ -102,7 +102,7 @@ fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F,
     let [r, g, b] = medium.extinction.map(F::splat);
     let chances = throughput * (one / (throughput.r + throughput.g + throughput.b).max(F::splat(1e-30)));
     let extinction = F::select(which.lt(chances.r), r, F::select(which.lt(chances.r + chances.g), g, b));
-    // −ln(1 − u)/σ; a colour that nothing happens to comes to the surface.
+    // −ln(1 − u)/σ; a colour without extinction always reaches the surface.
     let distance = log2((one - u).max(F::splat(1e-9))) * F::splat(-std::f32::consts::LN_2)
         / extinction.max(F::splat(1e-30));
     let scattered = distance.lt(t);
@@ -118,7 +118,7 @@ fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F,
     Flight { throughput: Color::select(alive, throughput, Color::black()), scattered, t }
 }
 
-/// Where paths go on that have been scattered, `path` with what is left of them there.
+/// Where scattered paths continue; `path` with the throughput that is left there.
 #[inline(always)]
 pub fn scattered<F: Float>(
     frame: &Frame,
@@ -148,8 +148,8 @@ pub fn scattered<F: Float>(
     (next, goes_on)
 }
 
-/// A direction by Henyey and Greenstein's phase function (1941; PBRT 4th ed., 11.3.1), in each lane by that of the
-/// body it is in.
+/// A direction from the phase function of Henyey and Greenstein (1941; PBRT 4th ed., 11.3.1), in each lane with the
+/// parameter of the body it is in.
 #[inline(always)]
 fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> Vector<F> {
     let mut cos = F::one();
@@ -164,7 +164,7 @@ fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns
     Basis::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize()
 }
 
-/// Of the angle between light before and after it is scattered.
+/// The cosine of the angle between light before and after scattering.
 #[inline(always)]
 fn cosine<F: Float>(g: f32, u: F) -> F {
     let (one, two) = (F::one(), F::splat(2.0));

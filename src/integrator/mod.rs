@@ -39,7 +39,7 @@ pub struct Frame {
     pub scene: Arc<CompiledScene>,
     /// Width and height of the whole image in pixels.
     pub size: [u32; 2],
-    /// Of the grid that a pixel's samples are spread over.
+    /// The grid over which a pixel's samples are spread.
     pub samples: Grid,
     /// Where in a pixel samples go, before the filter.
     pub pattern: Pattern,
@@ -86,7 +86,7 @@ impl Frame {
         let sharing = Grouping::of(&scene.materials, settings);
         let mut frame = Self {
             scene,
-            size: settings.size,
+            size: settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE)),
             samples: Grid::new(settings.samples),
             pattern: settings.pixel_pattern,
             filter: FilterTable::new(settings.filter),
@@ -110,7 +110,7 @@ impl Frame {
         frame
     }
 
-    /// Whether samples that are rendered stay what they are if there are to be more of them; else why not.
+    /// Whether rendered samples stay valid if more are to follow; if not, why.
     pub fn extensible(&self) -> Result<(), String> {
         let grid = |what: &str| {
             Err(format!(
@@ -153,10 +153,10 @@ pub enum Schedule {
 /// does not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sorting {
-    /// One material's hits after another's: all lanes are taken.
+    /// Material by material: all lanes are used.
     #[default]
     ByMaterial,
-    /// As they come: a register's hits are shaded as often as they have different materials.
+    /// As they come: the hits in a register are shaded once for each material among them.
     Unsorted,
 }
 
@@ -189,7 +189,7 @@ impl Worker {
         self.observe(frame, level, tile, samples, statistics, &mut Nobody)
     }
 
-    /// The same while somebody looks on.
+    /// The same with an observer.
     pub fn observe(
         &mut self,
         frame: &Frame,

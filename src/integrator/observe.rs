@@ -6,17 +6,17 @@ use super::decision::{Decision, Fate};
 use super::path::{Path, unpack_pixel};
 use crate::math::{Color, Hit, Ray, Vector};
 
-/// Is told what happens.
+/// Receives reports of what happens.
 pub trait Observer {
-    /// Whether anybody looks. Where not, nothing is reported.
+    /// Whether anyone is listening. If not, nothing is reported.
     fn looks(&self) -> bool;
     /// Something has happened.
     fn report(&mut self, event: &Event);
-    /// The wave has ended a stage; the time since the last one was its own.
+    /// The wave has finished a stage, to which the time since the last mark belongs.
     fn mark(&mut self, _: Stage) {}
 }
 
-/// Nobody looks.
+/// Nobody is listening.
 pub struct Nobody;
 
 impl Observer for Nobody {
@@ -26,7 +26,7 @@ impl Observer for Nobody {
     fn report(&mut self, _: &Event) {}
 }
 
-/// Somebody looks.
+/// Passes every event on.
 pub struct Somebody<'a>(pub &'a mut dyn FnMut(&Event));
 
 impl Observer for Somebody<'_> {
@@ -74,7 +74,7 @@ pub struct PathKey {
 }
 
 impl PathKey {
-    /// Of a path.
+    /// The key of a path.
     pub fn of(path: &Path<f32>) -> PathKey {
         PathKey {
             pixel: unpack_pixel(path.pixel.0),
@@ -102,7 +102,7 @@ pub enum What {
         /// What it met.
         hit: Hit,
     },
-    /// What it met has been looked up.
+    /// The surface at the hit has been looked up.
     Vertex {
         /// In world space.
         position: Triple,
@@ -110,7 +110,7 @@ pub enum What {
         geometric_normal: Triple,
         /// For shading.
         normal: Triple,
-        /// What the path has gathered, with what the surface gives off by itself.
+        /// What the path has gathered, including what the surface itself emits.
         radiance: Triple,
     },
     /// What the path transport does there.
@@ -124,7 +124,7 @@ pub enum What {
     Light {
         /// Which light; under the path transport which emitter.
         light: u32,
-        /// Under the path transport what this way to find the light counts for; 1 otherwise.
+        /// Under the path transport, the weight of finding the light this way; otherwise 1.
         share: f32,
         /// Which of its samples.
         which: u32,
@@ -150,14 +150,14 @@ pub enum What {
         way: Continuation,
         /// Where to.
         direction: Triple,
-        /// What counts of it.
+        /// The throughput along it.
         throughput: Triple,
     },
-    /// What the path has gathered has been put where it is shared; it goes on with none.
+    /// What the path has gathered was put where it is shared; the path continues with none of it.
     Aside,
     /// All paths of the group that it shares with have ended.
     Received {
-        /// What its own path has found for it alone behind the first vertex.
+        /// What its own path has found beyond the first vertex for it alone.
         own: Triple,
         /// What the second vertices of the group send, its own among them.
         shared: Triple,
@@ -193,9 +193,9 @@ pub struct Flow {
     pub leaving: usize,
     /// How many the wave has room for.
     pub capacity: usize,
-    /// Lanes that work together.
+    /// The number of lanes that work together.
     pub width: usize,
-    /// How often that many lanes of a group went on.
+    /// How often a group had this many lanes that went on.
     pub lanes: [u32; 17],
 }
 

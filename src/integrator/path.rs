@@ -27,8 +27,8 @@ pub struct Path<F: Float> {
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
     /// found it (the camera's, a mirror's). As [`Path::medium`] for the path transport alone.
     pub pdf: F,
-    /// Where the surface faced that it has left (`shading::facing`), or [`crate::math::NONE`]. For the path
-    /// transport alone.
+    /// The way that the surface it has left was facing (`shading::facing`), or [`crate::math::NONE`]. Only for the
+    /// path transport.
     pub facing: F::Int,
     /// How wide the ray is at its origin, in metres.
     pub width: F,
@@ -52,7 +52,7 @@ impl<F: Float> Path<F> {
         }
     }
 
-    /// One or the other lane by lane, of paths that have come from the same.
+    /// One or the other, lane by lane, for paths with a common origin.
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
         Self {

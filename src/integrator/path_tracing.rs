@@ -27,7 +27,7 @@ use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, ligh
 use crate::simd::{Float, Int, Mask};
 use crate::world::Sampler;
 
-/// What comes of a hit.
+/// The result of a hit.
 pub struct VertexOutcome<F: Float> {
     /// The path's radiance with what the surface gives off.
     pub radiance: Color<F>,
@@ -37,7 +37,7 @@ pub struct VertexOutcome<F: Float> {
     pub next: Path<F>,
     /// Whether it does.
     pub goes_on: F::Mask,
-    /// What it is to paths that are shared, where they are.
+    /// What the hit means to shared paths, if there are any.
     pub shared: Option<Shared<F>>,
 }
 
@@ -48,7 +48,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
     if found.any() && scene.environment.panorama.is_some() {
-        // All around is the last of them.
+        // The environment is the last of them.
         let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
         let other = environment::pdf(&scene.environment, path.direction, found)
             * chance_of(frame, path, around, found);
@@ -60,12 +60,12 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
 /// The share of a technique of density `own` where another has density `other`.
 #[inline(always)]
 fn heuristic<F: Float>(own: F, other: F) -> F {
-    // Divided first: squares of large densities are too large.
+    // Divided first, because squares of large densities overflow.
     let ratio = other / own.max(F::splat(1e-30));
     F::one() / (F::one() + ratio * ratio)
 }
 
-/// Cut off as the settings say: what the camera sees by itself never is.
+/// Clamps light as the settings say; what the camera sees directly never is.
 #[inline(always)]
 fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
     let Some(most) = frame.clamp else { return light };
@@ -74,11 +74,12 @@ fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F>
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
-/// An emitter for a point of a surface that faces somewhere, the chance of that, and the point of the unit
-/// square that is left for a place on it.
+/// An emitter for a surface point that faces a certain way, the probability of choosing it, and the point of the unit
+/// square that remains for choosing a place on it.
 ///
-/// Chosen by slices of the square: each light's points are as even in its slice as all are in the square.
-/// A slice of one in a million has some 16 values of a number of 24 bits; another number fills in between.
+/// The square is cut into slices: each light's points are as even within its slice as all points are within the
+/// square. A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in
+/// between.
 #[inline(always)]
 fn choose<F: Float>(
     frame: &Frame,
@@ -142,7 +143,7 @@ pub fn hit<F: Float>(
     }
     let radiance = given_off(frame, path, hit, &point, arrives);
     out.radiance = Color::select(arrives, radiance, path.radiance);
-    // The last ray looks for what shines, which the light sampled before it counts on; no more.
+    // The last ray only looks for emitters, because the light sampled before relies on its share.
     let here = arrives & !is_last(frame, path);
     if record.unlit || !here.any() {
         return out;
@@ -181,7 +182,8 @@ struct ScatteringVertex<'a, F: Float> {
 }
 
 impl<F: Float> ScatteringVertex<'_, F> {
-    /// One light and one way on, from a surface with such lobes; `has_scattered`: other lanes have their way on already.
+    /// Samples one light and draws one direction at a surface with such lobes. `has_scattered`: other lanes already
+    /// have their direction.
     #[inline(always)]
     fn scatter(&self, has: Has, has_scattered: bool, out: &mut VertexOutcome<F>) {
         let Self { frame, path, surface, point, key, here, width, .. } = *self;
@@ -205,7 +207,7 @@ impl<F: Float> ScatteringVertex<'_, F> {
 struct Bodies<F: Float> {
     /// That on the viewer's side, or [`NONE`].
     near: F::Int,
-    /// That on the other one.
+    /// The body on the other side.
     far: F::Int,
 }
 
@@ -219,7 +221,7 @@ impl<F: Float> Bodies<F> {
         Self { near: path.medium, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
     }
 
-    /// That which light goes through after it has gone through the surface, or has not.
+    /// The body that light travels in next, depending on whether it passed through the surface.
     #[inline(always)]
     fn beyond(&self, through: F::Mask) -> F::Int {
         F::Int::select(through, self.far, self.near)
@@ -238,7 +240,7 @@ pub(super) fn bsdf<F: Float>(
 ) -> Bsdf<F> {
     let mut parameters = point.parameters(has);
     if has.dispersion {
-        // A number of the whole path: a colour once chosen is chosen again, and its wavelength.
+        // One number for the whole path: it always chooses the same colour, and wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));
         let u = draw_2d(frame.sampler, frame.samples, key, dimension);
         let Material { ior, dispersion, .. } = *point.material;
@@ -247,7 +249,7 @@ pub(super) fn bsdf<F: Float>(
     Bsdf::new(has, parameters, frame.lobes, point.to_viewer, mask)
 }
 
-/// The path's radiance with what the surface gives off.
+/// The path's radiance, including what the surface emits.
 #[inline(always)]
 fn given_off<F: Float>(
     frame: &Frame,
@@ -266,7 +268,7 @@ fn given_off<F: Float>(
     path.radiance + limited(frame, path, path.throughput * light)
 }
 
-/// What a drawn direction counts for that has found what a surface gives off.
+/// The weight of a drawn direction that has found what a surface emits.
 #[inline(always)]
 pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitLanes<F>, mask: F::Mask) -> F {
     let (scene, drawn) = (&frame.scene, mask & path.pdf.gt(F::zero()));
@@ -283,7 +285,7 @@ pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitL
     F::select(found, heuristic(path.pdf, density), F::one())
 }
 
-/// Where a surface faces, for lights to be chosen by.
+/// Where a surface faces, for choosing lights.
 #[inline(always)]
 fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
     if frame.scene.emitters.len() < 2 {
@@ -296,9 +298,9 @@ fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::In
 pub(super) struct LightPoint<F: Float> {
     /// The light.
     pub emitter: F::Int,
-    /// Chance times density.
+    /// Probability times density.
     density: F,
-    /// What finding it this way counts for.
+    /// The weight of finding it this way.
     pub share: F,
     /// Value · |cos| towards it.
     value: Color<F>,
@@ -392,7 +394,7 @@ pub(super) fn drawn<F: Float>(
     bsdf.sample(which, u, mask)
 }
 
-/// Where the path goes on from a surface, if it does.
+/// The path that leaves a surface, if it goes on.
 #[inline(always)]
 fn reflected<F: Float>(
     frame: &Frame,
@@ -407,7 +409,7 @@ fn reflected<F: Float>(
     let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
     let throughput = path.throughput * weight;
     let goes_on = valid & throughput.max_component().gt(zero);
-    // Paths through glass and from mirror to mirror are few and bright: what ends there is missed.
+    // Paths through glass and between mirrors are few and bright: ending one of them shows.
     let (throughput, survives) = roulette(frame, path, throughput, key, wide);
     let goes_on = goes_on & survives;
     let mut branch = bounces::counted::<F>(path.branch, wide, through);

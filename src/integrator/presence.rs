@@ -21,7 +21,7 @@ use crate::world::Transport;
 pub struct Traced<'a> {
     /// The scene.
     pub frame: &'a Frame,
-    /// Whose random numbers it draws.
+    /// The path whose random numbers the ray draws.
     pub path: &'a Path<f32>,
     /// The ray, if it goes from where the path is to a light, and not along the path.
     pub shadow: Option<Ray<f32>>,
@@ -56,7 +56,7 @@ impl Traced<'_> {
         match (frame.transport, shadow) {
             (Transport::Path, _) => path.only_key(frame.seed),
             (Transport::Whitted, None) => path.key(frame.seed),
-            // There are many from each vertex.
+            // Each vertex has many of them.
             (Transport::Whitted, Some(ray)) => {
                 let Vector { x, y, z } = ray.direction;
                 let which = [x, y, z].map(|c| Wrapping(c.to_bits())).into_iter().reduce(combine);
@@ -65,7 +65,7 @@ impl Traced<'_> {
         }
     }
 
-    /// How much of the surface is there.
+    /// The coverage of the surface there.
     fn coverage(&self, material: &Material, crossing: &Crossing) -> f32 {
         let scene = &self.frame.scene;
         let Hit { t, u, v, primitive, instance } = crossing.hit;

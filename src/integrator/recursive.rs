@@ -29,7 +29,7 @@ use crate::world::Transport;
 pub struct Recursion {
     stack: Stack,
     forks: SmallVec<[Path<f32>; 32]>,
-    /// Where paths are shared: those of one sample of a block.
+    /// For shared paths: those of one sample of a block.
     shared: Option<(Slots, Connections)>,
 }
 
@@ -77,8 +77,8 @@ pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> (Vec<Measure
     (measured, statistics.rays.total())
 }
 
-/// What paths are followed with. Of all that happens to them, the way through the tree alone is
-/// compiled for each instruction set: the rest exists once, and so without AVX, for up to a sixth more time.
+/// What is needed to follow paths. Only the traversal of the tree is compiled for each instruction set; the rest
+/// exists once, and so without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
     frame: &'a Frame,
     level: Level,
@@ -90,7 +90,7 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    /// Renders samples of pixels, each for itself.
+    /// Renders samples of pixels that share nothing.
     fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
         let (frame, region) = (self.frame, film.region());
         for y in region.y0..region.y1 {
@@ -179,7 +179,7 @@ impl Tile<'_> {
         }
     }
 
-    /// What a path meets gives off; none if it meets nothing, and ends.
+    /// The vertex where a path has hit something; none if it has hit nothing, and ends.
     fn vertex(&mut self, path: &mut Path<f32>, hit: Hit) -> Option<VertexOutcome<f32>> {
         let frame = self.frame;
         if self.looks {
@@ -341,7 +341,7 @@ impl Tile<'_> {
         path.radiance = Color::black();
     }
 
-    /// Where the path goes on, or what it ends with.
+    /// Reports where the path goes on, or with what it ends.
     fn report_onward(&mut self, path: &Path<f32>, vertex: &WhittedVertex<f32>, scatter: &Scatter<f32>) {
         if scatter.reflects {
             self.observer.report(&observe::onward(Continuation::Reflect, &scatter.reflected(path, vertex)));

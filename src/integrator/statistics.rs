@@ -9,7 +9,7 @@ pub struct RayCounts {
     pub camera: u64,
     /// Mirror images.
     pub reflect: u64,
-    /// Into or out of what light passes.
+    /// Into or out of transparent things.
     pub refract: u64,
     /// Wherever surfaces scatter light to, under the path transport.
     pub scatter: u64,
@@ -35,7 +35,7 @@ pub enum Stage {
     Generate,
     /// Nearest hits.
     Intersect,
-    /// Misses leave, hits close ranks.
+    /// Misses leave, hits are compacted.
     Retire,
     /// Hits to vertices, reflected and refracted rays.
     Shade,

@@ -1,6 +1,6 @@
-//! The Whitted transport with distributed shadow and lens rays: what happens to light at
-//! one vertex. The only place that reads or writes throughput and radiance; both
-//! schedules call these functions and nothing else.
+//! The Whitted transport with distributed shadow and lens rays: what happens to light at one vertex. Both schedules
+//! call these functions and nothing else; only they and those of [`super::path_tracing`] read or write throughput and
+//! radiance.
 //!
 //! A path's radiance is summed in the order of its vertices; at a vertex first what the
 //! surface gives off, then the lights in their order and each light's samples in theirs.
@@ -27,7 +27,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
             * environment::radiance(&frame.scene.environment, path.direction, F::Mask::first(F::WIDTH))
 }
 
-/// What is left of a hit for its lights.
+/// What the lights need to know about a hit.
 #[derive(Clone, Copy)]
 pub struct WhittedVertex<F: Float> {
     /// In world space.
@@ -38,7 +38,7 @@ pub struct WhittedVertex<F: Float> {
     pub geometric_normal: Vector<F>,
     /// For shading, on the viewer's side.
     pub normal: Vector<F>,
-    /// How it answers light.
+    /// How it reflects light.
     pub model: BlinnPhong<F>,
 }
 
@@ -61,8 +61,8 @@ pub struct Scatter<F: Float> {
     pub width: F,
 }
 
-/// Looks a hit up: returns what the lights need, where the path goes on, and its radiance
-/// with what the surface gives off by itself.
+/// Looks up a hit: returns what the lights need, where the path goes on, and its radiance including what the surface
+/// itself emits.
 #[inline(always)]
 pub fn hit<F: Float>(
     frame: &Frame,
@@ -198,7 +198,7 @@ pub fn light_ray<F: Float>(
             let (across, up) = point_of_many::<F>(policy.pattern, grid, which, frame.samples, key, dimension);
             (up, across)
         }
-        // What shines from one point or direction is sampled there.
+        // Point and directional sources need no random place.
         None => (F::zero(), F::zero()),
     };
     let sample = emitter::sample_light(&frame.scene, policy.emitter, vertex.position, u);

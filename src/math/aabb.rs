@@ -2,7 +2,7 @@
 
 use super::Vec3;
 
-/// The points between two corners; empty when `min > max`.
+/// An axis-aligned box: the points between two corners, both included. Empty if `min` is above `max` on any axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// The lowest corner.
@@ -12,7 +12,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// Holds nothing and grows to whatever is added.
+    /// The box without a point: `min` is infinity, `max` is minus infinity.
     pub const EMPTY: Aabb = Aabb { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around points.
@@ -35,12 +35,12 @@ impl Aabb {
         self.min.cmpgt(self.max).any()
     }
 
-    /// From corner to corner; zero when empty.
+    /// `max − min`, the lengths of the sides; zero if the box is empty.
     pub fn size(&self) -> Vec3 {
         if self.is_empty() { Vec3::ZERO } else { self.max - self.min }
     }
 
-    /// The point in the middle.
+    /// The point in the middle; NaN for [`Aabb::EMPTY`].
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }

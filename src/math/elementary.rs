@@ -1,6 +1,5 @@
-//! Transcendental functions with one answer everywhere: polynomials over the exact
-//! operations of [`Float`]. std's have other bits on other systems. The coefficients
-//! are our own minimax fits (Lawson's iteration, float64).
+//! Transcendental functions with the same bits everywhere: polynomials over the exact operations of [`Float`]. Those
+//! of std differ from system to system. The coefficients are our own minimax fits (Lawson's iteration, float64).
 
 // The coefficients are fitted, not taken from constants that they happen to be near.
 #![allow(clippy::approx_constant, clippy::excessive_precision)]

@@ -25,8 +25,8 @@ pub fn to_unit<F: Float>(bits: F::Int) -> F {
     bits.shr::<8>().to_float() * F::splat(1.0 / 16_777_216.0)
 }
 
-/// Says which numbers are drawn: the hash of seed, pixel and branch, and the sample apart,
-/// because stratified patterns need it by itself.
+/// Which numbers are drawn: a hash of seed, pixel and branch, with the sample kept apart, because stratified patterns
+/// need it by itself.
 #[derive(Clone, Copy)]
 pub struct Key<I> {
     hash: I,

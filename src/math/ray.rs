@@ -15,21 +15,21 @@ pub struct Ray<F> {
     pub t_max: F,
 }
 
-/// No primitive, no instance.
+/// The id that stands for no primitive or no instance.
 pub const NONE: u32 = u32::MAX;
 
-/// Where one ray first meets something.
+/// The nearest hit of one ray, or a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Along the ray; infinity for a miss.
+    /// Distance along the ray, in lengths of its direction; infinity for a miss.
     pub t: f32,
-    /// Barycentric weight of a triangle's second corner; 0 for a sphere.
+    /// Barycentric weight of a triangle's second corner, 0 to 1; 0 for a sphere and for a miss.
     pub u: f32,
-    /// Barycentric weight of its third corner.
+    /// Barycentric weight of its third corner, likewise.
     pub v: f32,
     /// The primitive's id, [`NONE`] for a miss.
     pub primitive: u32,
-    /// The instance it belongs to, [`NONE`] when it is in world space.
+    /// The id of the instance that it belongs to; [`NONE`] if it lies in world space, and for a miss.
     pub instance: u32,
 }
 

@@ -2,8 +2,8 @@
 
 use std::ops::{Add, AddAssign, Mul};
 
-/// Three linear components with Rec. 709 (sRGB) primaries: a reflectance, a
-/// radiance in W m⁻² sr⁻¹ or a power in W, as the owner says.
+/// Three linear components with Rec. 709 (sRGB) primaries: a reflectance, a radiance in W m⁻² sr⁻¹ or a power in W,
+/// as is said where it is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -42,7 +42,7 @@ impl Rgb {
         self.r.max(self.g).max(self.b)
     }
 
-    /// Relative luminance (Rec. 709 weights).
+    /// Relative luminance with the weights of Rec. 709: 0.2126 r + 0.7152 g + 0.0722 b.
     pub fn luminance(self) -> f32 {
         0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
     }

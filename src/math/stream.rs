@@ -4,8 +4,8 @@ use std::num::Wrapping;
 
 use super::hash::{combine, mix};
 
-/// The numbers of one key as a generator for `rand`'s traits and distributions: what
-/// generators of scenes and tests draw from.
+/// The random numbers of a seed, one after another, behind `rand`'s traits: what generators of scenes and tests draw
+/// from.
 #[derive(Clone, Debug)]
 pub struct Stream {
     hash: u32,

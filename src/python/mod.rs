@@ -1,5 +1,5 @@
-//! The Python module's native half, `rayfront._native`: worlds, renderings and ray queries. What is pleasant to use of it
-//! is Python, in `rayfront/`.
+//! The native half of the Python module, `rayfront._native`: worlds, renderings and ray queries. The convenient half
+//! is in Python, in `rayfront/`.
 
 #![allow(missing_docs, reason = "documented in rayfront/__init__.pyi")]
 
@@ -48,7 +48,7 @@ fn of_output(error: SaveError) -> PyErr {
     PyOSError::new_err(error.to_string())
 }
 
-/// Something else that the caller has said.
+/// Any other mistake of the caller.
 fn wrong(reason: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(reason.to_string())
 }

@@ -10,7 +10,7 @@ use crate::math::{DAffine3, DMat3, DVec3, Vec3};
 use crate::query::{self, BuildQuality, Coherence, HitBatch, RayBatch, ShapeId};
 use crate::render::on_threads;
 
-/// Rays of a part that one thread takes: its rays and hits stay in the cache.
+/// How many rays a thread takes at a time: they and their hits stay in the cache.
 const PART: usize = 16_384;
 
 #[pyclass(module = "rayfront._native")]
@@ -80,7 +80,7 @@ struct Given<'a> {
 }
 
 impl Given<'_> {
-    /// Does something with the rays of each part, in columns, and with the part of the answers that is theirs.
+    /// Calls a function with the rays of each part, in columns, and with that part's share of the answers.
     fn by_parts<A: Send>(
         &self,
         answers: &mut [A],
@@ -213,7 +213,7 @@ fn given<'a>(
     Ok(given)
 }
 
-/// The rows of an array of so many columns.
+/// The rows of an array with `N` columns.
 fn rows<'a, T: numpy::Element, const N: usize>(
     what: &str,
     array: &'a PyReadonlyArray2<T>,

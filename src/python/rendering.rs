@@ -1,4 +1,4 @@
-//! What has been rendered, as arrays and files.
+//! The results of rendering, as arrays and files.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,10 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::of_output;
+use super::{of_output, wrong};
 use crate::denoise::Denoised;
 use crate::film::{Channel, Film, Values};
-use crate::formats::{png_bytes, save_image};
+use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
 use crate::world::Settings;
 
@@ -19,6 +19,7 @@ pub struct Rendering {
     settings: Settings,
     layers: Vec<Channel>,
     denoised: Option<Denoised>,
+    /// Oddities that are no errors.
     #[pyo3(get)]
     warnings: Vec<String>,
 }
@@ -32,6 +33,20 @@ impl Rendering {
         warnings: Vec<String>,
     ) -> Self {
         Self { film, settings, layers, denoised, warnings }
+    }
+
+    fn options(&self, bits: u8, denoised: bool) -> PyResult<ImageOptions<'_>> {
+        let bits = match bits {
+            8 => PngBits::Eight,
+            16 => PngBits::Sixteen,
+            other => return Err(wrong(format!("bits must be 8 or 16, not {other}"))),
+        };
+        if denoised && self.denoised.is_none() {
+            return Err(wrong(
+                "nothing was denoised: render with denoise=True and two samples a pixel or more",
+            ));
+        }
+        Ok(ImageOptions { layers: &self.layers, bits, denoised: self.denoised.as_ref().filter(|_| denoised) })
     }
 
     /// Rows and columns.
@@ -94,7 +109,7 @@ impl Rendering {
         Ok(layers)
     }
 
-    /// Of the exact sums of all samples: equal films have equal ones.
+    /// A hash of the exact sums of all samples: equal films have equal hashes.
     #[getter]
     fn film_hash(&self) -> String {
         format!("{:032x}", self.film.hash())
@@ -112,13 +127,42 @@ impl Rendering {
         self.film.samples_per_pixel()
     }
 
+    /// The pixels for a screen, exposed and tone mapped as the scene says: (height, width, 3), sRGB.
+    #[pyo3(signature = (denoised = false))]
+    fn srgb<'py>(&self, py: Python<'py>, denoised: bool) -> PyResult<Bound<'py, PyAny>> {
+        let options = self.options(8, denoised)?;
+        let pixels = py.detach(|| rgba8(&self.film, &self.settings, &options));
+        let [height, width] = self.shape();
+        let values: Vec<u8> = pixels.into_iter().flat_map(|[r, g, b, _]| [r, g, b]).collect();
+        Ok(values.into_pyarray(py).reshape([height, width, 3])?.into_any())
+    }
+
     /// Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| save_image(path, &self.film, &self.settings, &self.layers)).map_err(of_output)
+    #[pyo3(signature = (path, bits = 8, denoised = false))]
+    fn save(&self, py: Python<'_>, path: PathBuf, bits: u8, denoised: bool) -> PyResult<()> {
+        let options = self.options(bits, denoised)?;
+        py.detach(|| save_image_with(path, &self.film, &self.settings, &options)).map_err(of_output)
+    }
+
+    /// The same as `numpy`, for functions that take arrays.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(wrong("an array of a rendering is a copy"));
+        }
+        let array = self.numpy(py)?;
+        dtype.map_or(Ok(array.clone()), |dtype| array.call_method1("astype", (dtype,)))
     }
 
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| png_bytes(&self.film, &self.settings)).map_err(of_output)?;
+        let bytes = py
+            .detach(|| png_bytes(&self.film, &self.settings, &ImageOptions::default()))
+            .map_err(of_output)?;
         Ok(PyBytes::new(py, &bytes))
     }
 

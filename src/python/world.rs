@@ -11,18 +11,25 @@ use pyo3::prelude::*;
 
 use super::rendering::Rendering;
 use super::{of_file, of_scene, wrong};
+use crate::check::{self, Finding};
 use crate::compile::{camera_names, compile};
 use crate::error::LoadError;
-use crate::formats::{AssetFiles, Edits, Files, LoadOptions, Surroundings, gltf, load_with, ron};
+use crate::film::Region;
+use crate::film::exposure::exposure_ev;
+use crate::formats::{AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, load_with, ron};
+use crate::integrator::Frame;
 use crate::math::{Vec2, Vec3};
-use crate::render::{Options, Schedule, Session, on_threads};
-use crate::world::{Aov, Assets, Image, Mesh};
+use crate::render::{Options, Schedule, Session, ThreadError, on_threads};
+use crate::world::{Aov, Assets, Image, Mesh, Settings, Sharing, Tonemap};
 
-/// How often somebody who waits for a rendering is told how far it is, and may interrupt it.
+/// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
 
 #[pyclass(module = "rayfront._native", frozen)]
 pub struct World(crate::world::World);
+
+/// What a finding is about, what it is, and what mends it.
+type Parts = (Option<String>, String, Option<String>);
 
 /// Files on disk, and meshes that Python has as arrays.
 struct Given {
@@ -137,12 +144,44 @@ impl World {
         set: Vec<String>,
         hide: Vec<String>,
         only: Vec<String>,
+        look_at: Option<[[f64; 3]; 2]>,
+        zoom: Option<f64>,
+        ground: bool,
+        light_units: &str,
+        solid_glass: bool,
+        double_sided: bool,
+        size: Option<[u32; 2]>,
     ) -> PyResult<World> {
         let surroundings = env.map(Surroundings::named).transpose().map_err(wrong)?;
-        let edits = Edits { set, only, hide, ..Edits::default() };
-        let options =
-            LoadOptions { time_s: time, variant, scene, surroundings, edits, ..LoadOptions::default() };
+        let light_units = match light_units {
+            "auto" => LightUnits::Auto,
+            "candela" => LightUnits::Candela,
+            "watt" => LightUnits::Watt,
+            other => {
+                return Err(wrong(format!(
+                    "unknown light_units {other:?}: use \"auto\", \"candela\" or \"watt\""
+                )));
+            }
+        };
+        let place = |[x, y, z]: [f64; 3]| format!("{x}, {y}, {z}");
+        let look_at = look_at.map(|places| places.map(place));
+        let edits = Edits { set, only, hide, look_at, orbit: None, zoom, ground };
+        let common =
+            LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
+        let options = LoadOptions { light_units, solid_glass, double_sided, ..common };
         py.detach(|| load_with(&path, &options)).map(World).map_err(of_file)
+    }
+
+    /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
+    fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
+        let own = &self.0.settings;
+        let settings = Settings { size: size.unwrap_or(own.size), sharing: Sharing::Off, ..own.clone() };
+        let found = py.detach(|| {
+            let frame = Frame::new(compile(&self.0, camera)?, &settings);
+            Ok(check::check(&self.0, &frame, true))
+        });
+        let parts = |Finding { about, what, remedy }| (about, what, remedy);
+        Ok(found.map_err(of_scene)?.into_iter().map(parts).collect())
     }
 
     #[getter]
@@ -172,6 +211,11 @@ impl World {
         schedule: &str,
         threads: usize,
         denoise: bool,
+        crop: Option<[u32; 4]>,
+        noise: Option<f64>,
+        depth: Option<u32>,
+        exposure: Option<Exposure>,
+        tonemap: Option<&str>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Rendering> {
         let aovs = layers.iter().map(|name| layer(name)).collect::<PyResult<Vec<Aov>>>()?;
@@ -182,58 +226,160 @@ impl World {
                 return Err(wrong(format!("unknown schedule {other:?}: use \"wavefront\" or \"recursive\"")));
             }
         };
-        let mut settings = self.0.settings.clone();
-        settings.size = size.unwrap_or(settings.size);
-        settings.samples = spp.unwrap_or(settings.samples);
-        settings.seed = seed.unwrap_or(settings.seed);
-        for (what, value, most) in [
-            ("width", settings.size[0], 1 << 16),
-            ("height", settings.size[1], 1 << 16),
-            ("spp", settings.samples, 1 << 22),
-        ] {
-            if !(1..=most).contains(&value) {
-                return Err(wrong(format!("{what} must be 1 to {most}, not {value}")));
-            }
+        let settings = self.settings(size, spp, seed, depth, exposure, tonemap)?;
+        let region = crop.map(|crop| region(crop, settings.size)).transpose()?;
+        if noise.is_some_and(|noise| noise.is_nan() || noise <= 0.0) {
+            return Err(wrong("noise must be above 0: 0.01 is a hundredth of the image's brightness"));
         }
-        let scene = py.detach(|| compile(&self.0, camera)).map_err(of_scene)?;
-        // Those of the world are among them.
-        let warnings = scene.warnings.clone();
-        let options = Options { schedule, variance: aovs.contains(&Aov::Variance), ..Options::default() };
+        let (frame, findings) = py
+            .detach(|| {
+                let scene = compile(&self.0, camera)?;
+                let frame = Arc::new(Frame::new(scene, &settings));
+                let findings = check::check(&self.0, &frame, false);
+                Ok((frame, findings))
+            })
+            .map_err(of_scene)?;
+        // They include those of the world.
+        let mut warnings = frame.scene.warnings.clone();
+        warnings.extend(findings.iter().map(Finding::to_string));
+        let variance = aovs.contains(&Aov::Variance);
+        let options = Options { schedule, variance, region, ..Options::default() };
         let (stop, done) = (AtomicBool::new(false), AtomicU32::new(0));
         let work = || {
             on_threads(threads, || {
-                let mut session = Session::new(scene, &settings, options);
-                session.finish_until(&stop, |part| {
+                let mut session = Session::of(frame.clone(), settings.samples, options);
+                let note = |part: f32| {
                     done.fetch_max(part.to_bits(), Ordering::Relaxed);
+                };
+                session.finish_while(&stop, note, |session| {
+                    let reached =
+                        session.film().relative_noise().zip(noise).is_some_and(|(is, most)| is <= most);
+                    !reached
                 });
+                let film = session.film();
+                let stops = exposure_ev(&settings, &film.radiance());
+                let told = !findings.is_empty();
+                warnings.extend(
+                    check::of_image(&frame, settings.tonemap, stops, film, told)
+                        .map(|finding| finding.to_string()),
+                );
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
                 Rendering::new(session.film().clone(), settings.clone(), layers, denoised, warnings)
             })
         };
-        // It renders elsewhere, so that this thread can ask for signals and say how far it is.
-        std::thread::scope(|scope| {
-            let worker = scope.spawn(work);
-            let mut outcome: PyResult<()> = Ok(());
-            while !worker.is_finished() {
-                py.detach(|| wait(&worker));
-                outcome = outcome.and_then(|()| {
-                    py.check_signals()?;
-                    if let Some(progress) = &progress {
-                        progress.call1(py, (f32::from_bits(done.load(Ordering::Relaxed)),))?;
-                    }
-                    Ok(())
-                });
-                if outcome.is_err() {
-                    stop.store(true, Ordering::Relaxed);
-                }
-            }
-            let rendering = worker.join().map_err(|_| wrong("rendering ended by a defect in rayfront"));
-            outcome?;
-            rendering?.map_err(wrong)
-        })
+        rendered(py, work, &stop, &done, progress.as_ref())
     }
+}
+
+impl World {
+    /// The scene's settings, with what was said for this rendering instead.
+    fn settings(
+        &self,
+        size: Option<[u32; 2]>,
+        spp: Option<u32>,
+        seed: Option<u64>,
+        depth: Option<u32>,
+        exposure: Option<Exposure>,
+        tonemap: Option<&str>,
+    ) -> PyResult<Settings> {
+        let mut settings = self.0.settings.clone();
+        settings.size = size.unwrap_or(settings.size);
+        settings.samples = spp.unwrap_or(settings.samples);
+        settings.seed = seed.unwrap_or(settings.seed);
+        settings.max_depth = depth.unwrap_or(settings.max_depth);
+        settings.tonemap = tonemap.map_or(Ok(settings.tonemap), tone_curve)?;
+        match exposure {
+            Some(Exposure::Stops(stops)) if !stops.is_finite() || stops.abs() > 64.0 => {
+                return Err(wrong(format!("exposure must be -64 to 64 stops, or \"auto\", not {stops}")));
+            }
+            Some(Exposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
+            Some(Exposure::Named(name)) if name == "auto" => {
+                (settings.auto_exposure, settings.exposure_ev) = (true, 0.0);
+            }
+            Some(Exposure::Named(name)) => {
+                return Err(wrong(format!("exposure must be -64 to 64 stops, or \"auto\", not {name:?}")));
+            }
+            None => {}
+        }
+        for (what, value, least, most) in [
+            ("width", settings.size[0], 1, Settings::MOST_PIXELS_A_SIDE),
+            ("height", settings.size[1], 1, Settings::MOST_PIXELS_A_SIDE),
+            ("spp", settings.samples, 1, Settings::MOST_SAMPLES),
+            ("depth", settings.max_depth, 0, Settings::MOST_DEPTH),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(wrong(format!("{what} must be {least} to {most}, not {value}")));
+            }
+        }
+        Ok(settings)
+    }
+}
+
+/// Renders on another thread, so that this one can check for signals and report progress.
+fn rendered(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<Rendering, ThreadError> + Send,
+    stop: &AtomicBool,
+    done: &AtomicU32,
+    progress: Option<&Py<PyAny>>,
+) -> PyResult<Rendering> {
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(work);
+        let mut outcome: PyResult<()> = Ok(());
+        while !worker.is_finished() {
+            py.detach(|| wait(&worker));
+            outcome = outcome.and_then(|()| {
+                py.check_signals()?;
+                if let Some(progress) = progress {
+                    progress.call1(py, (f32::from_bits(done.load(Ordering::Relaxed)),))?;
+                }
+                Ok(())
+            });
+            if outcome.is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        let rendering = worker.join().map_err(|_| wrong("rendering ended by a defect in rayfront"));
+        outcome?;
+        rendering?.map_err(wrong)
+    })
+}
+
+/// The ways to say an exposure in Python.
+#[derive(FromPyObject)]
+enum Exposure {
+    Stops(f32),
+    Named(String),
+}
+
+/// A tone curve by its name on the command line.
+fn tone_curve(name: &str) -> PyResult<Tonemap> {
+    let known = [
+        ("clamp", Tonemap::Clamp),
+        ("scale-by-maximum", Tonemap::ScaleByMaximum),
+        ("reinhard", Tonemap::Reinhard),
+        ("aces", Tonemap::Aces),
+        ("agx", Tonemap::Agx),
+        ("pbr-neutral", Tonemap::PbrNeutral),
+    ];
+    let names = || known.map(|(name, _)| name).join(", ");
+    let found = known.iter().find(|(known, _)| *known == name);
+    found
+        .map(|(_, curve)| *curve)
+        .ok_or_else(|| wrong(format!("unknown tonemap {name:?}; there are: {}", names())))
+}
+
+/// A part of an image.
+fn region([x0, y0, x1, y1]: [u32; 4], [width, height]: [u32; 2]) -> PyResult<Region> {
+    if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height {
+        return Ok(Region { x0, y0, x1, y1 });
+    }
+    Err(wrong(format!(
+        "crop is (x0, y0, x1, y1) with x0 < x1 <= {width} and y0 < y1 <= {height}, not {:?}",
+        (x0, y0, x1, y1)
+    )))
 }
 
 /// Until it is done, or for a while.

@@ -13,7 +13,7 @@ pub struct RayBatch {
 }
 
 impl RayBatch {
-    /// No ray, and memory for `count` of them.
+    /// An empty batch with room for `count` rays.
     pub fn with_capacity(count: usize) -> Self {
         let column = || Vec::with_capacity(count);
         let columns = || [column(), column(), column()];
@@ -40,25 +40,23 @@ impl RayBatch {
         self.t_max.is_empty()
     }
 
-    /// Leaves no ray and keeps the memory.
+    /// Removes all rays but keeps the memory.
     pub fn clear(&mut self) {
         self.origin.iter_mut().chain(&mut self.direction).for_each(Vec::clear);
         self.t_min.clear();
         self.t_max.clear();
     }
 
-    /// All of them.
+    /// A view of all rays.
     pub fn rays(&self) -> Rays<'_> {
         let [origin, direction] =
             [&self.origin, &self.direction].map(|columns| columns.each_ref().map(|column| &column[..]));
         Rays::new(origin, direction, &self.t_min, &self.t_max)
     }
 
-    /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.
+    /// Views of all rays in order, `size` at a time; the last one may be shorter. A `size` of 0 counts as 1.
     pub fn chunks(&self, size: usize) -> impl Iterator<Item = Rays<'_>> {
-        let (size, count) = (size.max(1), self.len());
-        let rays = self.rays();
-        (0..count).step_by(size).map(move |from| rays.range(from..from.saturating_add(size).min(count)))
+        self.rays().chunks(size)
     }
 }
 
@@ -73,14 +71,14 @@ pub struct HitBatch {
 }
 
 impl HitBatch {
-    /// As many misses.
+    /// `count` misses.
     pub fn new(count: usize) -> Self {
         let mut batch = Self::default();
         batch.resize(count);
         batch
     }
 
-    /// Makes room for `count` hits; what is new is a miss.
+    /// Makes it `count` hits long; new ones are misses.
     pub fn resize(&mut self, count: usize) {
         self.t.resize(count, f32::INFINITY);
         self.u.resize(count, 0.0);
@@ -89,7 +87,7 @@ impl HitBatch {
         self.instance.resize(count, NONE);
     }
 
-    /// How many there are, misses too.
+    /// How many hits there are, misses included.
     pub fn len(&self) -> usize {
         self.t.len()
     }
@@ -99,7 +97,7 @@ impl HitBatch {
         self.t.is_empty()
     }
 
-    /// One of them, if there are as many.
+    /// The hit at a place; `None` beyond the end.
     pub fn get(&self, index: usize) -> Option<Hit> {
         (index < self.len()).then(|| self.at(index))
     }
@@ -109,12 +107,12 @@ impl HitBatch {
         Hit { t: self.t[i], u: self.u[i], v: self.v[i], primitive, instance }
     }
 
-    /// All of them in order.
+    /// All hits in order, misses included.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Hit> + '_ {
         (0..self.len()).map(|i| self.at(i))
     }
 
-    /// All of them, to be written to.
+    /// A view of all hits for a query to write to.
     pub fn hits_mut(&mut self) -> HitsMut<'_> {
         HitsMut {
             t: &mut self.t,
@@ -125,26 +123,23 @@ impl HitBatch {
         }
     }
 
-    /// All of them in order, `size` (at least 1) at a time, to be written to; the last part
-    /// may be shorter.
+    /// Views of all hits in order, `size` at a time, for queries to write to; the last one may be shorter. A `size`
+    /// of 0 counts as 1.
     pub fn chunks_mut(&mut self, size: usize) -> impl Iterator<Item = HitsMut<'_>> {
-        let size = size.max(1);
-        let floats = self.t.chunks_mut(size).zip(self.u.chunks_mut(size)).zip(self.v.chunks_mut(size));
-        let ids = self.primitive.chunks_mut(size).zip(self.instance.chunks_mut(size));
-        floats.zip(ids).map(|(((t, u), v), (primitive, instance))| HitsMut { t, u, v, primitive, instance })
+        self.hits_mut().chunks(size)
     }
 
-    /// Distances; infinity for a miss.
+    /// Distances, in lengths of each ray's direction; infinity for a miss.
     pub fn t(&self) -> &[f32] {
         &self.t
     }
 
-    /// Weights of triangles' second corners.
+    /// Weights of triangles' second corners; 0 for spheres and misses.
     pub fn u(&self) -> &[f32] {
         &self.u
     }
 
-    /// Weights of triangles' third corners.
+    /// Weights of triangles' third corners; 0 for spheres and misses.
     pub fn v(&self) -> &[f32] {
         &self.v
     }
@@ -154,7 +149,7 @@ impl HitBatch {
         &self.primitive
     }
 
-    /// Instance ids; [`NONE`] for what is not in an instance.
+    /// Instance ids; [`NONE`] for a miss and for what lies in world space.
     pub fn instance(&self) -> &[u32] {
         &self.instance
     }

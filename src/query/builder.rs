@@ -8,11 +8,11 @@ use super::scene::{Owners, Scene, Statistics};
 use crate::bvh::{BuildQuality, Bvh, Geometry, Instance};
 use crate::math::{Aabb, DAffine3, DMat3, DVec3, NONE};
 
-/// Coordinates, radii and entries of matrices are no larger than this, so that products of
-/// three of them, as the test for triangles makes them, are numbers in single precision.
+/// The largest magnitude of coordinates, radii and matrix entries: products of three of them, as in the triangle
+/// test, must be finite in single precision.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-/// The most vertices, triangles, spheres, shapes and instances of a scene: 2²⁹.
+/// The most vertices, triangles, spheres, shapes and instances of a scene, each: 2²⁹.
 pub const MAX_PRIMITIVES: usize = 1 << 29;
 
 /// Number of a mesh or of a set of spheres: shapes count from 0 in the order in which they
@@ -26,8 +26,7 @@ pub struct InstanceId(pub u32);
 
 /// Gathers shapes and where they are placed. See the [module](super) for an example.
 ///
-/// What is handed over is checked and copied at once. After an error the builder is as it was
-/// before, and can be used on.
+/// What is handed over is checked and copied at once. After an error the builder is unchanged and can still be used.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
     quality: BuildQuality,
@@ -55,7 +54,7 @@ impl SceneBuilder {
         Self { quality, ..Self::default() }
     }
 
-    /// Adds a mesh: vertices, and triangles by indices into them.
+    /// Adds a mesh: vertices, and triangles as indices into them, counted from 0.
     ///
     /// Triangles without area are allowed and never hit, vertices that no triangle uses are
     /// allowed, and so are meshes without triangles.
@@ -90,7 +89,7 @@ impl SceneBuilder {
         Ok(shape)
     }
 
-    /// Adds spheres: x, y, z and radius of each.
+    /// Adds a set of spheres: x, y, z and radius of each.
     ///
     /// # Errors
     ///
@@ -112,10 +111,10 @@ impl SceneBuilder {
     /// Places a shape: `to_world` takes its coordinates to those of the scene. A shape can be
     /// placed as often as wanted, and one that is not placed cannot be hit.
     ///
-    /// Any affine transform with an inverse will do: one that scales unevenly turns spheres
-    /// into ellipsoids, and one that mirrors is fine, too. A shape that is placed once costs no
-    /// more than its triangles would without a transform; each place of one that is placed
-    /// several times costs some memory, and a transform of every ray that comes near it.
+    /// Any affine transform with an inverse will do: one that scales unevenly turns spheres into ellipsoids, and
+    /// mirroring is fine, too. A shape that is placed once costs no more than its triangles would without a
+    /// transform. Each placement of a shape that is placed several times costs some memory, and a transform of every
+    /// ray that comes near it.
     ///
     /// # Errors
     ///
@@ -223,7 +222,7 @@ impl SceneBuilder {
         let mut out = Ordered::default();
         let is_sorted = world.len() == self.shapes.len();
         if is_sorted {
-            // Usual and large: not copied.
+            // The usual case, and a large one: not copied.
             (out.triangles, out.spheres) = (take(&mut self.triangles), take(&mut self.spheres));
         }
         let mut ends = [0u32; 2];

@@ -2,11 +2,12 @@
 
 use super::builder::{MAX_COORDINATE, MAX_PRIMITIVES};
 
-/// Why a scene cannot be built. Numbers are those that the builder gave or counts from 0.
+/// Why a scene cannot be built. Shapes and instances have the numbers that the builder gives them; all other numbers
+/// count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// A vertex is nowhere, or too far away to compute with.
+    /// A vertex is not at a finite place, or is too far away to compute with.
     #[error(
         "shape {shape}: vertex {vertex} is at {position:?}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
     )]
@@ -32,7 +33,7 @@ pub enum BuildError {
         /// How many there are.
         vertices: usize,
     },
-    /// A sphere is nowhere, too far away or too large to compute with, or has no size.
+    /// A sphere is not at a finite place, is too far away or too large to compute with, or has no size.
     #[error(
         "shape {shape}: sphere {sphere} is at {center:?} with a radius of {radius}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}, and a radius is above 0 and no more than that"
     )]
@@ -56,8 +57,8 @@ pub enum BuildError {
         /// How many there are.
         shapes: usize,
     },
-    /// A transform is not made of numbers, squeezes space flat, or is so large or so small
-    /// that it or its inverse leaves the range of coordinates.
+    /// A transform is not finite, squeezes space flat, or is so large or so small that it or its inverse leaves the
+    /// range of coordinates.
     #[error(
         "instance {instance}: its transform {reason}: it must have an inverse, and both hold numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
     )]

@@ -1,5 +1,5 @@
-//! Ray queries by themselves: triangles, spheres and instances in, nearest hits or any hits
-//! out, for programs that do something else with rays than to render with this crate.
+//! Ray queries on their own: triangles, spheres and instances in, nearest hits or any hits out, for programs that
+//! need rays for something other than rendering with this crate.
 //!
 //! ```
 //! use rayfront::math::{DAffine3, DVec3, Vec3};
@@ -34,7 +34,7 @@
 //! assert_eq!(places[2].map(|p| (p.instance, p.shape, p.primitive)), Some((there, square, 1)));
 //! assert_eq!(places[3], None);
 //!
-//! // Is there anything at all, with a tracer for each of several threads.
+//! // Is anything in the way? On several threads, with a tracer for each.
 //! let mut blocked = vec![0; rays.len()];
 //! std::thread::scope(|scope| {
 //!     for (rays, blocked) in rays.chunks(2).zip(blocked.chunks_mut(2)) {
@@ -48,12 +48,11 @@
 //!
 //! # Shapes and instances
 //!
-//! A [`SceneBuilder`] takes *shapes*, meshes and sets of spheres, each in coordinates of its
-//! own, and *places* them: an instance is a shape and an affine transform. What is not placed
-//! is not there. Each shape is stored once, however often it is placed. A shape that is placed
-//! once is moved into the world (spheres, only where the transform is a translation) and
-//! costs what it would cost without a transform; to the others rays are transformed, in
-//! single precision. An instance places a shape, never other instances.
+//! A [`SceneBuilder`] takes *shapes*, that is, meshes and sets of spheres, each in coordinates of its own, and
+//! *places* them: an instance is a shape and an affine transform. A shape that is not placed cannot be hit. Each
+//! shape is stored once, however often it is placed. A shape that is placed once is moved into the world (spheres
+//! only if the transform is a translation) and costs what it would cost without a transform. For all others, rays are
+//! transformed to the shape's space, in single precision. An instance places a shape, never other instances.
 //!
 //! Everything is checked when it is added: a [`BuildError`] says which shape, triangle,
 //! sphere or instance is at fault. Limits are [`MAX_PRIMITIVES`] and [`MAX_COORDINATE`]; what
@@ -61,23 +60,21 @@
 //!
 //! # Rays
 //!
-//! A ray is the points `origin + t · direction` with `t_min` < t ≤ `t_max`; `t_min` itself is
-//! out, so that a ray that starts on a surface at 0 does not hit it there, and `t_max` itself
-//! is in. A query takes rays in columns, one slice for each component: views of memory that
-//! the caller has ([`Rays`]), or a [`RayBatch`], which owns its columns.
+//! A ray is the points `origin + t · direction` with `t_min` < t ≤ `t_max`. `t_min` itself is excluded, so that a ray
+//! that starts on a surface with a `t_min` of 0 does not hit it there; `t_max` is included. A query takes rays in
+//! columns, one slice for each component: views of memory that the caller has ([`Rays`]), or a [`RayBatch`], which
+//! owns its columns.
 //!
-//! - `direction` need not be of unit length; t counts in its lengths. It should be between
-//!   10⁻⁶ and 10⁶ long: a ray of a shorter or longer one may miss. One of length zero misses.
+//! - `direction` need not be of unit length; t is measured in its length. It should be between 10⁻⁶ and 10⁶ long:
+//!   with a shorter or longer one the ray may miss. With one of length zero it misses.
 //! - `t_min` is at least 0; a negative one counts as 0.
 //! - `t_max` is infinity where nothing bounds the ray. With a `t_max` below `t_min` it misses.
 //! - A ray with a NaN anywhere, or with infinity in its origin or direction, misses.
 //!
-//! There is no alignment and no multiple of anything to keep to: columns may begin anywhere
-//! and be of any length, zero too. Many rays at once are faster than one at a time:
-//! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen the least that fill the lanes
-//! of the processor.
-//! [`Coherence`] is what the caller knows of rays that follow each other. It may change the
-//! time that a query takes and changes nothing else.
+//! Columns need no alignment and may have any length, zero included. Many rays at once are faster than one at a time:
+//! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen are the least that fill the lanes of
+//! the processor. [`Coherence`] is what the caller knows about rays that follow each other. It affects the time that
+//! a query takes and nothing else.
 //!
 //! # What a ray hits
 //!
@@ -94,43 +91,39 @@
 //! | `primitive` | an id within the scene | [`NONE`] |
 //! | `instance` | an id within the scene, or [`NONE`] | [`NONE`] |
 //!
-//! The point that was hit is (1 − u − v) · a + u · b + v · c on the triangle a b c, which is
-//! more exact than `origin + t · direction`; placed, it is that point transformed. What is
-//! linear over a triangle is interpolated in the same way. `u` and `v` are at least 0 and
-//! `u + v` is at most 1, up to rounding.
+//! The point that was hit is (1 − u − v) · a + u · b + v · c on the triangle a b c, which is more exact than
+//! `origin + t · direction`; in an instance, that point has to be transformed. Whatever is linear over a triangle is
+//! interpolated in the same way. `u` and `v` are at least 0 and `u + v` is at most 1, up to rounding.
 //!
-//! `primitive` and `instance` are ids of the scene as it was built, to be compared with each
-//! other and kept. [`Scene::locate`] makes a [`HitPrimitive`] of them: instance, shape, and the
-//! triangle's or sphere's place in what was handed over. (So that queries write what they
-//! find and no more: the rest is looked up for those hits that it is wanted of.)
+//! `primitive` and `instance` are ids within the built scene, which can be compared and stored. [`Scene::locate`]
+//! turns them into a [`HitPrimitive`]: the instance, the shape, and the place of the triangle or sphere among those
+//! that were handed over. (Queries write only what they find; the rest is looked up for the hits that need it.)
 //!
 //! # Exactness
 //!
-//! The test for triangles is watertight (Woop, Benthin and Wald 2013): where two triangles of a
-//! shape have an edge in common, that is, have the same two coordinates at its ends, no ray
-//! passes between them, be it aimed at the edge or at a vertex. No box is ever culled before a hit in it.
-//! Where t may be off by more than a 16,384th part of itself it is computed in double precision,
-//! so that a ray which leaves a surface at a distance of its rounding error does not hit it again.
+//! The triangle test is watertight (Woop, Benthin and Wald 2013): where two triangles of a shape share an edge, that
+//! is, have the same two points at its ends, no ray passes between them, whether it is aimed at the edge or at a
+//! vertex. A box is never culled if there is a hit in it. Where t may be off by more than 1/16,384 of itself, it is
+//! computed in double precision, so that a ray which leaves a surface from a point that is off by its rounding error
+//! does not hit it again.
 //!
-//! The answer is a function of scene and ray: it is the same, to the last bit, for every
-//! [`Coherence`] and [`Level`], for every split of rays into batches, and on every number of
-//! threads. Of hits at the same t, the one with the smallest ids wins: of one mesh, the
-//! triangle that comes first. Scenes that were built by the same calls are the same; with
-//! another [`BuildQuality`] the t of a grazing hit may differ in its last bits.
+//! The answer is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Level`],
+//! for every split of rays into batches, and with any number of threads. Of hits at the same t, the one with the
+//! smallest ids wins: within a mesh, the triangle that comes first. The same calls build the same scene; with another
+//! [`BuildQuality`], the t of a grazing hit may differ in its last bits.
 //!
 //! # Threads, memory and time
 //!
-//! A [`Scene`] never changes: it is `Send` and `Sync`, and any number of threads may trace
-//! through it at once, each with a [`Tracer`] of its own. There is no lock, no global state,
-//! and after [`Scene::tracer`] no allocation. A query runs on the thread that asks; to use
-//! several, give each a part of the rays ([`RayBatch::chunks`], [`HitBatch::chunks_mut`]).
-//! [`SceneBuilder::build`] uses the threads of the rayon pool that it is called from.
+//! A [`Scene`] never changes: it is `Send` and `Sync`, and any number of threads may trace through it at once, each
+//! with a [`Tracer`] of its own. There are no locks and no global state. A tracer's buffers grow with its first
+//! queries and are kept; then queries allocate nothing. A query runs on the thread that calls it; to use several,
+//! give each a part of the rays ([`RayBatch::chunks`], [`HitBatch::chunks_mut`]). [`SceneBuilder::build`] uses the
+//! threads of the rayon pool that it is called from.
 //!
-//! A scene takes 50 to 60 bytes a triangle and about 150 an instance
-//! ([`Scene::memory_bytes`]); the builder's copy of vertices and triangles is gone after
-//! building, so keep what shading needs. Building needs about as much again for a while
-//! ([`Statistics`]). Time to build grows as n log n, time to trace a ray roughly as log n.
-//! [`BuildQuality`] weighs one against the other.
+//! A scene takes 50 to 60 bytes for each triangle and about 150 for each instance ([`Scene::memory_bytes`]). The
+//! builder's copy of vertices and triangles is gone after building, so keep what shading needs. While it is built, it
+//! takes another 80 to 90 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace a
+//! ray roughly as log n. [`BuildQuality`] trades one for the other.
 //!
 //! Queries never panic, and the only error is [`LengthMismatch`].
 //!

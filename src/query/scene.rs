@@ -33,7 +33,7 @@ pub(super) struct Owners {
 /// What a scene holds and what building it took.
 #[derive(Clone, Copy, Debug)]
 pub struct Statistics {
-    /// That were added, placed or not.
+    /// Shapes that were added, placed or not.
     pub shapes: usize,
     /// Placed shapes.
     pub instances: usize,
@@ -41,13 +41,13 @@ pub struct Statistics {
     pub triangles: usize,
     /// Of all placed shapes, each shape's once.
     pub spheres: usize,
-    /// That was asked for.
+    /// The quality that was asked for.
     pub quality: BuildQuality,
-    /// Time and memory.
+    /// What building took.
     pub build: BuildStatistics,
 }
 
-/// What a hit hit, in the caller's numbers.
+/// What a ray hit, in the caller's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HitPrimitive {
     /// Which placed shape.
@@ -59,14 +59,14 @@ pub struct HitPrimitive {
 }
 
 impl Scene {
-    /// A box, with sides along the axes, around everything that can be hit; none if there is
-    /// nothing. It is larger than need be by about 2⁻¹⁹ of its coordinates.
+    /// The axis-aligned box around everything that can be hit; `None` if there is nothing. It is padded by about 2⁻¹⁹
+    /// of its coordinates.
     pub fn bounds(&self) -> Option<Aabb> {
         self.bvh.root.map(|root| root.bounds)
     }
 
-    /// Bytes that the scene takes. The memory of the builder is free again: triangles are
-    /// kept in the acceleration structure alone.
+    /// Bytes that the scene takes. The memory of the builder has been freed: triangles are kept only in the
+    /// acceleration structure.
     pub fn memory_bytes(&self) -> usize {
         let Owners { triangles, spheres, in_world, instances } = &self.owners;
         self.bvh.bytes()
@@ -87,13 +87,13 @@ impl Scene {
         self.tracer_at(Level::detect())
     }
 
-    /// [`Self::tracer`] with other instructions. The answers are the same to the last bit.
+    /// [`Self::tracer`] with the instruction set of `level`. The answers are the same to the last bit.
     pub fn tracer_at(&self, level: Level) -> Tracer<'_> {
         Tracer { scene: self, level, stack: Stack::new(&self.bvh) }
     }
 
-    /// What a hit hit; none for a miss, and for ids that are not of this scene. Takes time
-    /// that grows with the logarithm of the number of shapes.
+    /// What a ray hit, in the caller's numbers; `None` for a miss, and for ids that are not of this scene. The time
+    /// that it takes grows with the logarithm of the number of shapes.
     pub fn locate(&self, hit: &Hit) -> Option<HitPrimitive> {
         if hit.is_miss() {
             return None;
@@ -121,9 +121,8 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Finds the nearest hit of each ray. Every entry of `hits` is written; see
-    /// [`HitsMut`] for what a miss looks like, and the [module](super#what-a-ray-hits) for
-    /// what counts as a hit. Allocates nothing.
+    /// Finds the nearest hit of each ray. Every entry of `hits` is written; see [`HitsMut`] for what a miss looks
+    /// like, and the [module](super#what-a-ray-hits) for what counts as a hit.
     ///
     /// # Errors
     ///
@@ -143,8 +142,8 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Writes 1 for each ray that hits anything, else 0: faster than [`Self::closest`],
-    /// since the first hit that is found will do. Allocates nothing.
+    /// Writes 1 for each ray that hits anything, else 0. Faster than [`Self::closest`], since it stops at the first
+    /// hit that it finds.
     ///
     /// # Errors
     ///

@@ -80,7 +80,7 @@ impl Input {
     }
 }
 
-/// Rounding in single precision moves points of these scenes, some tens wide, by less.
+/// Rounding in single precision moves points of these scenes, which are some tens wide, by less than this.
 const TOLERANCE: f64 = 2e-4;
 
 struct RayParts {
@@ -194,8 +194,8 @@ fn trace(scene: &Scene, level: Level, rays: &RayBatch) -> (HitBatch, Vec<u32>) {
     (hits, blocked)
 }
 
-/// Panics where they differ; returns how many rays hit what is an instance of the tree, and
-/// how many what lies in the world's tree.
+/// Panics where they differ. Returns how many rays hit an instance of the tree, and how many something in the world's
+/// own tree.
 fn compare_with_brute_force(seed: u64) -> [usize; 2] {
     let mut random = Stream::new(seed);
     let input = random_input(&mut random);

@@ -1,16 +1,16 @@
-//! Which blocks of pixels get more samples: as many rays in all as uniform sampling would take, where they
-//! lessen the error most.
+//! Which blocks of pixels get more samples: with as many rays in all as uniform sampling would take, spent where they
+//! reduce the error most.
 //!
-//! Rounds double the samples of the blocks that go on: after 16 samples of all, up to 32, 64 and so on. Which
-//! go on is a function of the film's integers at the end of a round, and of how many rays the first samples
-//! took, and of nothing else, so that all ways to render choose alike. Arithmetic
-//! here is that which IEEE 754 rounds the same everywhere.
+//! Rounds double the samples of the blocks that go on: after 16 samples of all, to 32, 64 and so on. Which ones go on
+//! depends on the film's integers at the end of a round and on how many rays the first samples took, and on nothing
+//! else, so that all ways to render choose alike. The arithmetic here is what IEEE 754 rounds in the same way
+//! everywhere.
 //!
-//! Stopping by the samples that are averaged is biased (Kirk and Arvo 1991, "Unbiased sampling techniques for
-//! image synthesis"): what looks quiet by chance stops. Over blocks of 256 pixels and from 16 samples on little of
-//! that is left: the means of 16 images of two scenes were 0.8 % below and 0.4 % above those of uniform samples,
-//! with a deviation of 0.7 %. [`Adaptive::Unbiased`] chooses once, by a pilot whose samples do not count: what a
-//! sixteenth of the samples say decides about the others, which can then be rendered in any order and place.
+//! Stopping by the same samples that are averaged is biased (Kirk and Arvo 1991, "Unbiased sampling techniques for
+//! image synthesis"): what looks quiet by chance stops early. Over blocks of 256 pixels, and from 16 samples on,
+//! little of that is left: the means of 16 images of two scenes were 0.8 % below and 0.4 % above those of uniform
+//! samples, with a deviation of 0.7 %. [`Adaptive::Unbiased`] chooses once, by a pilot whose samples are discarded: a
+//! sixteenth of the samples decides about the others, which can then be rendered in any order and place.
 //!
 //! [`Adaptive::Unbiased`]: crate::world::Adaptive::Unbiased
 
@@ -23,14 +23,14 @@ use crate::integrator::sharing::BLOCK;
 
 /// Samples that all pixels get: what is chosen by fewer is chosen by chance.
 pub const PILOT: u32 = Allocation::LEAST;
-/// The first sample of a pilot that does not count: behind all that do.
+/// The number of a pilot's first sample, beyond all samples that count.
 pub const FIRST_OF_PILOT: u32 = 1 << 28;
-/// A block gets at most so many times as many samples as there are on average.
+/// A block gets at most this many times the average number of samples.
 const MOST: u32 = 16;
-/// Darker pixels than that part of the image's mean count as that bright.
+/// Blocks that are darker than this part of the image's mean count as that bright.
 const DARK: f64 = 0.5;
-/// A pixel's noise counts as at most so many times its block's brightness: what one sample in thousands finds
-/// is not found by twice as many.
+/// A pixel's noise, squared, counts as at most this many times its block's brightness, squared: what one sample in
+/// thousands finds is not found by twice as many.
 const OUTLIER: f64 = 4.0;
 
 /// Samples that some blocks are to get.
@@ -58,11 +58,11 @@ pub fn blocks(region: Region) -> Vec<Region> {
     super::tiles(region, BLOCK)
 }
 
-/// Which blocks go on after a round; none when all have what they get. `rays` is what the first [`PILOT`] samples
-/// of each block have taken, `budget` how many samples of all pixels would take as many rays.
+/// Which blocks go on after a round; `None` when all have what they get. `rays` is how many the first [`PILOT`]
+/// samples of each block took, and `budget` is how many samples of every pixel all of it may cost.
 pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
     let mut known = measured(film, &blocks(film.region()));
-    // Whoever does not know takes all for equal.
+    // Where nothing is known, all blocks cost the same.
     known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
     let reached = known.iter().map(|block| block.samples).max()?;
     let next = reached.checked_mul(2)?;
@@ -72,12 +72,12 @@ pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
 
 /// How many samples such a pilot takes of each pixel.
 pub fn pilot(budget: u32) -> u32 {
-    // More than that are no longer few for a pilot.
+    // More than 64 would be many for a pilot.
     (budget / 16).clamp(PILOT, 4 * PILOT)
 }
 
-/// How many samples blocks get, by a pilot that does not count but has to be paid for; `rays` is what it has taken
-/// of each block.
+/// How many samples blocks get, by a pilot whose samples are discarded but have to be paid for; `rays` is how many it
+/// took in each block.
 pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> {
     let mut known = measured(film, &blocks(film.region()));
     known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
@@ -87,7 +87,7 @@ pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> 
 
 /// The same for a part of a region.
 pub fn allocation_of_part(allocation: &Allocation, region: Region, part: Region) -> Option<Allocation> {
-    // Blocks are squares of the whole image, whatever is cut off of them.
+    // Blocks are squares of the whole image, whatever part of them a region cuts off.
     let place = |block: &Region| [block.x0 / BLOCK, block.y0 / BLOCK];
     let own: HashMap<[u32; 2], u32> =
         blocks(region).iter().map(place).zip(allocation.samples().iter().copied()).collect();
@@ -133,9 +133,8 @@ fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
     known
 }
 
-/// A block is taken for half as noisy as its neighbours are in the mean, and half as noisy as it is itself: what
-/// 16 samples say of a block alone is uncertain, and one beside a noisy block may hold a part of what is noisy
-/// there, found by too few samples to show.
+/// A block's noise is taken as half its own and half the average around it: 16 samples say little about one block,
+/// and a block beside a noisy one may hold a part of what is noisy there, found by too few samples to show.
 fn beside_noise(known: &mut [Block], region: Region) {
     let columns = (region.x1.div_ceil(BLOCK) - region.x0 / BLOCK) as usize;
     let each: Vec<f64> = known.iter().map(|block| block.variance / block.pixels).collect();
@@ -180,8 +179,8 @@ impl Ord for Doubling {
     }
 }
 
-/// How many samples each block is to have: the doublings that lessen the error most for their price, as long
-/// as there are samples left. Blocks that have stopped before stay as they are.
+/// How many samples each block is to have: the doublings that reduce the error most for their price, as long as the
+/// budget lasts. Blocks that have stopped before stay as they are.
 fn allocated(known: &[Block], budget: u32, reached: u32) -> Vec<u32> {
     let mut wanted: Vec<u32> = known.iter().map(|block| block.samples).collect();
     let left = |block: &Block| (f64::from(budget) - f64::from(block.samples)) * block.price;

@@ -10,21 +10,22 @@ use crate::math::Rgb;
 use crate::world::Aov;
 
 impl Session {
-    /// What the samples that all pixels have hit first, pixel by pixel, row by row: camera rays are
-    /// traced once more. Before the first sample is done it is that of the first.
+    /// What was hit first by the samples that all pixels have, pixel by pixel, row by row, for which camera rays are
+    /// traced once more. Before the first sample is done, this is what that one will hit.
     #[doc(hidden)]
     pub fn features(&self) -> Vec<Features> {
         let [all] = self.features_apart();
         all
     }
 
-    /// The film without its noise; none before every pixel has two samples.
+    /// The film without its noise (see [`Denoised`]); `None` before every pixel has both even and odd samples. Traces
+    /// camera rays once more.
     pub fn denoised(&self) -> Option<Denoised> {
         let [even, odd] = self.features_apart();
         denoise(self.options.level, &Noisy { film: self.film(), features: [&even, &odd] })
     }
 
-    /// [`Session::features`] of every Nth sample.
+    /// [`Session::features`] of every Nth sample, beginning with each of the first N.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
         let (frame, options) = (&self.frame, &self.options);
         let mut samples = self.gathered.samples.clone();
@@ -50,8 +51,9 @@ impl Session {
         features
     }
 
-    /// The columns of some variables. [`Aov::Variance`] needs [`super::Options::variance`], and is
-    /// infinite without.
+    /// The columns of some variables, one after another: one for a number, three for a colour or a vector. Their
+    /// values go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`],
+    /// and is infinite without. All but [`Aov::Samples`] and [`Aov::Variance`] trace camera rays once more.
     pub fn channels(&self, aovs: &[Aov]) -> Vec<Channel> {
         let geometric = aovs.iter().any(|aov| !aov.is_of_film());
         let features = if geometric { self.features() } else { Vec::new() };

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 
-/// Samples of a film and which these are: all that a rendering needs to be gone on with.
+/// Samples of a film and which ones they are: all that is needed to go on with a rendering.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gathered {
     /// The sums.
@@ -15,11 +15,11 @@ pub struct Gathered {
     pub samples: SampleRanges,
     /// Those of a pass that is under way.
     pub pass: Option<Pass>,
-    /// Rays that the first samples of each block have taken, where blocks get as many as they are worth: see
+    /// How many rays the first samples of each block took, if blocks get as many samples as they are worth: see
     /// `render::adaptive`.
     pub rays: Option<Vec<u64>>,
-    /// How many samples blocks get, where that was decided beforehand. `samples` are then those that the pixels have
-    /// which get them.
+    /// How many samples blocks get, if that was decided beforehand. `samples` are then those that all pixels have
+    /// which are to get them.
     pub allocation: Option<Allocation>,
 }
 
@@ -37,12 +37,12 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// None of the tiles has the samples.
+    /// A pass of which no tile is done.
     pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
         Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()], blocks: None }
     }
 
-    /// What of a tile is rendered: all of it, or those of its blocks that get samples, with their numbers.
+    /// The parts of a tile that are rendered: all of it, or those of its blocks that get samples, with their numbers.
     pub(super) fn parts(&self, region: Region, tile: Region, by_block: bool) -> Vec<(Option<usize>, Region)> {
         if !by_block {
             return vec![(None, tile)];
@@ -71,7 +71,7 @@ impl Gathered {
         }
     }
 
-    /// Adds what has been gathered elsewhere of the same pixels, where both have samples of their own.
+    /// Adds what was gathered elsewhere for the same pixels, of other samples.
     pub fn merge(&mut self, other: &Gathered) {
         self.film.merge(&other.film);
         if let (Some(moments), Some(more)) = (&mut self.moments, &other.moments) {

@@ -28,8 +28,8 @@ pub struct Span {
 }
 
 impl Session {
-    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look`
-    /// is told what happens. The session's own film stays as it is; returned is the last tile's.
+    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look` is told what
+    /// happens. Returns the film of the last tile; the session's own film stays as it is.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
         let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);

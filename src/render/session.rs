@@ -14,28 +14,29 @@ use crate::integrator::{Frame, Statistics, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
-/// Paths of a wave unless told otherwise. Measured: 256 to 16,384 are equal, 65,536 is up to 1.28 times slower.
+/// How many paths a wave has unless told otherwise. Measured: 256 to 16,384 are equally fast, 65,536 is up to 1.28
+/// times slower.
 pub const DEFAULT_WAVE: usize = 4096;
 
-/// Samples of a pass of [`Session::finish`].
+/// How many samples a pass of [`Session::finish`] has.
 const PASS: u32 = 16;
 
-/// How to render what the settings say. None of it can be seen in the image, but for the region.
+/// How to render what the settings say. Apart from the region, none of this changes the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// In which order rays are traced.
     pub schedule: Schedule,
-    /// Paths of a wave.
+    /// How many paths a wave of the wavefront schedule has, at least 1.
     pub wave: usize,
     /// In which order a wave's hits are shaded.
     pub sorting: Sorting,
-    /// Instruction set.
+    /// Which instruction set; the widest one by default.
     pub level: Level,
-    /// The part of the image to render; all of it when absent. Must lie within it.
+    /// The part of the image to render, in pixels; `None` for all of it. What lies outside the image is left out.
     pub region: Option<Region>,
-    /// Width and height of a tile in pixels.
+    /// Width and height of a tile in pixels, at least 1. Where pixels share paths, the next multiple of 16.
     pub tile: u32,
-    /// Whether the variance of pixels is wanted, for which samples are rendered one by one.
+    /// Whether the variance of pixels is wanted, for which samples are rendered one by one, which takes longer.
     pub variance: bool,
 }
 
@@ -53,7 +54,16 @@ impl Default for Options {
     }
 }
 
-/// A rendering under way: [`Session::advance`] until done, or until the caller has enough.
+impl Options {
+    /// The part of an image that is rendered.
+    fn region_of(&self, [width, height]: [u32; 2]) -> Region {
+        let Region { x0, y0, x1, y1 } = self.region.unwrap_or(Region::whole([width, height]));
+        let (x1, y1) = (x1.min(width), y1.min(height));
+        Region { x0: x0.min(x1), y0: y0.min(y1), x1, y1 }
+    }
+}
+
+/// A rendering under way. Call [`Session::finish`], or [`Session::advance`] until it is done or you have enough.
 pub struct Session {
     pub(super) frame: Arc<Frame>,
     pub(super) options: Options,
@@ -82,7 +92,13 @@ pub struct Progress<'a> {
 pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
 
 impl Session {
-    /// Gets ready. Workers make their buffers when they begin their first tile and keep them.
+    /// Gets ready to render a scene. Of the settings, only those count that say how to render: `size`, `samples`,
+    /// `seed`, `transport`, depths, filters and patterns, `sampler`, `sharing`, `adaptive`. They need not be those of
+    /// the world that was compiled: its `ambient`, `background`, `build_quality` and `copied_triangles` are in the
+    /// scene, and tone curve and exposure count only when an image is saved. A size or count outside its range counts
+    /// as the nearest one within.
+    ///
+    /// Workers allocate their buffers when they begin their first tile, and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
         Self::of(Arc::new(Frame::new(scene, settings)), settings.samples, options)
     }
@@ -90,7 +106,7 @@ impl Session {
     /// For a frame that is rendered several times, in several ways.
     #[doc(hidden)]
     pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
-        let region = options.region.unwrap_or(Region::whole(frame.size));
+        let (region, samples) = (options.region_of(frame.size), samples.min(Settings::MOST_SAMPLES));
         Self {
             gathered: Gathered::nothing(region, frame.unit, options.variance),
             frame,
@@ -109,14 +125,14 @@ impl Session {
         Self { wanted: samples, ..self }
     }
 
-    /// With what was decided beforehand about how many samples blocks get; none: it is decided here, if at all.
+    /// With what was decided beforehand about how many samples blocks get; with `None` it is decided here, if at all.
     pub(crate) fn with_allocation(mut self, allocation: Option<Allocation>) -> Self {
         self.gathered.allocation = allocation;
         self
     }
 
-    /// Goes on with what has been gathered of the same region before; false, and nothing is changed, if it
-    /// is none that this frame could have.
+    /// Goes on with what was gathered for the same region before. Returns false, and changes nothing, if this frame
+    /// cannot have gathered it.
     #[doc(hidden)]
     pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
         let (old, new) = (&self.gathered, &gathered);
@@ -161,15 +177,15 @@ impl Session {
         }
     }
 
-    /// Whether it is still to be decided how many samples blocks get.
+    /// Whether it has still to be decided how many samples blocks get.
     fn needs_allocation(&self) -> bool {
         let is_enough = self.total >= 2 * adaptive::PILOT;
         let is_wanted = self.frame.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
         is_wanted && self.gathered.allocation.is_none()
     }
 
-    /// Decides how many samples blocks get, where that is wanted beforehand and not known yet; false if it was
-    /// stopped.
+    /// Decides how many samples blocks get, if that has to be known beforehand and is not known yet. Returns false if
+    /// it was stopped.
     pub(crate) fn allocate(&mut self, stop: &AtomicBool, progress: OnProgress) -> bool {
         if !self.needs_allocation() {
             return true;
@@ -200,7 +216,7 @@ impl Session {
         let (region, size) = (self.gathered.film.region(), self.tile_size());
         if let Some(allocation) = &self.gathered.allocation {
             let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
-            // As many at once as there are: a few samples of a few blocks would fill no wave.
+            // As many at once as possible: a few samples of a few blocks would not fill a wave.
             let samples = allocation.first_round(next);
             let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
             return Some(Pass { blocks, ..Pass::new(samples, size, region) });
@@ -218,19 +234,21 @@ impl Session {
         Some(Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) })
     }
 
-    /// How many samples there are on average, where they come in rounds.
+    /// The average number of samples, if they come in rounds.
     fn rounds(&self) -> Option<u32> {
         let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
         (self.frame.adaptive == Adaptive::On && is_whole).then_some(self.total)
     }
 
-    /// Renders the next `count` samples of every pixel, at most those that are left; or finishes the pass
-    /// that was under way.
+    /// Renders the next `count` samples of every pixel, or as many as are left; or finishes the pass that was under
+    /// way. With adaptive sampling, once blocks get different numbers, it renders the next round instead. Uses all
+    /// threads of the rayon pool that it is called from: see [`on_threads`].
     pub fn advance(&mut self, count: u32) {
         self.advance_until(count, &AtomicBool::new(false), &|_| ());
     }
 
-    /// Renders all that is left, and says now and then which part of it is done, from 0 to 1; from any thread.
+    /// Renders all that is left. After each tile it calls `progress`, from any thread, with the part that is done,
+    /// from 0 to 1.
     ///
     /// ```no_run
     /// # fn show(session: &mut rayfront::render::Session) {
@@ -241,9 +259,20 @@ impl Session {
         self.finish_until(&AtomicBool::new(false), progress);
     }
 
-    /// The same, but ends soon once `stop` is set; true if nothing is left. What has been rendered until then is in
-    /// the film, in which some pixels may have up to 16 samples more than others.
+    /// The same, but ends soon after `stop` is set; returns true if nothing is left. What has been rendered until
+    /// then is in the film, in which some pixels may have more samples than others: up to 16, or with adaptive
+    /// sampling up to a round.
     pub fn finish_until(&mut self, stop: &AtomicBool, progress: impl Fn(f32) + Sync) -> bool {
+        self.finish_while(stop, progress, |_| true)
+    }
+
+    /// The same, but goes on after a pass only while `wants_more` of what there is.
+    pub(crate) fn finish_while(
+        &mut self,
+        stop: &AtomicBool,
+        progress: impl Fn(f32) + Sync,
+        wants_more: impl Fn(&Session) -> bool,
+    ) -> bool {
         let area = self.film().region().area() as f32;
         let before = self.film().samples_per_pixel();
         let all = (area * (self.total as f32 - before as f32)).max(1.0);
@@ -253,12 +282,15 @@ impl Session {
                 let samples = done.fetch_add(tile.samples, Ordering::Relaxed) + tile.samples;
                 progress((samples as f32 / all).min(1.0));
             });
+            if !wants_more(self) {
+                break;
+            }
         }
         self.is_done()
     }
 
-    /// The same as [`Session::advance`], but starts no further tile once `stop` is set. The film then holds more samples in some
-    /// pixels than in others, and [`Gathered::pass`] says where.
+    /// The same as [`Session::advance`], but starts no further tile once `stop` is set. The film then holds more
+    /// samples in some pixels than in others, and [`Gathered::pass`] says where.
     #[doc(hidden)]
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
         if !self.allocate(stop, progress) {
@@ -323,7 +355,7 @@ impl Session {
         });
         if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
             self.gathered.pass = None;
-            // Rounds that follow each other are known by their counts.
+            // Which rounds are done is known by the film's counts.
             if all || self.gathered.allocation.is_some() {
                 self.gathered.samples.insert(samples);
             }
@@ -348,11 +380,11 @@ impl Session {
 
     fn tile_size(&self) -> u32 {
         let tile = self.options.tile.max(1);
-        // What shares paths is not cut.
+        // A block that shares paths is not cut.
         if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
     }
 
-    /// What has been gathered so far.
+    /// What has been gathered so far; its region is the one that is rendered.
     pub fn film(&self) -> &Film {
         &self.gathered.film
     }
@@ -379,7 +411,7 @@ impl Session {
         &self.frame.scene
     }
 
-    /// Samples that every pixel has, and how many there were to be.
+    /// How many samples every pixel has, and how many there are to be.
     pub fn samples_done(&self) -> (u32, u32) {
         let wanted = self.wanted();
         let count = wanted.len() as u32;
@@ -387,7 +419,7 @@ impl Session {
     }
 }
 
-/// A film for each sample is what tells samples apart that arrive in several parts.
+/// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together.
 fn one_by_one(
     worker: &mut Worker,
     frame: &Frame,
@@ -409,12 +441,17 @@ fn one_by_one(
 /// More threads are of no use to anybody.
 const MOST_THREADS: usize = 1024;
 
-/// Does something on as many threads, 0 for one for each core; sessions in it use all of them.
+/// Does something on `threads` threads, at most 1,024; 0 stands for one for each core. Sessions in it use all of
+/// them.
+///
+/// # Errors
+///
+/// [`ThreadError`] if there are to be more than 1,024 threads, or if the system gives no more.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
     Ok(thread_pool(threads)?.install(work))
 }
 
-/// As many threads, 0 for one for each core.
+/// A pool of `threads` threads; 0 stands for one for each core.
 pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
     if threads > MOST_THREADS {
         return Err(ThreadError { threads, reason: format!("more than {MOST_THREADS} are of no use") });
@@ -423,7 +460,7 @@ pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
     pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
 }
 
-/// The system gives no more threads.
+/// Threads could not be started: there are to be too many, or the system gives no more.
 #[derive(Debug)]
 pub struct ThreadError {
     threads: usize,

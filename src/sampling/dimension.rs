@@ -14,23 +14,23 @@ pub enum Dimension {
     Pixel = 0,
     /// The place on the lens: two numbers and the order of the strata.
     Lens = 3,
-    /// The wavelength of light that is split up: which colour, and where in its band. The same at all
-    /// bounces. As the place in the pixel.
+    /// The wavelength of light that is split up: which colour, and where in its band; the same at all bounces.
+    /// Numbers as for the place in the pixel.
     Wavelength = 6,
     /// Of a bounce: which light, and the place on it. Lights and their samples are told apart by
     /// `Key::fork`.
     Light = 16,
-    /// Of a bounce: the bits of the place on a light that the choice of the light has used up. One number
+    /// Of a bounce: new bits for the place on a light, for those that the choice of the light has used up. One number
     /// and the order of the strata.
     LightBits = 19,
-    /// Of a bounce: which of a surface's lobes scatters light, and in which direction. As the place in the
-    /// pixel.
+    /// Of a bounce: which of a surface's lobes scatters light, and in which direction. Numbers as for the place in
+    /// the pixel.
     Scatter = 21,
-    /// Of a bounce: whether a microfacet reflects it or lets it through. As those bits.
+    /// Of a bounce: whether a microfacet reflects it or lets it through. Numbers as for [`Dimension::LightBits`].
     Through = 24,
-    /// Of a bounce: whether the path goes on. As those bits.
+    /// Of a bounce: whether the path goes on. Numbers as for [`Dimension::LightBits`].
     Roulette = 26,
-    /// Of a bounce: whether a surface is there for the path, by its alpha. As those bits.
+    /// Of a bounce: whether a surface is there for the path, by its alpha. Numbers as for [`Dimension::LightBits`].
     Alpha = 28,
     /// Of a bounce: the same for rays to lights.
     ShadowAlpha = 30,

@@ -3,10 +3,10 @@
 
 use crate::math::hash::Key;
 use crate::simd::{Float, Int, Mask};
-use crate::world::Pattern;
+use crate::world::{Pattern, Settings};
 
 /// The most points that a stratified pattern may have: cell numbers must be exact as floats.
-pub const MAX_STRATA: u32 = 1 << 22;
+pub const MAX_STRATA: u32 = Settings::MOST_SAMPLES;
 
 /// A grid with at least N cells, as square as it gets.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,10 @@
-//! Points of Sobol's sequence, scrambled after Owen: every power-of-two block of them is
-//! stratified at every scale, and each seed gives others.
+//! Points of Sobol's sequence, scrambled after Owen: every power-of-two block of them is stratified at every scale,
+//! and each seed gives other points.
 //!
-//! Scrambling is by hash (Laine and Karras 2011; Burley, "Practical hash-based Owen scrambling",
-//! JCGT 2020): a hash in which every bit depends on lower ones alone is a nested uniform
-//! scramble of the bits in reverse. All but the ends is therefore done on reversed bits, where
-//! Sobol's two dimensions are cheap, too: the first is the (shuffled) index itself, the second
-//! is the index with Pascal's triangle modulo two applied, five steps.
+//! Scrambling is by hash (Laine and Karras 2011; Burley, "Practical hash-based Owen scrambling", JCGT 2020): a hash
+//! in which every bit depends on lower ones alone is a nested uniform scramble of the bits in reverse. So everything
+//! but the first and the last step works on reversed bits. Sobol's two dimensions are cheap there, too: the first is
+//! the (shuffled) index itself, the second is the index with Pascal's triangle modulo two applied, in five steps.
 //!
 //! A pair takes about 100 integer operations: four reversals of 7, three scrambles of 10,
 //! three hashes of 9, the triangle's 14 and the conversion.

@@ -2,8 +2,8 @@
 //! sums. An alias table would answer in constant time, but it scatters its numbers: a search
 //! keeps their order, so that points stratified in the square stay stratified over the cells.
 //!
-//! Cumulative sums are whole multiples of 2⁻²⁴, as random numbers are: the probability that is
-//! told is the one with which a cell is found, and a cell of any weight above zero has one.
+//! Cumulative sums are whole multiples of 2⁻²⁴, as random numbers are: the reported probability is exactly that with
+//! which a cell is found, and every cell with a weight above zero has one.
 
 use crate::simd::{Float, Int};
 
@@ -11,12 +11,12 @@ use crate::simd::{Float, Int};
 const QUANTUM: f64 = 1.0 / 16_777_216.0;
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-/// More entries than this could have no quantum each.
+/// With more entries than this, there might not be a quantum for each.
 const MAX_ENTRIES: usize = 1 << 23;
 
-/// A density over the unit square: bilinear between nodes, so that it follows a picture that is blended
-/// between its texels. From its left to its right edge it goes on; at its lower and upper edge, where a
-/// picture of all directions has its poles, it falls to zero.
+/// A density over the unit square: bilinear between nodes, so that it follows a picture that is blended between its
+/// texels. Its left and right edges are joined; at its lower and upper edge, where a picture of all directions has
+/// its poles, it falls to zero.
 ///
 /// A cell lies between four nodes; those of the first and the last row are half as high.
 #[derive(Clone, Debug)]
@@ -227,7 +227,7 @@ where
 struct Found<F: Float> {
     index: F::Int,
     probability: F,
-    /// Where between the ends of its part of the unit interval.
+    /// The place between the ends of its part of the unit interval.
     rest: F,
 }
 

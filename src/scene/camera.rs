@@ -24,7 +24,7 @@ pub struct Camera {
 pub struct Aperture {
     /// How much light comes through where, over a square a little larger than that around the lens.
     pub table: Distribution2d,
-    /// Across and down, so many times as large.
+    /// How many times as large it is, across and down.
     pub scale: [f32; 2],
 }
 
@@ -44,7 +44,7 @@ pub enum Projection {
         lens_radius: f32,
         /// Along the axis, in metres.
         focus_distance: f32,
-        /// Of a pixel's samples over the lens.
+        /// How a pixel's samples are spread over the lens.
         pattern: Pattern,
     },
     /// Parallel.

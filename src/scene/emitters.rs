@@ -19,8 +19,8 @@ pub mod kind {
     pub const DIRECTIONAL: u32 = 5;
     /// All around.
     pub const ENVIRONMENT: u32 = 6;
-    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 over the profile's mean at 9, the
-    /// mean intensity at 10.
+    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 over the profile's mean at 9,
+    /// the mean intensity at 10.
     pub const PHOTOMETRIC: u32 = 7;
 }
 
@@ -41,7 +41,7 @@ pub mod flag {
     pub const COVERED: u32 = 16;
 }
 
-/// Columns by emitter. What is all around comes last, if it is one.
+/// Columns by emitter. What shines from all around comes last, if that is an emitter.
 #[derive(Debug, Default)]
 pub struct Emitters {
     /// See [`kind`].
@@ -57,9 +57,8 @@ pub struct Emitters {
     /// The surface's primitive, the first of two that make one emitter; of a light its index among
     /// the scene's.
     pub primitive: Vec<u32>,
-    /// The emitter of a triangle's or sphere's (behind the triangles) surface in world space, or
-    /// [`NONE`]; behind these, for meshes with instances, which of an instance's
-    /// emitters a triangle is. Empty if there is none.
+    /// For the triangles in world space, then for the spheres, the emitter of the surface, or [`NONE`]. Behind these,
+    /// for the triangles of meshes with instances, which of an instance's emitters it is. Empty if no surface shines.
     pub of_primitive: Vec<u32>,
     /// For each instance its first emitter, or [`NONE`] if it has none. Empty if none has any, as
     /// the next.
@@ -67,7 +66,7 @@ pub struct Emitters {
     /// For each instance what is added (wrapping) to its triangles' numbers to find them in
     /// [`Emitters::of_primitive`].
     pub instance_places: Vec<u32>,
-    /// By what each may bring to a point.
+    /// Emitters are chosen in it by what each may contribute at a point.
     pub tree: LightTree,
 }
 

@@ -38,8 +38,8 @@ pub struct Geometry {
     pub world_spheres: u32,
     /// Where the triangles and spheres of each subtree with instances begin and end.
     pub subtrees: Vec<[[u32; 2]; 2]>,
-    /// Of each instance the rows of its matrices: to world, with what is added to points that are turned (12), and to
-    /// local, with what is taken away from points before they are turned (12).
+    /// For each instance the rows of its matrices: to world, with what is added to points after they are turned (12
+    /// floats), and to local, with what is subtracted from points before they are turned (12 floats).
     pub instances: Vec<[f32; 24]>,
     /// 1, or −1 for instances whose transforms turn counter-clockwise into clockwise.
     pub instance_signs: Vec<f32>,
@@ -180,7 +180,7 @@ impl Geometry {
     }
 }
 
-/// Whether columns are the same to the bit: a zero's sign counts, and so does what is no number.
+/// Whether columns are the same to the bit: the sign of a zero counts, and so does NaN.
 fn same_bits<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> bool {
     let pairs = || a.as_flattened().iter().zip(b.as_flattened());
     a.len() == b.len() && pairs().all(|(a, b)| a.to_bits() == b.to_bits())

@@ -77,7 +77,7 @@ pub struct NormalParam {
 pub struct BumpParam {
     /// Where they are looked up, as stored.
     pub heights: ScalarParam,
-    /// Of 1 above 0, m.
+    /// How much higher 1 is than 0, in metres.
     pub metres: f32,
 }
 
@@ -96,7 +96,7 @@ impl Medium {
     /// Does nothing to light.
     pub const CLEAR: Medium = Medium { extinction: [0.0; 3], albedo: [0.0; 3], anisotropy: 0.0 };
 
-    /// Whether light takes notice of it.
+    /// Whether it does nothing to light.
     pub fn is_clear(&self) -> bool {
         self.extinction == [0.0; 3]
     }
@@ -206,7 +206,7 @@ pub struct Material {
     pub sheen_color: ColorParam,
     /// Perceptual.
     pub sheen_roughness: ScalarParam,
-    /// 0 round to 1.
+    /// From 0, round, to 1.
     pub anisotropy: f32,
     /// Cosine and sine of the angle from the tangent.
     pub anisotropy_direction: [f32; 2],
@@ -221,7 +221,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// From where a surface of it is there for the tree, whose triangles a transform may have mirrored.
+    /// From which side a surface of it is there, as the tree sees it: a transform may have mirrored the tree's
+    /// triangles.
     pub fn presence(&self, mirrored: bool) -> Presence {
         match (self.coverage, self.shows(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
@@ -238,7 +239,7 @@ impl Material {
 
     /// Whether it reflects like a mirror, however blurred.
     pub fn is_specular(&self) -> bool {
-        // What is black seen from the front has its rim still: F90 is `specular` alone.
+        // What is black when seen straight on still has its rim: F90 is `specular` alone.
         let dielectric = self.f0 > 0.0 && !self.specular.is_zero();
         dielectric || !self.metallic.is_zero()
     }

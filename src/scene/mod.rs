@@ -29,8 +29,8 @@ use crate::math::{Aabb, Ray, Rgb, Vec3, Vector};
 use crate::simd::Level;
 use emitters::kind;
 
-/// All that rendering needs to know of a world.
-/// What is large is behind pointers: the same scene through another camera is a few copies of these.
+/// All that rendering needs to know of a world: what [`crate::compile::compile`] makes and
+/// [`crate::render::Session::new`] takes. Large parts are behind pointers, so that clones are cheap.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     /// What is looked through.
@@ -62,7 +62,7 @@ pub struct CompiledScene {
     pub(crate) ambient: Rgb,
     /// Around everything that can be hit.
     pub(crate) bounds: Aabb,
-    /// What compilation noticed that is no error, one line each.
+    /// What the loader and the compiler noticed that is not an error, one line each.
     pub warnings: Vec<String>,
 }
 
@@ -104,7 +104,7 @@ impl Memory {
 }
 
 impl CompiledScene {
-    /// About the radiance of the brightest thing that can be seen, and what surfaces are lit by: both in
+    /// About the radiance of the brightest thing that can be seen, and of what surfaces are lit by: both grow in
     /// proportion to all light that there is.
     pub(crate) fn levels(&self) -> (f32, f32) {
         let far = self.bounds.size().length().max(1e-6);
@@ -166,7 +166,7 @@ impl CompiledScene {
         nearest
     }
 
-    /// The first of its parts in which it differs from another scene, to the last bit. Takes its time.
+    /// The first of its parts in which it differs from another scene, to the last bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
         fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
@@ -174,7 +174,7 @@ impl CompiledScene {
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
                 ("geometry", &of.geometry),
-                // What building took is no part of it.
+                // What building took is not part of it.
                 ("the tree's nodes", &of.bvh.nodes),
                 ("their orders", &of.bvh.orders),
                 ("its triangles", &of.bvh.triangles),

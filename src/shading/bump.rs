@@ -19,7 +19,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         let levels = &self.tables.textures.levels;
         let first = sampled.first_level as usize;
         let size = [levels.width[first], levels.height[first]];
-        // From texel to texel, or across what the ray covers.
+        // From texel to texel, or across the ray's footprint if that is larger.
         let [a, b] = self.at.footprint[set].axes;
         let half = F::splat(0.5);
         let du = (a.0.abs().max(b.0.abs()) * half).max(F::splat(texel(sampled.matrix, 0, size)));

@@ -15,7 +15,7 @@ pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
     }
 }
 
-/// The point of a lens of radius 1 that one of the unit square stands for.
+/// The point of a lens of radius 1 for a point of the unit square.
 #[inline(always)]
 pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
     let Some(Aperture { table, scale: [across, down] }) = aperture else {

@@ -1,4 +1,4 @@
-//! What Whitted's transport asks of a surface: the classic parameters where textures have been looked up.
+//! What Whitted's transport needs to know about a surface: the classic parameters after texture lookups.
 
 use super::blinn_phong::BlinnPhong;
 use super::details::vertex_color;
@@ -9,10 +9,10 @@ use crate::math::{Color, Vector};
 use crate::scene::CompiledScene;
 use crate::simd::{Float, Int, Mask};
 
-/// Lanes of any materials.
+/// Lanes may have different materials.
 #[derive(Clone, Copy)]
 pub struct Shaded<F: Float> {
-    /// How it answers light.
+    /// How it reflects light.
     pub model: BlinnPhong<F>,
     /// Weight of the mirror image.
     pub kr: Color<F>,
@@ -27,8 +27,8 @@ pub struct Shaded<F: Float> {
 }
 
 impl<F: Float> Shaded<F> {
-    /// Looks surfaces up that rays along `direction` have hit, `width` metres wide there: material by
-    /// material, as rays that run side by side have mostly hit the same.
+    /// Looks up surfaces that rays along `direction` have hit, `width` metres wide there. It goes material by
+    /// material, because neighbouring rays mostly hit the same one.
     #[inline(always)]
     pub fn new(
         scene: &CompiledScene,

@@ -187,7 +187,7 @@ fn round_gradients<F: Float>(
         gradients[2] = Vector::select(placed, back.apply_transposed(axes[2]), axes[2]);
     }
     let (x, z) = (axes[0].dot(normal), axes[2].dot(normal));
-    // u is half a turn more than atan2(−z, x), v is acos(y) in half turns.
+    // u is atan2(−z, x) plus half a turn, v is acos(y) in half turns.
     let flat = (x * x + z * z).max(F::splat(1e-12));
     let u = (gradients[0] * z - gradients[2] * x) * (per_metre * F::splat(0.5 / PI) / flat);
     let v = -gradients[1] * (per_metre * F::splat(1.0 / PI) / flat.sqrt());
@@ -323,7 +323,7 @@ fn given_tangents<F: Float>(
     (sum, F::select(sign.lt(F::zero()), -F::one(), F::one()))
 }
 
-/// Along growing u, and on which side v grows.
+/// The direction of growing u, and the side on which v grows.
 #[inline(always)]
 fn derived_tangents<F: Float>(
     geometry: &Geometry,
@@ -435,7 +435,7 @@ mod tests {
     #[test]
     fn frames_follow_growing_u_and_the_top_of_the_picture() {
         axes(&frame(&triangle(UPRIGHT, PART), false), [X, Y, Z]);
-        // Seen from behind z alone is turned over.
+        // From behind, only z is reversed.
         axes(&frame(&triangle(UPRIGHT, PART), true), [X, Y, minus(Z)]);
         let upside_down = UPRIGHT.map(|[u, v]| [u, 1.0 - v]);
         axes(&frame(&triangle(upside_down, PART), false), [X, minus(Y), Z]);
@@ -478,7 +478,7 @@ mod tests {
         geometry.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
         geometry.instance_signs = vec![1.0];
         axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, minus(X), Z]);
-        // A mirror turns the bitangent over.
+        // A mirrored instance reverses the bitangent.
         geometry.instance_signs = vec![-1.0];
         axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, X, Z]);
     }
@@ -526,7 +526,7 @@ mod tests {
         close(footprint(&bare, NONE, slanted), [(0.0, 0.0); 2]);
     }
 
-    /// Rays that begin beside each other hit texture coordinates that differ by what footprints say.
+    /// Rays that begin next to each other hit texture coordinates that differ by what footprints say.
     #[test]
     fn footprints_are_the_differences_of_neighbours() {
         let mut geometry = triangle(UPRIGHT.map(|[u, v]| [3.0 * u + v, 0.5 * v - u]), PART);
@@ -596,7 +596,7 @@ mod tests {
         let at = point_coordinates(&geometry, &middle(NONE), (0.0, 0.0), true);
         assert_eq!((at.uv, at.footprint[0].axes), ([(0.25, 0.75), (1.0, 2.0)], [(0.0, 0.0); 2]));
         assert!((alpha(&geometry, &middle(NONE), true) - 0.3).abs() < 1e-6);
-        // Where there is no second set the first one stands for it, and no alpha is all.
+        // If there is no second set, the first one is used; without alphas, alpha is 1.
         let plain = triangle(UPRIGHT, PART);
         let at = coordinates(&plain, &middle(NONE), &seen(false), down, 0.0, true);
         assert_eq!(at.uv, [(0.25, 0.75); 2]);

@@ -31,8 +31,7 @@ pub struct EmitterSample<F: Float> {
     pub shared: F::Mask,
 }
 
-/// Shadow rays end before their light by this part of the way, so that a light's own surface
-/// is not in it.
+/// Shadow rays end at this fraction of the way to their light, so that the light's own surface does not block them.
 pub const SHADOW_END: f32 = 1.0 - 1.0 / 8192.0;
 
 /// A point of an emitter from a point of the unit square.
@@ -120,7 +119,8 @@ pub fn sample<F: Float>(
     out
 }
 
-/// A point of one of the lights that are entities, for all lanes. Patterns of points lie on the light itself.
+/// A point of one of the lights that are entities, the same light in all lanes. Point patterns lie on the light
+/// itself.
 #[inline(always)]
 pub fn sample_light<F: Float>(
     scene: &CompiledScene,
@@ -153,7 +153,7 @@ pub fn of_hit<F: Float>(scene: &CompiledScene, hit: &HitLanes<F>, mask: F::Mask)
     if table.of_primitive.is_empty() {
         return none;
     }
-    // Spheres come behind the triangles.
+    // Spheres come after the triangles.
     let sphere = F::Int::splat(SPHERE);
     let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0));
     let behind = (hit.primitive ^ sphere) + F::Int::splat(scene.geometry.world_triangles);
@@ -271,7 +271,7 @@ fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
     !(flags & I::splat(bit)).eq(I::splat(0))
 }
 
-/// The part of a parallelogram that a triangle takes up, or a disc within it.
+/// The part of a parallelogram that is covered by its triangle, or by its disc.
 #[inline(always)]
 fn part_of<F: Float>(triangle: F::Mask, disc: F::Mask) -> F {
     let rest = F::select(disc, F::splat(std::f32::consts::FRAC_PI_4), F::one());
@@ -285,19 +285,19 @@ fn planar_pdf<F: Float>(cross: Vector<F>, part: F, direction: Vector<F>, distanc
     distance * distance / seen.max(F::splat(1e-30))
 }
 
-/// Whether a triangle or a parallelogram, seen from its corner's other end, is sampled by solid angle: its edges
-/// take up a fifth of the way to it or more. Farther ones are alike all over, and cheaper by area.
+/// Whether a triangle or a parallelogram, seen from the other end of `corner`, is sampled by solid angle: its edges
+/// are at least a fifth as long as the distance to it. Farther ones look nearly uniform, and are cheaper by area.
 #[inline(always)]
 fn is_near<F: Float>(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>) -> F::Mask {
     let middle = corner + (e1 + e2) * F::splat(0.5);
     (e1.dot(e1) + e2.dot(e2)).gt(middle.dot(middle) * F::splat(0.04))
 }
 
-/// What points are uniform by.
+/// The measure in which points are uniform.
 #[derive(Clone, Copy)]
 enum Measure {
     Area,
-    /// Where it is near.
+    /// For those that are near.
     SolidAngle,
 }
 
@@ -388,7 +388,7 @@ pub fn lane<I: Int>(values: I, mask: I::Mask) -> u32 {
     lanes[(mask.bits().trailing_zeros() & 15) as usize]
 }
 
-/// 1 − cosine of the angle that a sphere takes up, and that cosine; all around from within.
+/// 1 − cosine of the angle that a sphere subtends, and that cosine; from within it is all around.
 #[inline(always)]
 fn cone<F: Float>(way: Vector<F>, radius: F) -> (F, F) {
     let square = way.dot(way);
@@ -449,7 +449,7 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
 }
 
-/// What a lamp's profile says of the direction away from it, over its mean, profile by profile.
+/// A lamp's profile in the direction away from it, relative to its mean; profile by profile.
 #[inline(always)]
 fn photometric_part<F: Float>(
     textures: &Textures,

@@ -57,7 +57,7 @@ fn panorama_radiance<F: Float>(panorama: &Panorama, direction: Vector<F>, mask: 
     upper.mix(lower, wy) * Color::splat(panorama.factor)
 }
 
-/// A column within the picture.
+/// Wraps a column into the picture.
 #[inline(always)]
 fn around<F: Float>(column: F, width: F) -> F {
     let folded = column - (column / width).floor() * width;

@@ -1,5 +1,5 @@
-//! Where the surface faces from which a light is looked for: its normal in one word, which a path takes along to say
-//! later how a light that it has found would have been chosen.
+//! The way that a surface faces when a light is chosen for it: its normal in one word. A path carries it along to
+//! tell later with what probability a light that it has found would have been chosen.
 
 use super::light_tree::Angle;
 use crate::math::{NONE, Vector};
@@ -9,10 +9,10 @@ use crate::simd::{Float, Int};
 const STEPS_X: f32 = 65_534.0;
 /// Steps of its second one: 15 bits.
 const STEPS_Y: f32 = 32_767.0;
-/// Bit of what lets light through.
+/// The bit for surfaces that let light through.
 const BOTH: u32 = 1 << 31;
 
-/// A normal that has been made out again.
+/// A normal, decoded.
 pub(super) struct Facing<F: Float> {
     normal: Vector<F>,
     /// Lit from both sides.

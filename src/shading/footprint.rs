@@ -1,4 +1,4 @@
-//! How large a ray's cone is where it meets a surface, and what of a texture lies within.
+//! How large a ray's cone is where it meets a surface, and which part of a texture lies within.
 
 use super::principled::basis::Basis;
 use super::surface::unit_or;
@@ -6,9 +6,9 @@ use crate::math::Vector;
 use crate::math::elementary::log2;
 use crate::simd::Float;
 
-/// At most so many lookups along the longer axis; beyond, a footprint becomes wider.
+/// The most lookups along the longer axis; a longer footprint is made wider instead.
 const MOST_TAPS: f32 = 16.0;
-/// Seen at a flatter angle than this cosine footprints grow no longer.
+/// At angles flatter than this cosine, footprints stop growing.
 const FLATTEST: f32 = 0.01;
 /// Cones with a larger angle are those of blurred light. What they see needs no second axis, which would take
 /// a sixth of the time of some scenes.
@@ -28,7 +28,7 @@ impl<F: Float> Footprint<F> {
         Self { axes: [(F::zero(), F::zero()); 2] }
     }
 
-    /// Of diameters on a surface along which texture coordinates change like this for each metre.
+    /// For diameters on a surface along which texture coordinates change by `u` and `v` per metre.
     #[inline(always)]
     pub fn new(diameters: &[Vector<F>; 2], u: Vector<F>, v: Vector<F>) -> Self {
         let [a, b] = diameters;

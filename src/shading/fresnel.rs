@@ -14,7 +14,7 @@ pub fn reflect<F: Float>(direction: Vector<F>, normal: Vector<F>) -> Vector<F> {
 pub struct Boundary<F> {
     /// Part of the light that is reflected, 0 to 1; 1 under total internal reflection.
     pub reflectance: F,
-    /// Unit direction of what passes; of no meaning where nothing does.
+    /// Unit direction of the transmitted light; meaningless if there is none.
     pub refracted: Vector<F>,
 }
 

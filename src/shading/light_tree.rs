@@ -5,9 +5,9 @@
 //! rounding, and small factors are cut off below. Lights behind a surface that lets nothing through bring
 //! nothing.
 //!
-//! What is far away is chosen by the irradiance that it brings, among all of that. Whether it is that or what is
-//! somewhere is decided by the roots of both irradiances: one of both may well be hidden, as the sun is
-//! from most of a room.
+//! Distant lights are chosen among each other by the irradiance that they bring. The choice between them and the
+//! local lights goes by the square roots of both irradiances: one of them may well be hidden, as the sun is from most
+//! of a room.
 
 use super::facing::Facing;
 use crate::math::Vector;
@@ -21,14 +21,14 @@ const MARGIN: f32 = 1.0 / 1024.0;
 const LEAST_COSINE: f32 = 1.0 / 64.0;
 /// See [`LEAST_COSINE`].
 const RAREST: f32 = 1.0 / 1024.0;
-/// Below any distance's square that matters.
+/// Below the square of any distance that matters.
 const NEAREST: f32 = 1e-24;
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// A light for a point of a surface, its probability, and what of the random number `u` is left,
-/// in [0, 1) again. A probability of zero: no light, where `mask` is not set or no light of the part of the tree
-/// that `u` led to can reach the point.
+/// A light for a point of a surface, its probability, and the rest of the random number `u`, again in [0, 1). A
+/// probability of zero means no light: `mask` is not set, or no light in the part of the tree that `u` led to can
+/// reach the point.
 ///
 /// Each level of the tree uses up bits of `u`. Of 24 a light of probability p gets p · 2²⁴ values.
 #[inline(always)]
@@ -92,7 +92,7 @@ pub fn pmf<F: Float>(
     walk.pmf
 }
 
-/// What is to be lit.
+/// The point to be lit.
 struct LitPoint<F: Float> {
     position: Vector<F>,
     facing: Facing<F>,
@@ -109,18 +109,18 @@ impl<F: Float> LitPoint<F> {
 struct Descent<F: Float> {
     /// The probability of having come here.
     pmf: F,
-    /// Of the node where it is; see [`crate::scene::light_tree::Node::next`].
+    /// The `next` of the node where it is; see [`crate::scene::light_tree::Node::next`].
     next: F::Int,
     /// What the node's lights would bring, looked into ([`looked_into`]); zero where that says no more than the
     /// node.
     known: F,
-    /// Its children are what is somewhere and what is far away.
+    /// Its children are the local lights and the distant ones.
     mixed: bool,
 }
 
 /// Where a [`Descent`] can go on.
 struct Children<F> {
-    /// The probabilities of both: they add up to one, or are both zero where neither has light for the point.
+    /// The probabilities of both: they add up to one, or are both zero if neither has light for the point.
     chances: (F, F),
     /// As [`Descent::known`].
     known: (F, F),
@@ -132,7 +132,7 @@ impl<F: Float> Descent<F> {
         let (nodes, root) = (tree.nodes.as_flattened(), F::Int::splat(0));
         let next = next_of::<F>(nodes, root, mask);
         let (mut some, mut known) = (mask, F::zero());
-        // Of two its children say what there is to know.
+        // If there are two, the children say all that there is to know.
         if !tree.mixed && tree.len() != 2 {
             let all = Brought::new(nodes, root, point, mask);
             some = mask & all.light.gt(F::zero());
@@ -141,7 +141,7 @@ impl<F: Float> Descent<F> {
         Self { pmf: F::select(some, F::one(), F::zero()), next, known, mixed: tree.mixed }
     }
 
-    /// Where it goes on.
+    /// Where it can go further down.
     #[inline(always)]
     fn inner(&self, mask: F::Mask) -> F::Mask {
         mask & self.pmf.gt(F::zero()) & self.next.lt(F::Int::splat(LEAF))
@@ -171,7 +171,7 @@ impl<F: Float> Descent<F> {
             (F::select(on & !is_second, rest, first.light), F::select(on & is_second, rest, second.light));
         let known = F::select(on & into.is_near(), rest, zero);
         let known = (F::select(is_second, zero, known), F::select(is_second, known, zero));
-        // How much comes from far away is no guess.
+        // How much distant lights bring is not a guess.
         let rarest = F::select(second.is_far(), zero, F::splat(RAREST));
         Children { chances: shares(light.0, light.1, rarest), known }
     }
@@ -258,7 +258,7 @@ impl<F: Float> Brought<F> {
         self.radius_square.lt(F::zero())
     }
 
-    /// Of two nodes, whichever has lights to offer, the one in whose box the point is, or nearly so.
+    /// Of two nodes that have lights to offer, whether this is the one whose box holds the point, or nearly so.
     #[inline(always)]
     fn is_nearer(&self, other: &Self) -> F::Mask {
         let lit = self.light.gt(F::zero());

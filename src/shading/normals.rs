@@ -8,7 +8,7 @@ use crate::simd::Float;
 /// Normals are turned until they have this cosine to the viewer.
 const LEAST_COSINE: f32 = 0.01;
 
-/// A normal of a tangent space in the world.
+/// A tangent-space normal in the world.
 #[inline(always)]
 pub fn normal_in<F: Float>(frame: &Basis<F>, n: Vector<F>) -> Vector<F> {
     unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
@@ -61,8 +61,8 @@ fn raised<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: V
     side * sin + geometric_normal * cos
 }
 
-/// A shading normal of which a part, 0 to 1, is a mirror's: that part is turned in lanes in which it mirrors what
-/// is below the surface.
+/// A shading normal of a surface that is a mirror to a certain part, from 0 to 1: that part of the normal is turned
+/// in lanes in which it mirrors what is below the surface.
 #[inline(always)]
 pub fn for_mirrors<F: Float>(
     normal: Vector<F>,

@@ -31,7 +31,7 @@ enum Layer {
 pub struct ShadingPoint<'a, F: Float> {
     /// Where to look things up.
     pub tables: Tables<'a>,
-    /// How light is answered.
+    /// How it reflects light.
     pub material: &'a Material,
     /// What was hit.
     pub hit: &'a HitLanes<F>,
@@ -39,7 +39,7 @@ pub struct ShadingPoint<'a, F: Float> {
     pub surface: &'a Surface<F>,
     /// Where textures are looked up.
     pub at: Coordinates<F>,
-    /// To where the ray came from.
+    /// The direction that the ray came from.
     pub to_viewer: Vector<F>,
     /// Lanes that count.
     pub mask: F::Mask,
@@ -78,7 +78,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         color(param, self.tables.textures, &self.at, self.mask)
     }
 
-    /// Radiance that it gives off.
+    /// The radiance that it emits.
     #[inline(always)]
     pub fn emission(&self) -> Color<F> {
         let m = self.material;
@@ -130,7 +130,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         is_turned(normal, self.surface.geometric_normal, self.to_viewer)
     }
 
-    /// A layer's normal, with what maps do to it.
+    /// A layer's normal, with the effect of maps.
     #[inline(always)]
     fn seen_in(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Vector<F> {
         let normal = normal_in(frame, self.mapped(map));
@@ -179,8 +179,8 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
     }
 }
 
-/// How much of a material is there, 0 to 1, at points of what has been hit: all that there is to say of
-/// it, since sides are told apart before anybody asks ([`Material::presence`]).
+/// The coverage of a material, 0 to 1, at the points of hits. Nothing else matters here, because sides are told apart
+/// before this is asked ([`Material::presence`]).
 #[inline(always)]
 pub fn coverage<F: Float>(
     material: &Material,

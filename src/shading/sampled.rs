@@ -178,7 +178,7 @@ impl<F: Float> TextureLookup<'_, F> {
         (levels.width[first], levels.height[first])
     }
 
-    /// A level with a part, counted from the finest: the two beside it in proportion.
+    /// A fractional level, counted from the finest: a blend of its two neighbours.
     #[inline(always)]
     fn between_levels(&self, lambda: F, s: F, t: F) -> Texel<F> {
         let first = F::Int::splat(self.sampled.first_level);
@@ -241,7 +241,7 @@ impl<F: Float> TextureLookup<'_, F> {
     }
 }
 
-/// A whole texel number to one within the image.
+/// Wraps an integral texel number into the image.
 #[inline(always)]
 fn wrap<F: Float>(mode: u32, texel: F, size: F) -> F {
     let last = size - F::one();
@@ -254,7 +254,7 @@ fn wrap<F: Float>(mode: u32, texel: F, size: F) -> F {
         }
         _ => texel - (texel / size).floor() * size,
     };
-    // The divisions round: never outside, whatever they did.
+    // Divisions round, but the result must never be outside.
     wrapped.max(F::zero()).min(last)
 }
 
@@ -432,12 +432,12 @@ mod tests {
         near(found.b, 1.2);
         let constant = color(&ColorParam::constant([0.3; 3]), &bytes, &place, true);
         assert_eq!([constant.r, constant.g, constant.b], [0.3; 3]);
-        // A number has a factor of its own alone.
+        // A number has only its own factor.
         for (channel, expected) in [(0, 0.1), (1, 0.2), (2, 0.3), (3, 0.4)] {
             near(scalar(&ScalarParam { factor: 0.5, texture: 0, channel }, &bytes, &place, true), expected);
         }
         assert_eq!(scalar(&ScalarParam::constant(0.7), &bytes, &place, true), 0.7);
-        // What is nothing anyway is not looked up: there is no such texture.
+        // A factor of zero needs no lookup: there is no such texture.
         assert_eq!(scalar(&ScalarParam { factor: 0.0, texture: 9, channel: 0 }, &bytes, &place, true), 0.0);
         assert_eq!(color(&ColorParam { factor: [0.0; 3], texture: 9 }, &bytes, &place, true).g, 0.0);
     }

@@ -61,8 +61,8 @@ impl<F: Float> Fan<F> {
         let apex = self.apex;
         let from = Corner::select(beyond, self.around[1], self.around[0]);
         let to = Corner::select(beyond, self.around[2], self.around[1]);
-        // Where the far edge is cut so that the triangle before takes up that part: a half vector h = k₀ from + k₂ to,
-        // around which `from` is reflected, all of length 1.
+        // Where the far edge is cut so that the triangle up to there subtends that fraction: `from` reflected about a
+        // half vector h = k₀ from + k₂ to, all of length 1.
         let across = from.way.dot(to.way);
         let (with_from, with_to) = (apex.way.dot(from.way), apex.way.dot(to.way));
         let (sin, cos) = sin_cos_turns(part * F::splat(0.25 / std::f32::consts::PI));
@@ -152,7 +152,7 @@ mod tests {
             let volume = a.dot(b.cross(c)).abs();
             angle += 2.0 * libm::atan2(volume, 1.0 + a.dot(b) + a.dot(c) + b.dot(c));
         }
-        // Towards the polygon, whichever way around it goes.
+        // Towards the polygon, whatever its orientation.
         let middle: glam::DVec3 = corners.iter().sum();
         (angle, if vector.dot(middle) < 0.0 { -vector } else { vector })
     }

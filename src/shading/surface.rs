@@ -203,7 +203,7 @@ impl<F: Float> PartLanes<F> {
         Self { part, mask, same: is_same.then_some(first as usize) }
     }
 
-    /// What a column says of them.
+    /// The parts' values in a column.
     #[inline(always)]
     fn number(&self, column: &[f32]) -> F {
         match self.same {
@@ -339,13 +339,13 @@ impl<F: Float> AffineRows<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
-    /// A gradient as the other space sees it.
+    /// A gradient as seen from the other space.
     #[inline(always)]
     pub(super) fn apply_transposed(&self, v: Vector<F>) -> Vector<F> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
-    /// By the absolute values: carries bounds over.
+    /// With absolute values: transforms error bounds.
     #[inline(always)]
     fn apply_abs(&self, v: Vector<F>) -> Vector<F> {
         Vector::new(self.x.abs().dot(v), self.y.abs().dot(v), self.z.abs().dot(v))
@@ -399,7 +399,7 @@ fn to_world<F: Float>(
 ) -> LocalHit<F> {
     let there = rows(geometry, hit.instance, 0, placed);
     let position = there.apply(local.position) + there.offset;
-    // The error of the local point, carried over, and that of this transformation itself.
+    // The error of the local point, transformed, plus that of this transformation itself.
     let moved = there.apply_abs(local.position.abs()) + there.offset.abs();
     let error = there.apply_abs(local.error) * F::splat(1.0 + gamma(3)) + moved * F::splat(gamma(4));
     let back = rows(geometry, hit.instance, 3, placed);

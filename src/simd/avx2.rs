@@ -281,7 +281,7 @@ impl Float for F32x8 {
     }
 }
 
-/// For each four bits these in reverse, shifted left by `by`.
+/// For each value of four bits, the bits in reverse, shifted left by `by`.
 ///
 /// # Safety
 ///
@@ -293,7 +293,7 @@ pub(super) unsafe fn half_bytes_in_reverse(by: u32) -> __m128i {
     unsafe { _mm_loadu_si128(table.as_ptr().cast()) }
 }
 
-/// Each four bytes in reverse.
+/// Each four bytes, in reverse.
 ///
 /// # Safety
 ///
@@ -414,14 +414,14 @@ impl Int for I32x8 {
     }
 }
 
-/// The instructions take signed indices: a table ends before 2³¹ for them.
+/// The instructions take signed indices: to them a table ends before entry 2³¹.
 #[inline(always)]
 fn assert_in_range(length: usize, index: I32x8, mask: M32x8) {
     let length = I32x8::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
 }
 
-/// For each mask its lanes, a byte each, packed together.
+/// For each mask, its lanes packed together, a byte each.
 static PACKED: [u64; 256] = {
     let mut packed = [0; 256];
     let mut mask = 0;
@@ -451,16 +451,16 @@ unsafe fn front(mask: M32x8) -> __m256i {
     unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes as i64)) }
 }
 
-/// Three entries each that follow each other, as columns; zero outside the mask. Eight loads and some shuffles take less
-/// time than three gathers.
+/// Three consecutive entries for each lane, as columns; zero outside the mask. Eight loads and some shuffles take
+/// less time than three gathers.
 ///
 /// # Safety
 ///
-/// As for [`run`], and in each lane of the mask three entries must be there, in some lane at least.
+/// As for [`run`]. In each lane of the mask three entries must be there, and the mask must have a lane.
 #[inline(always)]
 unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__m256; 3] {
     let mut places = [0; 8];
-    // Where nobody asks there is something, too: what others ask for proves that.
+    // Lanes outside the mask read the table's front: as some lane has three entries, so has that.
     I32x8::select(mask, first, I32x8::splat(0)).store(&mut places);
     // SAFETY: by the caller; the fourth entries are not read.
     unsafe {

@@ -387,7 +387,7 @@ impl Int for I32x16 {
     }
 }
 
-/// The instructions take signed indices: a table ends before 2³¹ for them.
+/// The instructions take signed indices: to them a table ends before entry 2³¹.
 #[inline(always)]
 fn assert_in_range(length: usize, index: I32x16, mask: M32x16) {
     let length = I32x16::splat(length.min(i32::MAX as usize) as u32);

@@ -181,7 +181,7 @@ impl Float for F32x8 {
     }
     #[inline(always)]
     fn to_int(self) -> I32x8 {
-        // NEON's conversion stops at the ends instead, and makes zeros of NaN.
+        // NEON's conversion stops at the ends instead, and turns NaN into zero.
         let fits = self.ge(Self::splat(-2_147_483_648.0)) & self.lt(Self::splat(2_147_483_648.0));
         // SAFETY: as for `each`.
         let whole = unsafe {

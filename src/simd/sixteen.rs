@@ -35,15 +35,16 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn max(self, other: Self) -> Self;
     /// Bit i: `self[i] <= other[i]`.
     fn le(self, other: Self) -> u32;
-    /// The keys (`near[i]`, `words[i]`) of those boxes that are entered, where `near[i] <= far[i]`, go to the front of
-    /// `out`, the one to visit first last. Gives that one and how many there are; behind them `out` is undetermined.
-    /// `order` names the boxes from back to front, four bits each, the lowest first: where the machine has no better one.
+    /// The keys (`near[i]`, `words[i]`) of those boxes that are entered, where `near[i] <= far[i]`, go to the front
+    /// of `out`, with the one to visit first at the end. Returns that one and how many there are; behind them `out`
+    /// is undetermined. `order` names the boxes from back to front, four bits each, the lowest first; it is used
+    /// where the machine has no better one.
     fn take_in_order(near: Self, far: Self, words: &[u32; 16], order: u64, out: &mut [u64; 16])
     -> (u64, u32);
-    /// The words of those boxes go to the front of `out`, in the order of the lanes. Gives the last of them and how many
-    /// there are.
+    /// The words of those boxes go to the front of `out`, in the order of the lanes. Returns the last of them and how
+    /// many there are.
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32);
-    /// Bit i of what comes out is that bit of `bits` which place i of `order` (four bits each) names.
+    /// Bit i of the result is the bit of `bits` that place i of `order` (four bits each) names.
     #[inline(always)]
     fn in_order(bits: u32, order: u64) -> u32 {
         (0..16).fold(0, |ordered, i| ordered | (bits >> (order >> (4 * i) & 15) & 1) << i)

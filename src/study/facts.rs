@@ -3,7 +3,7 @@
 use crate::integrator::observe::{Continuation, Triple, What};
 use crate::math::NONE;
 
-/// In a few words what kind of thing happened.
+/// What kind of thing happened, in a few words.
 pub fn title(what: &What) -> &'static str {
     match what {
         What::Ray { .. } => "ray",

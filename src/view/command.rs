@@ -9,7 +9,7 @@ use crate::world::{Sampler, Transport};
 
 /// A wish, and its number.
 pub struct Command {
-    /// By which its answer is known.
+    /// Identifies its answer.
     pub number: u64,
     /// What is to be done.
     pub wish: Wish,
@@ -25,7 +25,7 @@ pub enum Wish {
     Pan([f64; 2]),
     /// Come nearer by a factor.
     Zoom(f64),
-    /// Have in focus, and turn about, what a pixel shows.
+    /// Focus on what a pixel shows, and turn about that from now on.
     Focus([u32; 2]),
     /// The vertical angle of view, in degrees.
     FovDeg(f64),
@@ -37,7 +37,7 @@ pub enum Wish {
     Reset(bool),
     /// Other settings.
     Settings(Changes),
-    /// Wait, or go on.
+    /// Pause, or continue.
     Pause(bool),
     /// Begin with the first sample again.
     Restart(bool),
@@ -58,16 +58,16 @@ pub struct Changes {
     sharing: Option<bool>,
 }
 
-/// What a wish came to.
+/// The outcome of a wish.
 pub struct Done {
     /// For people.
     pub said: String,
-    /// Whether another picture is to be rendered.
+    /// Whether the image must be rendered again.
     pub changes: bool,
 }
 
 impl Wish {
-    /// Does it.
+    /// Carries it out.
     pub fn carry_out(
         self,
         scene: &mut LiveScene,
@@ -135,7 +135,7 @@ impl Wish {
 fn finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], SceneError> {
     match numbers.iter().all(|number| number.is_finite() && number.abs() <= 1e6) {
         true => Ok(numbers),
-        false => refuse("this is no way that a hand can go".into()),
+        false => refuse("this movement is out of range".into()),
     }
 }
 

@@ -13,10 +13,10 @@ use crate::render::{Options, Session};
 use crate::scene::{Camera, Projection};
 use crate::study::explain::{self, Life, LightRay, Step};
 
-/// Samples of a pixel that both schedules render for comparison, at most.
+/// At most this many samples of a pixel are rendered with both schedules for comparison.
 const COMPARED: u32 = 16;
 
-/// A sample of a pixel; none of a pixel that there is not.
+/// Explains a sample of a pixel; none if there is no such pixel.
 pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value> {
     let [x, y] = pixel;
     let [width, height] = shown.frame.size;
@@ -48,12 +48,12 @@ pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value>
     }))
 }
 
-/// As far as anything is.
+/// Farther away than anything in the scene.
 fn far(shown: &Shown) -> f32 {
     2.0 * shown.frame.scene.bounds.size().length().max(1.0)
 }
 
-/// Where things are in the image.
+/// Projects points into the image.
 struct Paper<'a> {
     camera: &'a Camera,
     size: [u32; 2],
@@ -93,7 +93,7 @@ impl Paper<'_> {
         }
     }
 
-    /// Column and row of a place, perhaps beyond the image; none of one that is not before the camera.
+    /// Column and row of a point, which may be outside the image; none if it is not in front of the camera.
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
         let Camera { origin, right, up, forward, projection } = self.camera;
         let to = place.as_dvec3() - origin.as_dvec3();

@@ -10,7 +10,7 @@
 //! | request | answer |
 //! |---|---|
 //! | `GET /`, `/page.js`, `/page.css` | the page |
-//! | `GET /events` | server-sent events: all that there is to tell, whenever there are news |
+//! | `GET /events` | server-sent events: the whole status, whenever there is news |
 //! | `GET /status` | the same once, as JSON |
 //! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue and 255 for each pixel, row by row from the top; size, samples and stops in `X-` headers |
 //! | `GET /pixel?x=X&y=Y` | what is known of a pixel |

@@ -1,4 +1,4 @@
-//! What is shown as pixels of eight bits, and what is known of one of them.
+//! What is shown as eight-bit pixels, and what is known about one of them.
 
 use std::num::Wrapping;
 use std::str::FromStr;
@@ -16,16 +16,16 @@ use crate::render::{Gathered, Options, Session};
 use crate::sampling::hash::mix;
 use crate::world::Tonemap;
 
-/// What is to be seen of it.
+/// What the page can show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
     /// The image.
     Light,
     /// The image without its noise.
     Denoised,
-    /// How far away what is seen is.
+    /// The distance of what is seen.
     Depth,
-    /// How it is turned.
+    /// Its orientation.
     Normal,
     /// Its base colour.
     Albedo,
@@ -33,7 +33,7 @@ pub enum Layer {
     Entity,
     /// Which material it has.
     Material,
-    /// How uncertain pixels are, beside their brightness.
+    /// How uncertain pixels are, relative to their brightness.
     Noise,
     /// How many samples pixels have.
     Samples,
@@ -62,7 +62,7 @@ impl FromStr for Layer {
 /// How light becomes colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
-    /// Stops; none: chosen by the image.
+    /// Stops; none: chosen from the image.
     pub exposure_ev: Option<f32>,
     /// The curve.
     pub tonemap: Tonemap,
@@ -74,11 +74,11 @@ pub struct Picture {
     pub size: [u32; 2],
     /// Red, green, blue and 255, row by row from the top.
     pub pixels: Vec<u8>,
-    /// Stops by which light was exposed.
+    /// Exposure of the light in stops.
     pub exposure_ev: f32,
 }
 
-/// Samples whose first hits are looked at for layers that show these.
+/// How many samples' first hits are used for the layers that show these.
 const LOOKED_AT: u32 = 4;
 
 /// A layer of what is shown.
@@ -119,7 +119,7 @@ fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> Picture {
     Picture { size, pixels, exposure_ev }
 }
 
-/// The difference of even and odd samples beside their mean, from nothing to a half and more.
+/// The difference of even and odd samples relative to their mean, from zero to a half and more.
 fn noise(pixels: &[PixelSum]) -> Vec<[u8; 3]> {
     let of = |p: &PixelSum| {
         if p.count.contains(&0) {
@@ -151,7 +151,7 @@ fn of_features(features: &[Features], layer: Layer) -> Vec<[u8; 3]> {
     features.iter().map(of).collect()
 }
 
-/// As dark as nothing, as bright as all.
+/// A colour from dark for 0 to bright for 1.
 fn heat(part: f64) -> [u8; 3] {
     colormap::color(part).to_array().map(|c| quantise_8_bit(srgb_encode(c)))
 }
@@ -162,7 +162,7 @@ fn any_color(number: u32) -> [u8; 3] {
     [mixed, mixed >> 8, mixed >> 16].map(|part| 64 + (part & 0xff) as u8 / 4 * 3)
 }
 
-/// What the whole image's first samples hit.
+/// What the first samples of the whole image hit.
 fn features(shown: &Shown, region: Region) -> Vec<Features> {
     let options = Options { region: Some(region), ..shown.options };
     let mut session = Session::of(shown.frame.clone(), LOOKED_AT, options);

@@ -21,7 +21,7 @@ use crate::world::{
     SourceFiles, Transform, Transport, World,
 };
 
-/// A page that shows more has no room in any window, and may have none in memory.
+/// No window has room for a page that shows more, and memory may not either.
 const MOST_PIXELS: u64 = 1 << 26;
 
 /// What the command line says about a scene.
@@ -33,7 +33,7 @@ pub enum SceneError {
     /// A file does not make sense.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// The scene does not.
+    /// The scene does not make sense.
     #[error("{file}: {source}", file = .file.display())]
     Compile {
         /// Its file.
@@ -44,12 +44,12 @@ pub enum SceneError {
     /// It could not be written.
     #[error(transparent)]
     Save(#[from] SaveError),
-    /// What somebody wants of it cannot be.
+    /// A wish that cannot be fulfilled.
     #[error("{0}")]
     Refused(String),
 }
 
-/// A scene as its files say now, and what a hand has changed.
+/// A scene as its files say now, with what was changed by hand.
 pub struct LiveScene {
     path: PathBuf,
     options: LoadOptions,
@@ -63,17 +63,17 @@ pub struct LiveScene {
     /// Where names of entities and lights are looked up.
     names: Arc<GivenNames>,
     entities: Arc<HashMap<u32, String>>,
-    /// Which camera is looked through; none: the first.
+    /// The camera that is looked through; none for the first.
     camera: Option<String>,
     /// What the files say of it.
     authored: Authored,
-    /// What was changed of its settings.
+    /// Which of its settings were changed.
     changed: ChangedSettings,
     /// Where a hand has put it.
     rig: Option<Rig>,
 }
 
-/// Settings that somebody wants to be other than the files say, whatever these say later.
+/// Settings that someone has overridden, whatever the files say later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChangedSettings {
     /// How light travels.
@@ -118,7 +118,7 @@ impl ChangedSettings {
 struct Authored {
     transform: Option<Transform>,
     camera: Option<Camera>,
-    /// Whether it hangs on another entity, or came with another file.
+    /// Whether it has a parent, or came with another file.
     depends: bool,
 }
 
@@ -155,13 +155,13 @@ impl LiveScene {
         Ok(live)
     }
 
-    /// Its files, to be looked at by another thread.
+    /// Its files, for another thread to check.
     pub fn files(&self) -> Arc<Mutex<Watched>> {
         self.files.clone()
     }
 
-    /// Reads it again: what its files said before stays where they make no sense. The camera stays where a hand
-    /// has put it, unless the files say that it is somewhere else now.
+    /// Reads the scene again. If its files make no sense, what they said before stays. The camera stays where it was
+    /// moved by hand, unless the files now put it somewhere else.
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let read = read(&self.path, &self.options, &sources, &self.change).and_then(|mut world| {
@@ -234,7 +234,7 @@ impl LiveScene {
         self.findings = check::check(&self.world, &self.frame_without_pilot(), false);
     }
 
-    /// What people call things.
+    /// The names that people use.
     pub fn names(&self) -> (Arc<GivenNames>, Arc<HashMap<u32, String>>) {
         (self.names.clone(), self.entities.clone())
     }
@@ -244,7 +244,7 @@ impl LiveScene {
         compile::camera_names(&self.world)
     }
 
-    /// The one that is looked through.
+    /// The name of the current camera.
     pub fn camera_name(&self) -> Option<String> {
         camera_entity(&self.world, self.camera.as_deref()).map(|entity| self.world.name_of(entity))
     }
@@ -254,7 +254,7 @@ impl LiveScene {
         self.look_again(Some(camera.to_owned()))
     }
 
-    /// Whether a hand has moved the camera.
+    /// Whether the camera was moved by hand.
     pub fn is_moved(&self) -> bool {
         self.rig.is_some()
     }
@@ -276,7 +276,7 @@ impl LiveScene {
         Rig::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
     }
 
-    /// How far away along the camera's axis the first thing is that a pixel shows, and where; none: nothing.
+    /// How far away along the camera's axis the first thing in a pixel is, and where; none if there is nothing.
     pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
         let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { region: Some(region), ..Options::default() };
@@ -291,7 +291,7 @@ impl LiveScene {
         Arc::new(Frame::new(self.compiled.scene.clone(), &settings))
     }
 
-    /// Puts the camera where a hand has moved it.
+    /// Puts the camera where it was moved by hand.
     pub fn place(&mut self, rig: Rig) -> Result<(), SceneError> {
         let no_camera = || SceneError::Refused("the scene has no camera".into());
         let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
@@ -303,7 +303,7 @@ impl LiveScene {
                 }
             })
         })?;
-        // In the world's space: what it hangs on does not move it any more.
+        // In world space: its parent no longer moves it.
         let before = self.rig();
         let old = (before.transform().unwrap_or_default(), before.camera);
         let _ = self.world.entities.remove_one::<Parent>(entity);
@@ -322,7 +322,7 @@ impl LiveScene {
         self.look_again(self.camera.clone())
     }
 
-    /// Reads the scene again and looks through a camera as its file says; nothing has changed if that cannot be.
+    /// Reads the scene again and looks through a camera as its file says. If that is impossible, nothing changes.
     fn look_again(&mut self, camera: Option<String>) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let mut world = read(&self.path, &self.options, &sources, &self.change)?;
@@ -359,7 +359,7 @@ impl LiveScene {
         let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
         let keys = [("camera", camera), ("transform", transform)];
         let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
-        // What a link leads to is written, not the link.
+        // Writes to the target of a link, not over the link.
         files::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
         self.rig = None;
         // The file says now what the command line said before.
@@ -368,7 +368,7 @@ impl LiveScene {
         Ok(format!("saved in {}", path.display()))
     }
 
-    /// The camera's entity as a scene file would have it.
+    /// The camera's entity as a line of a scene file.
     pub fn camera_line(&self, rig: &Rig) -> Result<String, SceneError> {
         let [camera, transform] = self.camera_texts(rig)?;
         let name = self.camera_name().unwrap_or_default();
@@ -388,8 +388,8 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Which of the file's entities the camera is: those of a scene file come first, in its order. None of one that
-    /// another file brought, or that hangs on another entity.
+    /// Which of the file's entities the camera is: the entities of a scene file come first, in its order. None if
+    /// another file brought it, or if it has a parent.
     fn camera_in_file(&self) -> Option<usize> {
         let entity = camera_entity(&self.world, self.camera.as_deref())?;
         (!self.authored.depends).then_some(entity.id() as usize)

@@ -1,8 +1,8 @@
-//! The page and its answers over plain HTTP, for browsers on this machine alone.
+//! The page and its answers over plain HTTP, only for browsers on this machine.
 //!
-//! Three things keep others out. It listens on the loopback interface. It answers nobody who calls it by another name
-//! (a page of somebody else's, whose name is made to lead here, would call it by that). And every address holds a token
-//! that is told to whoever started the program. No request names a file.
+//! Three things keep others out. The server listens on the loopback interface. It answers nobody who calls it by
+//! another name (as someone else's page would, after making its own name lead here). And every address contains a
+//! token that is only told to whoever started the program. No request names a file.
 
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -32,9 +32,9 @@ const PAGE: &str = include_str!("page/index.html");
 const SCRIPT: &str = include_str!("page/page.js");
 const STYLE: &str = include_str!("page/page.css");
 
-/// The port that is tried first: an address that does not change can be kept.
+/// The port that is tried first, so that the address usually stays the same.
 const USUAL_PORT: u16 = 8421;
-/// How often news are told.
+/// How often news is sent.
 const NEWS: Duration = Duration::from_millis(80);
 
 /// A page that is about to be served.
@@ -98,7 +98,7 @@ struct Token {
     token: Option<String>,
 }
 
-/// Lets nobody in who does not know the token, or calls us by a name that is not this machine's own.
+/// Keeps out everyone who does not know the token, or calls us by a name that is not this machine's own.
 async fn guard(
     State(site): State<Arc<Site>>,
     Query(Token { token }): Query<Token>,
@@ -150,7 +150,7 @@ async fn style() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], STYLE)
 }
 
-/// All that there is to tell, now and whenever there are news.
+/// The whole status, now and whenever there is news.
 async fn events(State(site): State<Arc<Site>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let news = WatchStream::new(site.viewer.news()).throttle(NEWS);
     let events = news.map(move |_| Ok(Event::default().data(site.viewer.status().to_string())));

@@ -1,4 +1,4 @@
-//! What there is to tell of a rendering, for the page.
+//! The status of a rendering, for the page.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::render::{Gathered, Options};
 use crate::study::profile::flow::{self, Flows};
 use crate::world::Camera;
 
-/// What there is to tell.
+/// The status.
 pub struct Status {
     /// Grows whenever the pixels have changed.
     pub serial: u64,
@@ -23,9 +23,9 @@ pub struct Status {
     pub generation: u64,
     /// Why the scene is not what its files say.
     pub error: Option<String>,
-    /// Whether a hand has moved the camera.
+    /// Whether the camera was moved by hand.
     pub is_moved: bool,
-    /// Whether it waits.
+    /// Whether it is paused.
     pub is_paused: bool,
     /// What is told of the scene: a part of the whole.
     scene: Value,
@@ -37,11 +37,11 @@ pub struct Status {
     rays: u64,
     elapsed: Duration,
     is_done: bool,
-    /// What the queues held when somebody looked last.
+    /// What the queues held when they were last examined.
     pub queues: Option<Flows>,
 }
 
-/// What a scene says, put together while nobody waits for it.
+/// What a scene says, assembled while nobody waits for it.
 pub struct Described {
     scene: Value,
     is_moved: bool,
@@ -120,7 +120,7 @@ impl Status {
         status
     }
 
-    /// Takes down what the scene says.
+    /// Records what the scene says.
     pub fn describe(&mut self, described: Described) {
         (self.scene, self.is_moved) = (described.scene, described.is_moved);
     }
@@ -131,7 +131,7 @@ impl Status {
         (self.rays, self.is_done, self.noise, self.queues) = (0, false, None, None);
     }
 
-    /// Takes down what the pixels are now.
+    /// Records the pixels' current state.
     pub fn pixels(&mut self, gathered: &Gathered, shown: &Shown, elapsed: Duration) {
         self.serial += 1;
         self.shown = shown.size;
@@ -142,7 +142,7 @@ impl Status {
         self.elapsed = elapsed;
     }
 
-    /// Takes down what a pass came to.
+    /// Records the result of a pass.
     pub fn passed(&mut self, rays: u64, elapsed: Duration, is_done: bool) {
         (self.rays, self.elapsed, self.is_done) = (rays, elapsed, is_done);
     }

@@ -6,8 +6,8 @@ use crate::math::Rgb;
 /// Pixels that are looked at, across and down, for half a character.
 const LOOKED_AT: u32 = 4;
 
-/// Columns and rows of an image at equal distances: as many pixels as it takes to draw it in a room of columns and
-/// rows, so that not all of a large image have to be tone mapped.
+/// Evenly spaced columns and rows of an image: as many pixels as are needed to draw it in a space of `room` columns
+/// and rows, so that a large image need not be tone mapped in full.
 pub fn thinned(pixels: &[Rgb], [width, height]: [u32; 2], room: [u32; 2]) -> (Vec<Rgb>, [u32; 2]) {
     let [columns, rows] = drawn_size([width, height], room);
     let step = (width / (LOOKED_AT * columns)).min(height / (LOOKED_AT * rows)).max(1);
@@ -30,10 +30,10 @@ pub fn half_blocks(pixels: &[[u8; 3]], size: [u32; 2], room: [u32; 2]) -> String
         }
         let mut colors = [None; 2];
         for column in 0..drawn[0] {
-            // Of an odd number of rows the last has nothing below it.
+            // If the number of rows is odd, the last one has nothing below it.
             let below = (row + 1 < drawn[1]).then(|| color(column, row + 1));
             for (place, new) in [Some(color(column, row)), below].into_iter().enumerate() {
-                // What does not change need not be said again: pictures go through ssh too.
+                // Unchanged colours are not repeated: pictures also go through ssh.
                 if let Some([r, g, b]) = new.filter(|_| colors[place] != new) {
                     let code = [38, 48][place];
                     text.push_str(&format!("\x1b[{code};2;{r};{g};{b}m"));

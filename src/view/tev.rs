@@ -31,16 +31,16 @@ const UPDATE_IMAGE_V3: u8 = 6;
     "cannot reach a viewer at {address}: {source}: start tev there, or HDRView and let it listen (both usually do at 127.0.0.1:14158)"
 )]
 pub struct TevError {
-    /// Where it was looked for.
+    /// Where it was expected.
     pub address: String,
     /// The system's reason.
     pub source: io::Error,
 }
 
-/// A viewer that is shown an image as it becomes.
+/// A viewer that shows an image while it is rendered.
 ///
-/// A thread of its own sends: nobody who has something to show waits for the network, and what a slow viewer has
-/// not been sent yet is replaced by what is newer.
+/// A separate thread does the sending, so that showing an image never waits for the network. Whatever a slow viewer
+/// has not been sent yet is replaced by what is newer.
 pub struct Tev {
     shared: Arc<Shared>,
     sender: Option<JoinHandle<()>>,
@@ -58,14 +58,14 @@ struct State {
     is_sending: bool,
     /// The viewer has gone away.
     is_gone: bool,
-    /// Why, until somebody has asked.
+    /// Why, until someone has asked.
     warning: Option<String>,
     ends: bool,
 }
 
 impl Tev {
-    /// Calls the viewer that listens at `HOST:PORT`. The image will have that name; one that has it already is
-    /// replaced.
+    /// Connects to the viewer that listens at `HOST:PORT`. The image gets this name, and replaces one that has it
+    /// already.
     pub fn connect(address: &str, name: &str) -> Result<Tev, TevError> {
         let fault = |source| TevError { address: address.to_owned(), source };
         let stream = reach(address).map_err(fault)?;
@@ -75,7 +75,7 @@ impl Tev {
         Ok(Tev { shared, sender: Some(sender.map_err(fault)?) })
     }
 
-    /// Has it sent as soon as may be. Does not wait.
+    /// Sends an image as soon as possible. Does not wait.
     pub fn show(&self, gathered: Arc<Gathered>) {
         let mut state = self.shared.lock();
         if !state.is_gone {
@@ -147,7 +147,7 @@ impl Shared {
     }
 }
 
-/// The first of a name's addresses where somebody answers.
+/// The first of a host's addresses that accepts a connection.
 fn reach(address: &str) -> io::Result<TcpStream> {
     let mut last = io::Error::new(io::ErrorKind::NotFound, "nothing has that name");
     for socket in address.to_socket_addrs()? {
@@ -175,7 +175,7 @@ struct Link {
 
 impl Link {
     fn new(stream: TcpStream, name: &str) -> Link {
-        // A zero would end it.
+        // A zero byte would end the name.
         Link { stream, name: name.replace('\0', ""), size: None, sent: Vec::new() }
     }
 
@@ -205,13 +205,14 @@ impl Link {
         CHANNELS.into_iter().fold(packet, Packet::text).finish()
     }
 
-    /// Whole rows from row `y` on. The viewer does not turn to them: who looks at something else goes on with it.
+    /// Whole rows from row `y` on. The viewer does not switch to the image: someone who looks at another one is not
+    /// disturbed.
     fn update(&self, width: u32, y: usize, pixels: &[Rgb]) -> Vec<u8> {
         let height = pixels.len() / (width as usize).max(1);
         let packet = Packet::new(UPDATE_IMAGE_V3).flag(false).text(&self.name).number(CHANNELS.len() as u32);
         let packet = CHANNELS.into_iter().fold(packet, Packet::text);
         let packet = [0, y as u32, width, height as u32].into_iter().fold(packet, Packet::number);
-        // A pixel's channels lie beside each other: where each begins, and how far it is to the next pixel.
+        // The channels of a pixel lie side by side: where each begins, and the distance to the next pixel.
         let offsets = 0..CHANNELS.len() as u64;
         let strides = CHANNELS.map(|_| CHANNELS.len() as u64);
         let mut packet = offsets.chain(strides).fold(packet, Packet::long_number);
@@ -302,7 +303,7 @@ mod tests {
     }
 
     impl Received {
-        /// Reads until the other end says no more.
+        /// Reads until the other end closes the connection.
         fn all(mut stream: TcpStream) -> Received {
             let mut received = Received::default();
             let mut length = [0; 4];
@@ -359,7 +360,7 @@ mod tests {
         gathered
     }
 
-    /// A viewer, and where it is.
+    /// A viewer, and its address.
     fn listener() -> (TcpListener, String) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap().to_string();

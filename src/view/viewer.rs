@@ -18,7 +18,7 @@ use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::GivenNames;
 
-/// How long a pass shall take, so that pictures come often and hands are obeyed soon.
+/// How long a pass should take, so that pictures come often and wishes are carried out soon.
 const PASS: Duration = Duration::from_millis(400);
 /// How often a picture is taken within a pass.
 const PICTURE: Duration = Duration::from_millis(150);
@@ -36,7 +36,7 @@ pub struct Shown {
     pub gathered: Arc<Gathered>,
     /// Its width and height.
     pub size: [u32; 2],
-    /// Samples that there are to be.
+    /// How many samples are wanted.
     pub wanted: u32,
     /// Paths of a wave, and in which order.
     pub options: Options,
@@ -44,7 +44,7 @@ pub struct Shown {
     pub names: Arc<GivenNames>,
     /// Names of entities by their numbers.
     pub entities: Arc<HashMap<u32, String>>,
-    /// What its pixels show first, once somebody has asked.
+    /// What its pixels show first, as soon as it has been asked for.
     pub features: Arc<OnceLock<Vec<Features>>>,
 }
 
@@ -68,11 +68,11 @@ pub struct Viewer {
     state: Mutex<State>,
     /// There is something to do.
     wake: Condvar,
-    /// The pass that is under way is no longer wanted.
+    /// The current pass is no longer wanted.
     stop: AtomicBool,
-    /// Grows whenever there is something to tell.
+    /// Grows whenever there is news.
     news: watch::Sender<u64>,
-    /// Who else is shown the image.
+    /// Another viewer that is shown the image.
     tev: Option<Tev>,
 }
 
@@ -80,7 +80,7 @@ struct State {
     shown: Shown,
     status: Status,
     commands: VecDeque<Command>,
-    /// What the last commands came to, by their numbers.
+    /// The outcomes of the last commands, by their numbers.
     answers: HashMap<u64, Result<String, String>>,
     next: u64,
     ends: bool,
@@ -131,22 +131,22 @@ impl Viewer {
         Viewer { tev, ..self }
     }
 
-    /// What there is to see now.
+    /// What is shown now.
     pub fn shown(&self) -> Shown {
         self.lock().shown.clone()
     }
 
-    /// What there is to tell now.
+    /// The status now.
     pub fn status(&self) -> Value {
         self.lock().status.json()
     }
 
-    /// Which serial number the picture has.
+    /// The picture's serial number.
     pub fn serial(&self) -> u64 {
         self.lock().status.serial
     }
 
-    /// Whether a hand has moved the camera.
+    /// Whether the camera was moved by hand.
     pub fn is_moved(&self) -> bool {
         self.lock().status.is_moved
     }
@@ -156,13 +156,13 @@ impl Viewer {
         self.lock().status.generation
     }
 
-    /// Says when there are news.
+    /// Notifies of news.
     pub fn news(&self) -> watch::Receiver<u64> {
         self.news.subscribe()
     }
 
-    /// Has something done, and waits for it: what it came to, or why it cannot be. Commands of a hand that moves the
-    /// camera are taken together.
+    /// Gets something done, and waits for it: the outcome, or why it is impossible. Successive movements of the
+    /// camera are combined.
     pub fn command(&self, wish: Wish) -> Result<String, String> {
         let mut state = self.lock();
         let number = state.next;
@@ -188,17 +188,17 @@ impl Viewer {
         self.wake.notify_all();
     }
 
-    /// Renders until somebody ends it.
+    /// Renders until it is told to end.
     pub fn run(&self, scene: LiveScene, work: Work) {
         let (files, changed) = (scene.files(), AtomicBool::new(false));
         std::thread::scope(|scope| {
-            // Where there is no thread to be had edits are seen when somebody asks for them.
+            // If no thread can be started, edits are noticed when someone asks for them.
             let _ = std::thread::Builder::new().spawn_scoped(scope, || self.watch(&files, &changed));
             self.render(scene, work, &changed);
         });
     }
 
-    /// Looks at files until it ends.
+    /// Checks files until it is told to end.
     fn watch(&self, files: &Mutex<Watched>, changed: &AtomicBool) {
         while !self.lock().ends {
             let mut files = files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -255,7 +255,7 @@ impl Viewer {
         }
     }
 
-    /// Waits for something to do; none: it ends.
+    /// Waits for something to do; none: it is to end.
     fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<Command>> {
         let mut state = self.lock();
         let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
@@ -305,7 +305,7 @@ struct Rendering {
     /// Time of all passes.
     spent: Duration,
     paused: bool,
-    /// When the queues were looked at.
+    /// When the queues were last examined.
     looked: Option<Instant>,
     /// See [`Shown::features`].
     features: Arc<OnceLock<Vec<Features>>>,
@@ -377,7 +377,7 @@ impl Rendering {
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let whole = scene.frame_without_pilot();
         let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
-        // Half as wide at least: what takes no time at all may do without.
+        // At most half as wide. An image that takes no time at all could do without.
         let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();

@@ -14,12 +14,12 @@ pub const LOOK: Duration = Duration::from_millis(40);
 #[derive(Debug, Default)]
 pub struct Watched(BTreeMap<PathBuf, Seen>);
 
-/// What a file was when it was looked at last.
+/// The state of a file when it was last checked.
 #[derive(Debug)]
 struct Seen {
     /// Its content when it was read; none of one that could not be.
     content: Option<Content>,
-    /// What the system said of it then. None: nobody has looked.
+    /// What the system said about it then. None: it has not been checked yet.
     stamp: Option<Stamp>,
 }
 
@@ -93,7 +93,7 @@ mod tests {
         assert!(files.read(&texture).is_err());
         let mut watched = Watched::new(&files);
         assert!(!watched.have_changed());
-        // Written again, and nothing else.
+        // Written again with the same content.
         std::fs::write(&scene, "one").unwrap();
         assert!(!watched.have_changed());
         std::fs::write(&scene, "two").unwrap();
@@ -103,7 +103,7 @@ mod tests {
         std::fs::write(folder.path().join("new"), "six").unwrap();
         std::fs::rename(folder.path().join("new"), &scene).unwrap();
         assert!(watched.have_changed());
-        // One that comes into being, and one that goes.
+        // A file that appears, and one that disappears.
         let mut watched = Watched::new(&files);
         std::fs::write(&scene, "one").unwrap();
         assert!(!watched.have_changed());

@@ -23,8 +23,8 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// The store of everything that entities share. What is large is behind pointers: a world that is read again has
-/// the same ones where its files say the same (see [`super::Kept`]).
+/// Everything that entities share. Meshes and images are behind pointers: when a scene is read again, those that have
+/// not changed keep theirs.
 #[derive(Debug)]
 pub struct Assets {
     /// Triangle meshes.
@@ -58,7 +58,7 @@ impl Assets {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Adds a mesh that was made of what files hold: the one that it was before, if it is the same.
+    /// Adds a mesh that was made from files; if an equal one was made before, it is that one.
     pub(crate) fn add_made_mesh(&mut self, mesh: Mesh) -> MeshId {
         let mesh = self.files.kept.meshes.same(mesh, Mesh::hash);
         self.add_mesh(mesh)
@@ -70,13 +70,13 @@ impl Assets {
         ImageId(self.images.len() as u32 - 1)
     }
 
-    /// Adds an image that was made of what files hold: the one that it was before, if it is the same.
+    /// Adds an image that was made from files; if an equal one was made before, it is that one.
     pub(crate) fn add_made_image(&mut self, image: Image) -> ImageId {
         let image = self.files.kept.images.same(image, Image::hash);
         self.add_image(image)
     }
 
-    /// Adds a texture, or finds the same one again.
+    /// Adds a texture; if an equal one is there already, it is that one.
     pub fn add_texture(&mut self, texture: Texture) -> TextureId {
         let found = self.textures.iter().position(|t| *t == texture);
         TextureId(found.unwrap_or_else(|| {
@@ -85,7 +85,7 @@ impl Assets {
         }) as u32)
     }
 
-    /// Adds a material; `name` is what scene files call it, if anything.
+    /// Adds a material; `name` is what scene files call it, if they have a name for it.
     pub fn add_material(&mut self, name: Option<String>, material: Material) -> MaterialId {
         self.materials.push(NamedMaterial { name, material });
         MaterialId(self.materials.len() as u32 - 1)
@@ -101,8 +101,8 @@ pub struct NamedMaterial {
     pub material: Material,
 }
 
-/// An indexed triangle mesh in local space. All positions, normals and UVs are finite
-/// and every index is within `positions`.
+/// An indexed triangle mesh in local space. Each column has one entry for every vertex, or for every triangle, or is
+/// empty. Positions, normals, tangents and texture coordinates are finite, and every index is within `positions`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// What the author or the file calls it.
@@ -111,8 +111,8 @@ pub struct Mesh {
     pub source: Option<PathBuf>,
     /// Vertices in metres.
     pub positions: Vec<Vec3>,
-    /// Shading normals, one a vertex, or empty: flat. Any length but zero; a
-    /// zero normal stands for "flat here".
+    /// Shading normals, one for each vertex, or empty for flat shading. They need not be of unit length; a zero
+    /// normal means "flat here".
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one a vertex, or empty. (0, 0) is the image's top left.
     pub uvs: Vec<Vec2>,
@@ -127,13 +127,12 @@ pub struct Mesh {
     pub alphas: Vec<f32>,
     /// Three vertex indices a triangle, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// The mesh's own material for each triangle, or empty. An entity's [`MaterialId`]
-    /// component wins over it.
+    /// The mesh's own material for each triangle, or empty. An entity's [`MaterialId`] component takes precedence.
     pub triangle_materials: Vec<MaterialId>,
 }
 
 impl Mesh {
-    /// Of its vertices and triangles.
+    /// Bytes of its vertices and triangles.
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         size_of_val(&positions[..])
@@ -205,7 +204,7 @@ pub enum Texels {
     /// Eight bits a channel: red, green, blue in the sRGB curve (unless a texture
     /// says otherwise), then linear alpha.
     Rgba8(Vec<[u8; 4]>),
-    /// Linear floats, finite.
+    /// Linear floats, finite: red, green, blue.
     Rgb32(Vec<[f32; 3]>),
 }
 
@@ -217,8 +216,8 @@ pub enum TextureFilter {
     /// A blend of the four texels around the point.
     #[default]
     Bilinear,
-    /// The same in smaller and smaller copies of the image (mip levels), as large as the ray's
-    /// footprint asks for. Under the Whitted transport: [`TextureFilter::Bilinear`].
+    /// The same in smaller copies of the image (mip levels), chosen by the size of the ray's footprint. Under the
+    /// Whitted transport this is [`TextureFilter::Bilinear`].
     Trilinear,
 }
 
@@ -269,7 +268,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The image, filtered and repeated, as it is.
+    /// The image as it is, for colours: bilinear, repeated, in the sRGB curve, not transformed.
     pub fn new(image: ImageId) -> Self {
         Self {
             image,
@@ -282,5 +281,10 @@ impl Texture {
             color_space: ColorSpace::Srgb,
             factor: Rgb::WHITE,
         }
+    }
+
+    /// The same for numbers, such as roughness, normals and heights: values as they are stored.
+    pub fn of_numbers(image: ImageId) -> Self {
+        Self { color_space: ColorSpace::Linear, ..Self::new(image) }
     }
 }

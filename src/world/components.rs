@@ -13,13 +13,12 @@ pub struct Name(pub String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Model(pub std::path::PathBuf);
 
-/// Materials instead of those that the entity's [`Model`] calls so.
+/// Replacements for materials of the entity's [`Model`], by their names in its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides(pub Vec<(String, MaterialId)>);
 
-/// Marks the entities that came with an ancestor's [`Model`]: a saved scene names the file and
-/// leaves them out, as long as they are what they were, which is hashed here
-/// (`World::fingerprint`).
+/// Marks the entities that came with an ancestor's [`Model`]. A saved scene names the file and leaves them out, as
+/// long as they are unchanged. The number is a hash of what they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placed(pub u64);
 
@@ -27,8 +26,8 @@ pub struct Placed(pub u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parent(pub hecs::Entity);
 
-/// Local space to the parent's space (or the world's). Cameras look along −Z
-/// with +Y up; spot, directional and area lights shine along −Z.
+/// From local space to the parent's space, or to the world's without a [`Parent`]. Cameras look along −Z with +Y up;
+/// spot, directional and area lights shine along −Z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
     /// Scale first, then rotate, then translate.
@@ -37,7 +36,7 @@ pub enum Transform {
         translation: Vec3,
         /// A unit quaternion.
         rotation: Quat,
-        /// A factor for each axis; may be negative, not zero.
+        /// A factor for each axis; may be negative, but not zero.
         scale: Vec3,
     },
     /// An affine matrix (last row 0 0 0 1) that can be inverted.
@@ -49,7 +48,13 @@ impl Transform {
     pub const IDENTITY: Transform =
         Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
-    /// At a place, −Z towards another one, +Y as near to `up` as that lets it.
+    /// Stands at `from` (in metres), with −Z towards `to` and +Y as close to `up` as that allows; `up` may have any
+    /// length.
+    ///
+    /// # Errors
+    ///
+    /// [`LookAtFault::SamePoint`] if both places are the same, [`LookAtFault::NoUp`] if `up` is zero, and
+    /// [`LookAtFault::Parallel`] if the sine of the angle between `up` and the direction of view is below 10⁻⁶.
     pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<Transform, LookAtFault> {
         /// Sine of the angle below which two directions count as parallel.
         const PARALLEL: f64 = 1e-6;
@@ -73,16 +78,16 @@ impl Transform {
     }
 }
 
-/// Why nothing looks from one place to another.
+/// Why [`Transform::look_at`] has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LookAtFault {
-    /// Both are one.
+    /// Both places are the same.
     #[error("both places are the same")]
     SamePoint,
-    /// Up is no direction.
+    /// Up is (0, 0, 0).
     #[error("up must not be (0, 0, 0)")]
     NoUp,
-    /// Up is the direction of view.
+    /// Up lies along the direction of view.
     #[error("up must not lie along the direction of view")]
     Parallel,
 }
@@ -133,7 +138,7 @@ pub enum Pattern {
     Jittered,
     /// The centres of the cells of a grid.
     Regular,
-    /// All in the middle of the square: a pixel's samples without the pixel, to look at the rest alone.
+    /// All in the middle of the square: a pixel without antialiasing, to look at everything else alone.
     Center,
 }
 
@@ -147,10 +152,10 @@ pub enum Falloff {
     Constant,
 }
 
-/// What an area light is cut out as.
+/// The shape of an area light within its rectangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outline {
-    /// All of it.
+    /// The whole rectangle.
     #[default]
     Rectangle,
     /// The ellipse that touches its sides.
@@ -158,7 +163,7 @@ pub enum Outline {
 }
 
 impl Outline {
-    /// The part of the rectangle that is there.
+    /// The part of the rectangle that it covers.
     pub(crate) fn part(self) -> f32 {
         match self {
             Self::Rectangle => 1.0,
@@ -177,36 +182,36 @@ pub enum Light {
         /// With distance.
         falloff: Falloff,
     },
-    /// A point light (of intensity Φ/4π) seen only within a cone about −Z.
+    /// A point light (of intensity Φ/4π) that shines only within a cone about −Z.
     Spot {
         /// Φ in W of the point light without its cone.
         power_w: Rgb,
-        /// Half angle in radians within which nothing is lost.
+        /// Half angle in radians within which the intensity is full; 0 to `outer_angle`.
         inner_angle: f32,
         /// Half angle in radians beyond which nothing arrives; at most π/2.
         outer_angle: f32,
         /// With distance.
         falloff: Falloff,
     },
-    /// From the local origin into all directions, more into some than into others: as a measured lamp that hangs
-    /// with its axis along −Z.
+    /// From the local origin, with an intensity that depends on the direction: a measured lamp that hangs with its
+    /// axis along −Z.
     Photometric {
-        /// Φ in W, of all directions together.
+        /// Φ in W, over all directions.
         power_w: Rgb,
-        /// Looked up by the angle about the axis from +X to +Y, as u, and the angle to the axis, as v: 0 is straight
-        /// ahead, 1 straight back. Only the proportions count.
+        /// The relative intensity: u is the angle about the axis, from +X towards +Y, as a part of a turn; v is the
+        /// angle to the axis, from 0 straight ahead to 1 straight back. Only the proportions count.
         profile: TextureId,
     },
     /// Parallel light along −Z.
     Directional {
-        /// On a surface across the light, W m⁻².
+        /// On a surface perpendicular to the light, in W m⁻².
         irradiance: Rgb,
-        /// The full angle that the source takes up in the sky, in radians; 0 for a point. The
-        /// Whitted transport takes every source for a point.
+        /// The full angle that the source covers in the sky, in radians, 0 to π; 0 for a point. The Whitted transport
+        /// treats every source as a point.
         angle: f32,
     },
-    /// Light from all around, infinitely far away. The entity's rotation turns it; it is what
-    /// rays see that hit nothing. The first one counts.
+    /// Light from all around, infinitely far away: what rays see that hit nothing. The entity's rotation turns it.
+    /// Only the first one counts, of these and of [`Light::Sky`].
     Environment {
         /// Radiance in W m⁻² sr⁻¹; a factor on the image if there is one.
         radiance: Rgb,
@@ -214,16 +219,17 @@ pub enum Light {
         /// as seen from within.
         image: Option<ImageId>,
     },
-    /// A clear sky with its sun, infinitely far away, over a grey ground, from its own model of the air. The
-    /// entity's rotation turns it; it counts as an [`Light::Environment`] and a [`Light::Directional`].
+    /// A clear sky with its sun over a grey ground, infinitely far away, after Hillaire, "A scalable and production
+    /// ready sky and atmosphere rendering technique" (2020). The entity's rotation turns it. It counts as a
+    /// [`Light::Environment`] and a [`Light::Directional`].
     Sky {
-        /// Of the sun above the horizon in radians; negative after sunset.
+        /// Height of the sun above the horizon in radians, −π/2 to π/2; negative after sunset.
         elevation: f32,
         /// Where the sun stands in radians: 0 along −Z, growing to +X.
         azimuth: f32,
-        /// As many times the haze of a clear day.
+        /// How many times the haze of a clear day, 0 to 100.
         haze: f32,
-        /// A factor; with white, white in the noon sun has a radiance of about 1.
+        /// A factor. With [`Rgb::WHITE`], a white surface in the noon sun has a radiance of about 1.
         radiance: Rgb,
     },
     /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
@@ -233,37 +239,37 @@ pub enum Light {
         power_w: Rgb,
         /// Width along X and height along Y in metres: of a disc both diameters.
         size_m: Vec2,
-        /// What of that is there.
+        /// The shape within that rectangle.
         outline: Outline,
-        /// Shadow rays for each hit, at least 1.
+        /// Shadow rays for each hit under the Whitted transport, at least 1.
         samples: u32,
-        /// Where on the light they go.
+        /// How they are spread over the light.
         pattern: Pattern,
         /// Whether rays can hit it (it then hides what is behind it, too).
         visible: bool,
     },
 }
 
-/// How a camera turns image points into rays.
+/// How a camera turns image points into rays. The scale of its entity does not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
-    /// All rays pass the local origin.
+    /// All rays pass through the local origin.
     Pinhole {
         /// The full vertical angle of view in radians, in (0, π).
         vertical_fov: f32,
     },
-    /// Rays pass a lens about the local origin and meet in the focal plane.
+    /// Rays pass through a lens around the local origin; those of one image point meet in the focal plane.
     ThinLens {
         /// The full vertical angle of view in radians, in (0, π).
         vertical_fov: f32,
         /// In metres, at least 0.
         lens_radius_m: f32,
-        /// From the lens to the plane in focus, along −Z.
+        /// From the lens to the plane in focus, along −Z, in metres; above 0.
         focus_distance_m: f32,
-        /// Through which parts of the square around the lens light comes, by their brightness, top up; none for a
-        /// round opening.
+        /// A picture of the opening, over the square around the lens, top up: the brighter a texel, the more light
+        /// comes through. `None` for a round opening.
         aperture: Option<ImageId>,
-        /// How a pixel's samples are spread over the lens.
+        /// How a pixel's samples are spread over the lens, under the Whitted transport.
         pattern: Pattern,
     },
     /// Parallel rays along −Z.

@@ -1,5 +1,5 @@
-//! What files were decoded to, for a scene that is read again and again: frames of an animation, a scene that is
-//! being written.
+//! What files were decoded to, for a scene that is read again and again: frames of an animation, or a scene that is
+//! being edited.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -11,19 +11,19 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::assets::{Image, Mesh};
 use crate::math::Vec4;
 
-/// All that is kept. Copies are one and the same.
+/// All that is kept. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     /// Pictures, by what their files hold.
     pub images: Store<Arc<Image>>,
-    /// Meshes: those that are files of their own by what these hold, others by what they are.
+    /// Meshes: by the content of their file if they have one of their own, else by their own content.
     pub meshes: Store<Arc<Mesh>>,
-    /// Tangents of meshes' corners, by what they are made of.
+    /// Tangents of meshes' corners, by what they are computed from.
     pub tangents: Store<Vec<Option<Vec4>>>,
 }
 
-/// Values by 128-bit hashes of all that they depend on. Copies are one and the same; one that keeps nothing makes
-/// everything anew.
+/// Values by 128-bit hashes of all that they depend on. Clones share them. A store without a map keeps nothing and
+/// makes every value again.
 #[derive(Clone, Debug)]
 pub struct Store<T>(Option<Arc<Mutex<HashMap<u128, T>>>>);
 
@@ -41,7 +41,7 @@ impl Kept {
 }
 
 impl<T> Store<Arc<T>> {
-    /// Forgets what nobody else has.
+    /// Forgets what nothing else holds.
     fn forget_unused(&self) {
         if let Some(store) = &self.0 {
             lock(store).retain(|_, value| Arc::strong_count(value) > 1);
@@ -61,7 +61,7 @@ impl<T: Clone> Store<T> {
         Store(Some(Arc::default()))
     }
 
-    /// What something is made to, once. Mistakes are not kept: they name their files and are found anew.
+    /// The value for a key, made the first time. Errors are not kept: they name their files and are found again.
     pub fn known<E>(&self, key: impl FnOnce() -> u128, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let Some(store) = &self.0 else { return make() };
         let key = key();
@@ -73,7 +73,7 @@ impl<T: Clone> Store<T> {
         Ok(made)
     }
 
-    /// What a file's bytes are decoded to. Its path, too, says what that is, and is part of it.
+    /// What a file's bytes are decoded to. The path is a part of the key, because it also says how to decode them.
     pub fn decoded<E>(
         &self,
         bytes: &[u8],

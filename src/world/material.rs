@@ -29,7 +29,8 @@ impl Default for ColorInput {
 pub struct ScalarInput {
     /// The number, or what the texture's is multiplied by.
     pub factor: f32,
-    /// Where it is looked up, as it is stored (the texture's own factor does not count).
+    /// The texture and the channel that the factor is multiplied by; the texture's own factor does not count.
+    /// Textures of numbers need [`ColorSpace::Linear`](super::ColorSpace::Linear).
     pub texture: Option<(TextureId, Channel)>,
 }
 
@@ -78,10 +79,9 @@ pub enum Highlight {
     Phong,
 }
 
-/// Light with irradiance E (measured across its direction) leaves as
-/// `E · (diffuse · max(n·l, 0) + specular · lobe)`; to that are added
-/// `emission`, the mirror image times `kr` and, with an `ior`, what is seen
-/// through the surface times `kt`. No factor 1/π, as in Whitted's day.
+/// Light with irradiance E (measured perpendicular to its direction) leaves as
+/// `E · (diffuse · max(n·l, 0) + specular · lobe)`. Added to that are `emission`, the mirror image times `kr` and,
+/// with an `ior`, what is seen through the surface times `kt`. There is no factor 1/π, as in Whitted's day.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlinnPhong {
     /// kd, for each colour.
@@ -96,8 +96,7 @@ pub struct BlinnPhong {
     pub kr: ColorInput,
     /// Weight of the refraction, a factor on what Fresnel leaves; counts only with an `ior`.
     pub kt: Rgb,
-    /// Index of refraction of the inside (where the normal does not point); none
-    /// for what light does not enter.
+    /// Index of refraction of the inside (where the normal does not point); `None` if light does not enter.
     pub ior: Option<f32>,
     /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. Under the Whitted
     /// transport it lights no other surface.
@@ -124,9 +123,9 @@ impl Default for BlinnPhong {
 /// specification gives; colours are reflectances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
-    /// Albedo of what is no metal, reflectance straight on of what is.
+    /// Albedo of dielectrics, reflectance straight on of metals.
     pub base_color: ColorInput,
-    /// How much of the surface is there, by [`Principled::alpha_mode`].
+    /// How much of the surface is there, 0 to 1, by [`Principled::alpha_mode`].
     pub alpha: ScalarInput,
     /// What alpha means.
     pub alpha_mode: AlphaMode,
@@ -134,35 +133,35 @@ pub struct Principled {
     pub metallic: ScalarInput,
     /// Perceptual roughness r; the width of the microfacets' slopes is α = r².
     pub roughness: ScalarInput,
-    /// Bends the shading normal.
+    /// Tilts the shading normal.
     pub normal: Option<NormalMap>,
     /// The same by heights, on top of the normal map.
     pub bump: Option<BumpMap>,
     /// Radiance that the surface gives off, W m⁻² sr⁻¹ (glTF: nits).
     pub emission: ColorInput,
-    /// Whether its back is there, too. What is behind a single-sided surface is seen through it.
+    /// Whether it has a back. A single-sided surface has none: what is behind it is seen through it.
     pub double_sided: bool,
-    /// Shows its base colour whatever light there is (KHR_materials_unlit).
+    /// Shows its base colour whatever the light (KHR_materials_unlit).
     pub unlit: bool,
     /// Index of refraction, of the inside over the outside; 0 stands for a surface that reflects all
     /// (KHR_materials_ior).
     pub ior: f32,
-    /// Strength of the dielectric's reflection (KHR_materials_specular).
+    /// Strength of the dielectric's reflection, 0 to 1 (KHR_materials_specular).
     pub specular: ScalarInput,
     /// Its colour straight on.
     pub specular_color: ColorInput,
-    /// The part of what is not reflected that goes through (KHR_materials_transmission).
+    /// The part of what is not reflected that goes through, 0 to 1 (KHR_materials_transmission).
     pub transmission: ScalarInput,
     /// The inside, if the surface is the boundary of a body (KHR_materials_volume); a thin
     /// sheet otherwise.
     pub volume: Option<Volume>,
-    /// 20 / Abbe number (KHR_materials_dispersion).
+    /// 20 / Abbe number; 0 for none (KHR_materials_dispersion).
     pub dispersion: f32,
-    /// The part of diffuse light that leaves on the other side (KHR_materials_diffuse_transmission).
+    /// The part of diffuse light that leaves on the other side, 0 to 1 (KHR_materials_diffuse_transmission).
     pub diffuse_transmission: ScalarInput,
     /// Its colour.
     pub diffuse_transmission_color: ColorInput,
-    /// Coverage by a clear layer of ior 1.5 (KHR_materials_clearcoat).
+    /// Coverage by a clear layer of ior 1.5, 0 to 1 (KHR_materials_clearcoat).
     pub clearcoat: ScalarInput,
     /// The layer's roughness.
     pub clearcoat_roughness: ScalarInput,
@@ -215,7 +214,7 @@ impl Default for Principled {
 /// What a material's alpha means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing: the surface is all there.
+    /// Nothing: all of the surface is there.
     #[default]
     Opaque,
     /// It is there where alpha is at least the cutoff.
@@ -223,7 +222,7 @@ pub enum AlphaMode {
         /// The least alpha.
         cutoff: f32,
     },
-    /// That part of it is there.
+    /// It is the part of the surface that is there.
     Blend,
 }
 
@@ -241,9 +240,9 @@ pub struct NormalMap {
 pub struct BumpMap {
     /// Looked up as it is stored.
     pub texture: TextureId,
-    /// Which number of it.
+    /// Which of its channels.
     pub channel: Channel,
-    /// How much higher 1 is than 0, in metres.
+    /// How much higher a value of 1 is than one of 0, in metres.
     pub height_m: f32,
 }
 
@@ -254,15 +253,16 @@ pub struct Volume {
     pub attenuation_color: Rgb,
     /// In metres; infinite for a body that does nothing to light.
     pub attenuation_distance: f32,
-    /// The colour of a body so large that all light that leaves it has been scattered many times: which part of
-    /// the attenuation is scattering follows from it. Black where nothing scatters.
+    /// The colour of a body so large that all light that leaves it has been scattered many times. It determines which
+    /// part of the attenuation is scattering (Kulla and Conty 2017). Black where nothing scatters.
     pub multiscatter_color: Rgb,
-    /// The mean cosine between light before and after it is scattered, in −1..1: above 0 it goes on much as it did.
+    /// The mean cosine of the angle by which light is scattered, −0.99 to 0.99 (Henyey and Greenstein's g): above 0
+    /// it mostly keeps its direction.
     pub scatter_anisotropy: f32,
 }
 
 impl Volume {
-    /// The largest magnitude of [`Volume::scatter_anisotropy`]: beyond it nothing is scattered any more.
+    /// The largest magnitude of [`Volume::scatter_anisotropy`]: beyond it light is hardly deflected any more.
     pub const MOST: f32 = 0.99;
 
     /// Does nothing to light.
@@ -277,7 +277,7 @@ impl Volume {
 /// Microfacets that are stretched along one direction (KHR_materials_anisotropy).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anisotropy {
-    /// 0 round to 1 as long as can be.
+    /// From 0, round, to 1, as long as can be.
     pub strength: f32,
     /// From the tangent, counter-clockwise, in radians.
     pub rotation: f32,
@@ -285,18 +285,18 @@ pub struct Anisotropy {
     pub texture: Option<TextureId>,
 }
 
-/// A film whose thickness is of the order of light's wavelengths (KHR_materials_iridescence).
+/// A film about as thick as wavelengths of light (KHR_materials_iridescence).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iridescence {
-    /// Coverage.
+    /// Coverage, 0 to 1.
     pub factor: ScalarInput,
-    /// The film's index of refraction.
+    /// The film's index of refraction, at least 1.
     pub ior: f32,
     /// In nm, where the texture is 0.
     pub thickness_minimum: f32,
     /// In nm, where the texture is 1 or there is none.
     pub thickness_maximum: f32,
-    /// Between minimum and maximum.
+    /// A texture's channel, for what lies between minimum and maximum.
     pub thickness: Option<(TextureId, Channel)>,
 }
 

@@ -1,7 +1,6 @@
-//! The authored scene: what a person said, before anything is prepared for
-//! rendering. Entities live in a [`hecs::World`]; bulk data (meshes, images)
-//! and shared data (materials) live beside it in [`Assets`], referred to by
-//! integer ids. [`crate::compile`] turns a world into a scene.
+//! The authored scene, before anything is prepared for rendering. Entities live in a [`hecs::World`]; bulk data
+//! (meshes, images) and shared data (materials) live beside it in [`Assets`], referred to by integer ids.
+//! [`crate::compile`] turns a world into a scene.
 
 use std::hash::{Hash, Hasher};
 
@@ -34,7 +33,7 @@ pub struct World {
     pub assets: Assets,
     /// How to render.
     pub settings: Settings,
-    /// What the loader noticed that is no error, one line each.
+    /// What the loader noticed that is not an error, one line each.
     pub warnings: Vec<String>,
     /// Whether its files say that anything changes with time.
     pub(crate) moves: bool,
@@ -43,22 +42,22 @@ pub struct World {
 }
 
 impl World {
-    /// The entities in the order in which they were spawned, the only order that
-    /// is the author's: hecs iterates by archetype.
+    /// The entities in the order in which they were spawned, which is the author's; hecs itself iterates by
+    /// archetype.
     pub fn in_order(&self) -> Vec<hecs::Entity> {
         let mut entities: Vec<_> = self.entities.iter().map(|e| e.entity()).collect();
-        // Numbers are given again after a despawn, with a higher generation.
+        // After a despawn numbers are used again, with a higher generation.
         entities.sort_by_key(|e| e.to_bits());
         entities
     }
 
-    /// [`World::name_of`] the entities by their numbers.
+    /// The [`World::name_of`] each entity, by its number.
     pub(crate) fn names(&self) -> std::collections::HashMap<u32, String> {
         self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
     }
 
-    /// A hash of what an entity is: where it stands, its shape, material, light and camera. The same
-    /// within a program alone.
+    /// A hash of what an entity is: where it stands, its shape, material, light and camera. It can be compared only
+    /// within one run of the program.
     pub(crate) fn fingerprint(&self, entity: hecs::Entity) -> u64 {
         type Components<'a> = (
             Option<&'a Transform>,
@@ -81,11 +80,11 @@ impl World {
         let _ = self.entities.insert_one(entity, placed);
     }
 
-    /// What is said of a scene for which the path transport was chosen.
-    pub(crate) const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, which glTF files, principled materials and \
-         surroundings are made for (settings: (transport: Path) says so, too)";
+    /// The warning for a scene for which the path transport was chosen.
+    pub(crate) const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, because the scene has a glTF file, a Principled \
+         material or surroundings (settings: (transport: Path) says so in the scene)";
 
-    /// Has a scene that says nothing of it rendered by the transport that takes all of it at its word.
+    /// Chooses the transport for a scene of which no file names one: the one that supports everything in it.
     pub(crate) fn choose_transport(&mut self) {
         self.warnings.retain(|warning| warning != Self::PATH_IS_CHOSEN);
         if self.transport_is_chosen {
@@ -96,9 +95,10 @@ impl World {
         }
     }
 
-    /// The transport that renders all of it: what glTF files, principled materials and surroundings say
-    /// the path transport alone takes at its word.
-    pub(crate) fn fitting_transport(&self) -> Transport {
+    /// The transport that supports everything in the world, which is what files mean by `Auto`: the path transport if
+    /// there are glTF files, principled materials or surroundings, which Whitted's renders only in part. In a
+    /// program, once the world is complete: `world.settings.transport = world.fitting_transport()`.
+    pub fn fitting_transport(&self) -> Transport {
         let entities = &self.entities;
         let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
         let asks = entities.query::<&Model>().iter().next().is_some()
@@ -118,7 +118,7 @@ impl World {
         self.entities.query_mut::<&mut Camera>().into_iter().for_each(change);
     }
 
-    /// Triangles as they are seen: those of a mesh as often as it is placed.
+    /// How many triangles there are to be seen: those of a mesh count as often as it is placed.
     pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
             Shape::Sphere { .. } => 0,

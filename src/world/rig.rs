@@ -1,4 +1,4 @@
-//! A camera that a hand moves.
+//! A camera that is moved by hand.
 
 use super::components::{Camera, LookAtFault, Pattern, Transform};
 use crate::math::{DMat3, DQuat, DVec3, Vec3};
@@ -10,13 +10,13 @@ pub struct Rig {
     place: DVec3,
     /// Its axes: to the right, up, backward.
     axes: DMat3,
-    /// What it turns about, and comes nearer to.
+    /// What it turns about and comes nearer to.
     pivot: DVec3,
     /// Its optics.
     pub camera: Camera,
 }
 
-/// What a scene file says of where a rig stands.
+/// Where a rig stands, as a scene file says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Where it stands, in metres.
@@ -27,7 +27,7 @@ pub struct Pose {
     pub up: Vec3,
 }
 
-/// Nearer than this angle to straight up or down it does not turn, in radians.
+/// How near to straight up or down it may turn, in radians.
 const STEEPEST: f64 = 0.01;
 
 impl Rig {
@@ -50,7 +50,7 @@ impl Rig {
         (self.pivot - self.place).dot(self.forward()).max(1e-6)
     }
 
-    /// Width of the image's height at the pivot, in metres.
+    /// The height of what the image shows at the pivot, in metres.
     fn height(&self) -> f64 {
         match self.camera {
             Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
@@ -60,7 +60,7 @@ impl Rig {
         }
     }
 
-    /// Turns about the pivot: `dx` and `dy` are a hand's way in image heights, to the right and down.
+    /// Turns about the pivot: `dx` and `dy` are how far the hand has moved, in image heights, to the right and down.
     pub fn orbit(&mut self, [dx, dy]: [f64; 2]) {
         let turn = |angle: f64, axis: DVec3| DQuat::from_axis_angle(axis, angle);
         let pi = std::f64::consts::PI;
@@ -82,7 +82,7 @@ impl Rig {
         (self.place, self.pivot) = (self.place + shift, self.pivot + shift);
     }
 
-    /// Comes nearer to the pivot by a factor; what has parallel rays sees a smaller part.
+    /// Comes nearer to the pivot by a factor; an orthographic camera shows a smaller part instead.
     pub fn zoom(&mut self, factor: f64) {
         let factor = factor.clamp(1e-3, 1e3);
         match &mut self.camera {
@@ -93,15 +93,16 @@ impl Rig {
         }
     }
 
-    /// Stands where the picture, of some width over height, just holds all that reaches as far `along` a direction of
-    /// any length as that says. What looks with parallel rays sees as much as that takes.
+    /// Moves to where the picture, of some width over height, just holds a thing that reaches as far along a
+    /// direction of any length as `along` says. An orthographic camera also changes its height.
     pub fn fit(&mut self, aspect: f64, along: impl Fn(DVec3) -> f64) {
-        /// Of the picture: the rest is left free around it.
+        /// The part of the picture that is filled; the rest is left free around it.
         const PART: f64 = 0.92;
         let [right, up, back] = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
         let [nearest, farthest] = [along(back), -along(-back)];
         let room = 1e-3 * (nearest - farthest).max(1e-3);
-        // How far to one side and the other, the more the nearer: planes through the image's borders touch it.
+        // How far it reaches to one side and the other, the more the nearer: planes through the image's borders touch
+        // it.
         let span = |axis: DVec3, slope: f64| [along(axis + slope * back), along(slope * back - axis)];
         let (place, depth) = match &mut self.camera {
             Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
@@ -121,7 +122,7 @@ impl Rig {
         (self.place, self.pivot) = (place, place - depth * back);
     }
 
-    /// Turns about a point from now on, and has it in focus.
+    /// From now on turns about a point, and has it in focus.
     pub fn focus(&mut self, point: Vec3) {
         self.pivot = point.as_dvec3();
         let depth = self.depth() as f32;
@@ -130,7 +131,7 @@ impl Rig {
         }
     }
 
-    /// Sees a vertical angle in degrees, if it has one.
+    /// Sets the vertical angle of view in degrees, if it has one.
     pub fn set_fov(&mut self, degrees: f64) {
         let radians = degrees.clamp(1.0, 170.0).to_radians() as f32;
         if let Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } = &mut self.camera {
@@ -138,7 +139,7 @@ impl Rig {
         }
     }
 
-    /// Has a lens of a radius in metres; 0: a pinhole.
+    /// Sets the radius of the lens in metres; 0 makes it a pinhole.
     pub fn set_lens(&mut self, radius_m: f64) {
         let depth = rounded(self.depth(), self.depth()) as f32;
         let radius = radius_m.max(0.0) as f32;
@@ -168,14 +169,14 @@ impl Rig {
         Pose { from: point(self.place), to: point(self.place + self.forward() * depth), up }
     }
 
-    /// As the entity has it.
+    /// The pose as its entity's transform.
     pub fn transform(&self) -> Result<Transform, LookAtFault> {
         let Pose { from, to, up } = self.pose();
         Transform::look_at(from, to, up)
     }
 }
 
-/// To the power of ten that is at most a hundred thousandth of a length.
+/// Rounds to the power of ten that is at most a hundred thousandth of a length.
 fn rounded(value: f64, length: f64) -> f64 {
     let digits = 5 - libm::floor(libm::log10(length.abs().max(1e-30))) as i32;
     let scale = libm::pow(10.0, f64::from(digits.clamp(-30, 30)));
@@ -231,7 +232,7 @@ mod tests {
         assert_eq!((rig.pose().from.z, &rig.camera), (5.0, &Camera::Orthographic { height_m: 2.0 }));
     }
 
-    /// A box is seen from aslant: its corners are within the picture, and one is at the border that was left.
+    /// A box is seen at an angle: its corners are within the picture, and one touches the margin.
     #[test]
     fn what_is_fitted_fills_the_picture() {
         for (aspect, parallel) in [(1.5, false), (0.5, false), (4.0, false), (1.5, true)] {

@@ -14,56 +14,65 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Samples a pixel (spp), 1 to 4,194,304.
     pub samples: u32,
-    /// Bounces after the camera ray, 0 to 65,535: a longer path counts as black. Under the path
-    /// transport a surface after the last bounce still shows what it gives off: light is scattered
-    /// once more often than it bounces.
+    /// Bounces after the camera ray, 0 to 65,535; longer paths count as black. Under the path transport, a surface
+    /// that is met after the last bounce still shows what it emits: light may be scattered once more often than paths
+    /// bounce.
     pub max_depth: u32,
-    /// Bounces of each kind within these, under the path transport.
+    /// Limits for bounces of each kind within these, under the path transport.
     pub depth_limits: DepthLimits,
-    /// A branch ends when no component of its throughput is above this. The default of
-    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. The path
-    /// transport plays Russian roulette instead.
+    /// Under the Whitted transport, a branch ends when no component of its throughput is above this. The default of
+    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. (The path transport plays Russian
+    /// roulette instead.)
     pub min_throughput: f32,
-    /// The path transport's Russian roulette begins at this bounce; none: never.
+    /// The bounce at which the path transport's Russian roulette begins; `None` for never.
     pub roulette_depth: Option<u32>,
-    /// What a path adds to its sample after the first bounce is cut off at this radiance:
-    /// fewer fireflies, but light is lost. None: nothing is.
+    /// What a path of the path transport adds to its sample after the first bounce is cut off at this radiance, in
+    /// W m⁻² sr⁻¹: fewer fireflies, but light is lost. `None` cuts off nothing.
     pub clamp: Option<f32>,
     /// Which numbers the path transport draws.
     pub sampler: Sampler,
     /// Whether pixels share the paths of their neighbours, under the path transport.
     pub sharing: Sharing,
-    /// Whether blocks of pixels get samples where they lessen the error most, as many as `samples` on average.
+    /// Whether blocks of pixels get more samples where these reduce the error most, with as many rays in all as if
+    /// each pixel got `samples`.
     pub adaptive: Adaptive,
-    /// How light travels.
+    /// How light travels; [`super::World::fitting_transport`] is the one that suits a world.
     pub transport: Transport,
-    /// Which random numbers: another seed, another (equally right) noise.
+    /// The seed of all random numbers: another seed gives another, equally valid noise.
     pub seed: u64,
-    /// How samples are spread over a pixel and what it gathers.
+    /// How samples are spread around a pixel's centre.
     pub filter: PixelFilter,
-    /// Where in a pixel its samples go, before the filter is applied.
+    /// Where in a pixel its samples go, before the filter is applied, under the Whitted transport.
     pub pixel_pattern: Pattern,
     /// What a ray sees that hits nothing.
     pub background: Background,
-    /// Radiance W m⁻² sr⁻¹ that every surface sends back times its diffuse colour, from nowhere.
+    /// Radiance in W m⁻² sr⁻¹ that every surface adds, times its diffuse colour, without any light; under the Whitted
+    /// transport.
     pub ambient: Rgb,
-    /// From radiance to display.
+    /// From radiance to display values.
     pub tonemap: Tonemap,
-    /// Stops: radiance is multiplied by 2^exposure before the tone curve.
+    /// Exposure in stops: radiance is multiplied by 2 to this power before the tone curve.
     pub exposure_ev: f32,
-    /// Whether the image chooses its exposure, to which `exposure_ev` is added.
+    /// Whether the image itself sets the exposure, to which `exposure_ev` is then added: the log-average of its
+    /// luminance goes to 0.18 (Reinhard and others 2002).
     pub auto_exposure: bool,
     /// How much work goes into the acceleration structure.
     pub build_quality: BuildQuality,
-    /// Triangles that copies of meshes which are placed several times may take besides the first copies: what
-    /// would take more is placed as instances, which need little memory for each place and are slower to trace.
-    /// At most [`Settings::MOST_COPIED_TRIANGLES`].
+    /// How many triangles may go into copies of meshes that are placed several times, beyond the first copy of each.
+    /// Meshes for which these do not suffice are placed as instances, which need little memory for each place and are
+    /// slower to trace. At most [`Settings::MOST_COPIED_TRIANGLES`].
     pub copied_triangles: u32,
-    /// What else the image holds than light, each once.
+    /// What the image holds besides light, each at most once.
     pub aov: Vec<Aov>,
 }
 
 impl Settings {
+    /// The largest width, and the largest height, of an image in pixels.
+    pub const MOST_PIXELS_A_SIDE: u32 = 1 << 16;
+    /// The most samples of a pixel, and of a light: the numbers of a pattern's cells must be exact as floats.
+    pub const MOST_SAMPLES: u32 = 1 << 22;
+    /// The largest [`Settings::max_depth`].
+    pub const MOST_DEPTH: u32 = 65_535;
     /// The most triangles that copies may take, so that no scene file takes more than some gigabytes for them.
     pub const MOST_COPIED_TRIANGLES: u32 = 1 << 24;
 }
@@ -97,8 +106,8 @@ impl Default for Settings {
     }
 }
 
-/// What a pixel can tell besides its light: an arbitrary output variable. Means are over what the
-/// pixel's samples hit first, behind what is not there.
+/// What a pixel can hold besides light: an arbitrary output variable. Means are over what the pixel's samples hit
+/// first; surfaces that are not there, by their alpha or from their back, do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Aov {
     /// Distance from the camera along its axis, in metres.
@@ -107,17 +116,17 @@ pub enum Aov {
     Normal,
     /// Base colour; of the classic model its diffuse colour.
     Albedo,
-    /// In world space, in metres.
+    /// Position in world space, in metres.
     Position,
-    /// Which entity most samples hit.
+    /// Which entity most samples hit: 1 + its number in the world, or 0 for none.
     Entity,
-    /// Which material most samples hit.
+    /// Which material most samples hit: 1 + its number, or 0 for none.
     Material,
     /// The part of the samples that hit anything.
     Coverage,
     /// How many samples there are.
     Samples,
-    /// Variance of the pixel's value, estimated.
+    /// Estimated variance of the mean of the pixel's samples, in (W m⁻² sr⁻¹)².
     Variance,
 }
 
@@ -141,9 +150,9 @@ impl Aov {
     }
 }
 
-/// How many bounces of each kind a path may have, 0 to [`DepthLimits::MOST`]; none: as many as
-/// [`Settings::max_depth`] lets it. The kind is that of the lobe that a bounce was drawn from. As
-/// after the last bounce of all, one more ray still finds what shines.
+/// How many bounces of each kind a path may have, 0 to [`DepthLimits::MOST`]; with `None`, as many as
+/// [`Settings::max_depth`] allows. The kind is that of the lobe that a bounce was drawn from. As after the last
+/// bounce of all, one more ray still finds what shines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DepthLimits {
     /// Of lobes that scatter light widely, to either side of the surface.
@@ -191,10 +200,9 @@ pub enum Sampler {
     Independent,
 }
 
-/// Whether the pixels of a group lend each other their paths' second vertices (see
-/// [`crate::integrator::sharing`]): no bias, far less noise where light is scattered by matte surfaces.
-/// There is none with [`Settings::clamp`] or [`Settings::depth_limits`], which say something about each path
-/// for itself.
+/// Whether the pixels of a group lend each other the second vertices of their paths: without bias, and with far less
+/// noise where matte surfaces scatter light. Nothing is shared with [`Settings::clamp`] or
+/// [`Settings::depth_limits`], which are about each path by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sharing {
     /// In groups of up to 64, block by block, where it pays.
@@ -202,24 +210,24 @@ pub enum Sharing {
     Auto,
     /// Every pixel has its own paths.
     Off,
-    /// In groups of so many pixels, one of [`Sharing::SIZES`].
+    /// In groups of this many pixels, one of [`Sharing::SIZES`].
     Groups(u32),
 }
 
 impl Sharing {
-    /// Pixels that a group may have.
+    /// How many pixels a group may have.
     pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
 }
 
-/// Whether blocks of pixels get samples where they lessen the error most.
+/// Whether blocks of pixels get more samples where these reduce the error most.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Adaptive {
     /// All pixels get the same number.
     #[default]
     Off,
-    /// In rounds, chosen by the samples up to then.
+    /// In rounds, each chosen by the samples before it. That is slightly biased (Kirk and Arvo 1991).
     On,
-    /// Chosen beforehand, by samples that do not count.
+    /// Chosen beforehand, by samples of a pilot that are then discarded: without bias.
     Unbiased,
 }
 
@@ -239,7 +247,7 @@ pub enum PixelFilter {
         /// In pixels.
         radius: f32,
     },
-    /// The four-term window of Blackman and Harris over ±`radius`.
+    /// The four-term window of Blackman and Harris (Harris 1978) over ±`radius`.
     BlackmanHarris {
         /// In pixels.
         radius: f32,
@@ -252,8 +260,8 @@ impl Default for PixelFilter {
     }
 }
 
-/// The radiance that comes from where nothing is. Under the Whitted transport it
-/// lights no surface by itself.
+/// The radiance in W m⁻² sr⁻¹ that rays see that hit nothing. Under the Whitted transport it lights no surface by
+/// itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Background {
     /// The same in all directions.
@@ -279,11 +287,11 @@ pub enum Tonemap {
     /// Cut off at 1.
     #[default]
     Clamp,
-    /// Divide all by the image's largest component.
+    /// Divides everything by the image's largest component.
     ScaleByMaximum,
     /// x (1 + x / w²) / (1 + x) on luminance with w = 4 (Reinhard and others 2002).
     Reinhard,
-    /// The ACES reference rendering transform, Hill's fit.
+    /// The ACES reference rendering transform, Stephen Hill's fit, at the brightness of three.js.
     Aces,
     /// Sobotka's AgX, base look.
     Agx,

@@ -19,13 +19,13 @@ pub struct Content {
 }
 
 impl Content {
-    /// What there is.
+    /// The content of a file with these bytes.
     pub fn of(bytes: &[u8]) -> Content {
         Content { length: bytes.len() as u64, hash: xxh3_128(bytes) }
     }
 }
 
-/// Files that were read, by their paths. Copies are one and the same list: several threads read.
+/// Files that were read, by their paths. Clones share one list, because several threads read.
 #[derive(Clone, Debug, Default)]
 pub struct SourceFiles {
     read: Arc<Mutex<BTreeMap<PathBuf, Content>>>,
@@ -40,16 +40,17 @@ pub struct SourceFiles {
 /// What a scene may refer to.
 #[derive(Debug, Default)]
 struct Confines {
-    /// The folder that it lies in, all links followed; none: everything.
+    /// The folder that it lies in, all links followed; `None` for everything.
     root: Option<PathBuf>,
-    /// What somebody has named who runs the program.
+    /// Files that were named by whoever runs the program.
     named: BTreeSet<PathBuf>,
 }
 
-/// A file of this name says that its folder is the root of all scenes in it and below: they may refer to each other's files.
+/// A file of this name marks its folder as the root of all scenes in it and below, which may then refer to each
+/// other's files.
 const ROOT_MARK: &str = ".rayfront-root";
 
-/// The folder that what a scene in `folder` refers to must lie in.
+/// The folder in which everything must lie that a scene in `folder` refers to.
 fn root_of(folder: &Path) -> PathBuf {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let marked = folder.ancestors().find(|folder| folder.join(ROOT_MARK).is_file());
@@ -57,19 +58,20 @@ fn root_of(folder: &Path) -> PathBuf {
 }
 
 impl SourceFiles {
-    /// None yet, with what was decoded before.
+    /// No file yet, but what was decoded before.
     pub fn with(kept: Kept) -> SourceFiles {
         SourceFiles { kept, ..SourceFiles::default() }
     }
 
-    /// From now on only what somebody has [named](SourceFiles::name) is read, and what lies with all its links followed in
-    /// the folder of `scene` or below. If a folder above holds a file `.rayfront-root`, it is that one.
+    /// From now on only two kinds of files are read: those that were [named](SourceFiles::name), and those that lie,
+    /// with all links followed, in the folder of `scene` or below. If that folder or one above it holds a file
+    /// `.rayfront-root`, it is the nearest such folder instead.
     pub fn confine(&self, scene: &Path) {
         let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         lock(&self.confines).root = (!files::outside_is_allowed()).then(|| root_of(folder));
     }
 
-    /// Whoever runs the program has named a file: it may lie anywhere.
+    /// Whoever runs the program has named a file: it is read wherever it lies.
     pub fn name(&self, path: &Path) {
         lock(&self.confines).named.insert(path.to_owned());
     }
@@ -111,7 +113,7 @@ impl SourceFiles {
         lock(&self.read).clone()
     }
 
-    /// Those that somebody asked for and that could not be read.
+    /// Those that were asked for and could not be read.
     pub fn missing(&self) -> BTreeSet<PathBuf> {
         lock(&self.missing).clone()
     }

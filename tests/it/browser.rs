@@ -21,7 +21,7 @@ struct Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It takes its browser along.
+        // It ends its browser, too.
         let _ = self.agent.delete(&self.session).call();
         let _ = self.driver.kill();
         let _ = self.driver.wait();
@@ -74,7 +74,7 @@ impl Browser {
         self.post("/execute/sync", json!({"script": script, "args": []}))
     }
 
-    /// What a script returns, as soon as that is true of it.
+    /// What a script returns, as soon as the condition holds for it.
     fn when(&self, what: &str, script: &str) -> Value {
         let start = Instant::now();
         loop {
@@ -215,7 +215,7 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     browser.when("its mending", "return !document.getElementById('error').checkVisibility();");
     assert_eq!(browser.complaints(), [""; 0]);
 
-    // Who does not know the token sees nothing.
+    // Without the token nothing is shown.
     browser.open(&shown.address().replace("token=", "token=0"));
     let refused = browser.run("return document.body.textContent;");
     assert!(refused.as_str().is_some_and(|text| text.contains("token")), "{refused}");

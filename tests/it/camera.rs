@@ -1,4 +1,4 @@
-//! Where cameras stand that the command line, or nobody, has put somewhere.
+//! Where cameras stand that the command line has placed, or that nobody has.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -206,7 +206,7 @@ fn images_without_noise_lie_beside_those_with_it() {
         let other = report(&[&["--denoise"][..], &ways].concat());
         assert_eq!(other["denoised"]["hash"], clean["denoised"]["hash"], "{ways:?}");
     }
-    // A part of the image is without noise by itself: it knows nothing of what lies around it.
+    // A part of the image is denoised on its own: it knows nothing about its surroundings.
     assert!(report(&["--denoise", "--crop", "3,2,9,7"])["denoised"]["hash"].is_string());
     let one = run(here, &["scene.ron", "--spp", "1", "--denoise", "-o", "one.png"]);
     assert!(text(&one.stderr).contains("--spp 2 or more"), "{}", text(&one.stderr));
@@ -344,7 +344,7 @@ fn a_mesh_by_itself_is_framed_and_lit() {
     assert!(folder.path().join("quad.png").is_file());
 }
 
-/// Starts a rendering that takes hours, and says how it ends by signals, sent one soon after the other.
+/// Starts a rendering that takes hours, and returns how it ends after signals that follow each other closely.
 #[cfg(unix)]
 fn interrupted(folder: &Path, prefix: &[&str], signals: &[&str]) -> (Option<i32>, String) {
     let arguments = ["scene.ron", "--size", "320x240", "--spp", "4000000", "--json"];
@@ -383,7 +383,7 @@ fn interrupted(folder: &Path, prefix: &[&str], signals: &[&str]) -> (Option<i32>
 #[cfg(unix)]
 #[test]
 fn signals_end_a_rendering_with_an_image() {
-    // Twice at once: so do those that tell a program and its group.
+    // Twice at once, as when a signal is sent to a program and to its group.
     for (signals, code) in [(&["-TERM", "-TERM"][..], 143), (&["-INT", "-INT"], 130)] {
         let folder = folder();
         let (status, _) = interrupted(folder.path(), &[], signals);

@@ -1,5 +1,5 @@
-//! Whatever is edited, and in whatever order: a scene that shares with the one before it what has not changed is the
-//! scene that it would be by itself.
+//! Whatever is edited, in whatever order: a scene that shares unchanged parts with the one before it is the same as
+//! the scene on its own.
 
 use std::path::Path;
 
@@ -89,7 +89,7 @@ fn ply(corner: f32) -> String {
     format!("{head}0 0 0\n1 0 0\n{corner} 1 0\n0 0 1\n3 0 1 2\n3 0 2 3\n")
 }
 
-/// Four by four pixels, one of which is so.
+/// An image of four by four pixels, one of which is different.
 fn png(path: &Path, value: u8) {
     let pixel = |x: u32, y: u32| {
         image::Rgba([(40 * x) as u8, value, (40 * y) as u8, if x > y { 255 } else { value }])

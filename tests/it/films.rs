@@ -1,5 +1,4 @@
-//! Films on disk: what is interrupted, cut into parts or gone on with has the bits of what is rendered in one
-//! go.
+//! Films on disk: what is interrupted, cut into parts or continued has the same bits as what is rendered in one go.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -227,7 +226,7 @@ fn begun(here: &Path, line: &str, film: &str) -> std::process::Child {
     child
 }
 
-/// A rendering that was ended by a signal some time after it began, or after there was a film, and gone on with:
+/// A rendering that was ended by a signal some time after it began, or after there was a film, and then continued:
 /// its exit code, its hash, and whether there was a film.
 fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
     let _ = std::fs::remove_file(here.join("a.film"));
@@ -272,7 +271,7 @@ fn whatever_ends_it_a_rendering_is_gone_on_with() {
     }
 }
 
-/// What a disk that is full does to a checkpoint: here, files that may not grow further.
+/// The effect of a full disk on a checkpoint; simulated by files that must not grow any further.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_costs_no_older_checkpoint() {
@@ -394,7 +393,7 @@ fn planned_commands_are_what_a_shell_takes() {
     assert!(error.contains("--sppp"), "{error}");
 }
 
-/// Samples where they are worth it: the same whatever renders and interrupts, and fit to be gone on with.
+/// Adaptive samples: the same whatever renders and interrupts, and fit to be continued.
 #[cfg(unix)]
 #[test]
 fn adaptive_samples_are_chosen_alike_by_all() {
@@ -409,7 +408,7 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     let verified = json(here, "verify scene.ron --adaptive --size 48x40 --spp 32");
     assert_eq!(verified["mismatches"], 0, "{verified}");
     assert_eq!(json(here, "reproduce a.exr")["identical"], true);
-    // Killed, and gone on with.
+    // Killed, and continued.
     let longer = "scene.ron --adaptive --aov samples --size 120x80 --spp 64 -o long.film";
     let whole = hash(here, longer);
     for moment in [0, 50, 150] {
@@ -429,7 +428,7 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     }
 }
 
-/// A checkpoint that nobody asked for by name: it is there as long as there is something to go on with.
+/// A checkpoint that nobody asked for by name: it exists as long as there is something to continue.
 #[cfg(unix)]
 #[test]
 fn a_checkpoint_goes_when_its_image_is_done() {
@@ -588,7 +587,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     }
     assert_ne!(hash(here, "scene.ron --spp 64 --size 72x56 --seed 5 -o b.exr"), expected);
     assert_eq!(json(here, "reproduce whole.png")["identical"], true);
-    // With a pilot that was saved, or each with its own.
+    // With a saved pilot, or each with its own.
     assert_eq!(run(here, &format!("{line} --pilot pilot.film --pilot-only")).status.code(), Some(0));
     let of_pilot = json(here, &format!("{line} --pilot pilot.film -o b.exr"));
     assert_eq!(of_pilot["film_hash"], expected);
@@ -606,14 +605,14 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     let (whole, crop) = (pixels("whole.exr"), pixels("crop.exr"));
     let rows = (9..50).flat_map(|y| whole[y * 72 + 21..y * 72 + 60].iter().copied());
     assert!(rows.eq(crop), "the crop shows other pixels");
-    // Killed in the middle, and gone on with.
+    // Killed in the middle, and continued.
     let long = format!("{options} --spp 512");
     let mut child = begun(here, &format!("{long} -o long.film --checkpoint 2ms --quiet"), "long.film");
     std::thread::sleep(Duration::from_millis(30));
     child.kill().expect("killed");
     child.wait().expect("an end");
     assert_eq!(hash(here, "resume long.film"), hash(here, &format!("{long} -o other.film")));
-    // Another rendering's pilot has nothing to say.
+    // Another rendering's pilot does not count.
     let error = failure(
         here,
         1,
@@ -633,7 +632,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     assert_eq!(hash(here, "merge scene.jobs/part-0.film scene.jobs/part-1.film"), expected);
 }
 
-/// However many tiles a pass or a round came to: what goes on with it ends where it would have ended.
+/// However many tiles a pass or a round has reached: whatever continues it ends where it would have ended.
 #[test]
 fn any_tile_may_be_the_last() {
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

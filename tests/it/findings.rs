@@ -1,4 +1,4 @@
-//! What broken scenes are told, and that good ones are told nothing.
+//! What is reported about broken scenes, and that nothing is reported about good ones.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use rayfront::world::World;
 
 use super::support::world;
 
-/// What is told of a scene: by its compilation, by the rules, and of its image.
+/// Everything reported about a scene: by its compilation, by the rules, and about its image.
 fn told(world: &World) -> Vec<String> {
     let mut settings = world.settings.clone();
     (settings.size, settings.samples) = ([96, 54], 2);
@@ -71,7 +71,7 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
         (
             "a camera that looks past everything",
             scene(&[&eye("(0, 1, 6)", "(9, 1, 3)"), BALL, LAMP]),
-            vec!["the camera sees nothing", "beside what it sees"],
+            vec!["the camera sees nothing", "outside its view"],
         ),
         (
             "a camera in a ball",

@@ -105,6 +105,20 @@ fn a_model_alone_stands_in_a_studio() {
     assert!(world.warnings[0].contains("no camera") && world.warnings[1].contains("a studio"));
 }
 
+/// A scene file that only puts a model somewhere is looked at from where all of it is seen, as the model alone is.
+#[test]
+fn a_scene_that_places_a_model_gets_a_camera() {
+    triangle("placed.gltf", false);
+    let scene = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("placed.ron");
+    std::fs::write(&scene, r#"(entities: [(gltf: "placed.gltf"), (light: Sky)])"#).unwrap();
+    let mut world = formats::load(&scene).unwrap();
+    assert_eq!(world.entities.query::<&Camera>().iter().count(), 1);
+    assert!(world.warnings.iter().any(|warning| warning.contains("no camera")), "{:?}", world.warnings);
+    (world.settings.size, world.settings.samples) = ([32, 18], 1);
+    let seen = crate::support::film(&world, Options::default());
+    assert!(seen.radiance().iter().any(|pixel| pixel.luminance() > 0.0));
+}
+
 /// What `--env` names takes the place of what a scene has around it, and of what it would get.
 #[test]
 fn surroundings_can_be_chosen() {
@@ -169,7 +183,10 @@ fn what_models_alone_have_is_refused_elsewhere() {
     assert!(still.warnings.iter().any(told), "{:?}", still.warnings);
     let other = path.with_extension("ply");
     let message = formats::load_with(&other, &options).err().unwrap().to_string();
-    assert!(message.contains("--time, --variant and --scene are for .gltf and .glb files"), "{message}");
+    assert!(message.starts_with("time_s: this is for .gltf, .glb and .ron files, not for "), "{message}");
+    let options = LoadOptions { variant: Some("red".into()), ..LoadOptions::default() };
+    let message = formats::load_with(path.with_extension("ron"), &options).err().unwrap().to_string();
+    assert!(message.starts_with("variant: this is for .gltf and .glb files, not for "), "{message}");
 }
 
 /// The corners of all triangles, rounded and in order.
@@ -330,7 +347,7 @@ const EXPECTED_FAILURES: &Refusals = &[
         &[
             ("chunk_too_big.glb", "the chunk at byte 12 ends within its header"),
             ("empty_json_chunk.glb", "JSON chunk, line 1, column 0: EOF while parsing a value"),
-            ("empty_json_object.glb", "this is no glTF: it has no \"asset\""),
+            ("empty_json_object.glb", "this is not glTF: it has no \"asset\""),
             ("invalid_json_chunk.glb", "JSON chunk, line 1, column 2: key must be a string"),
             ("length_mismatch.glb", "the header speaks of 49 bytes, the file has 48"),
             ("only_bin_chunk.glb", "the first chunk must be JSON"),
@@ -481,7 +498,7 @@ fn pictures_are_those_that_visible_materials_ask_for() {
     formats::gltf::parse(&bytes, path, &LoadOptions::default(), &mut assets, &mut warnings).unwrap();
     let red = rayfront::world::Texels::Rgba8(vec![[255, 0, 0, 255]]);
     assert_eq!(assets.images.iter().map(|image| &image.texels).collect::<Vec<_>>(), [&red; 2]);
-    // Each is complained of once, and what nobody sees is not.
+    // Each is reported once, and what is not shown is not reported.
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
         warnings[0].starts_with("pictures.gltf: /images/1: the picture cannot be decoded"),

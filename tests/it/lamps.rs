@@ -49,7 +49,7 @@ fn film(world: &World, sampled: bool) -> Film {
     film_of(world, world.settings.samples, sampled)
 }
 
-/// What chance alone finds takes many more samples to be as good.
+/// Light that is only found by chance takes many more samples to be as good.
 const MORE: u32 = 64;
 
 fn film_of(world: &World, samples: u32, sampled: bool) -> Film {

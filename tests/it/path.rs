@@ -1,4 +1,4 @@
-//! The path transport against what can be said without rendering.
+//! The path transport compared with what is known without rendering.
 
 use rayfront::internals::integrator::Schedule;
 use rayfront::math::{Rgb, Vec3};

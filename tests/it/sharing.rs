@@ -1,4 +1,4 @@
-//! Paths that are shared: the same means, less noise, and nothing where it must not be.
+//! Shared paths: the same means, less noise, and no effect where there must be none.
 
 use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;

@@ -42,7 +42,7 @@ fn succeeds(folder: &Path, line: &str) -> String {
     error
 }
 
-/// Where somebody listens.
+/// An address where somebody listens.
 fn listener() -> (TcpListener, String) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -145,7 +145,7 @@ fn the_viewer_ends_up_with_the_floats_of_the_image() {
     assert_eq!(crop.size, [80, 70]);
     assert!(crop.pixels == floats(&here.join("crop.exr")));
     assert!(resumed.pixels == floats(&here.join("more.exr")));
-    // Who looked on leaves no trace.
+    // Onlookers leave no trace.
     let bytes = |name: &str| std::fs::read(here.join(name)).expect("a file");
     assert!(bytes("alone.exr") == bytes("shown.exr"));
 }
@@ -194,6 +194,6 @@ fn viewers_that_are_not_there_or_go_away() {
 fn a_preview_needs_a_terminal() {
     let folder = folder();
     let error = succeeds(folder.path(), "scene.ron --spp 1 --preview");
-    assert!(error.contains("--preview shows nothing: standard error is no terminal"), "{error}");
+    assert!(error.contains("--preview shows nothing: standard error is not a terminal"), "{error}");
     assert!(!error.contains('\x1b'), "{error}");
 }

@@ -168,7 +168,7 @@ fn unsafe_code_is_in_simd_alone() {
     none(problems);
 }
 
-/// Whoever opens or writes files in another way forgets what is looked at there.
+/// Whoever opens or writes files in another way skips the checks that are made there.
 #[test]
 fn files_are_opened_and_written_in_one_place() {
     let words = ["File::open", "File::create", "fs::read(", "fs::write("];
@@ -274,8 +274,8 @@ fn no_large_file_is_tracked() {
     none(problems);
 }
 
-/// Whether code of a file calls into a crate. A module of ours may have its name; and to implement
-/// a crate's trait is no use that anybody makes of it.
+/// Whether code of a file calls into a crate. A module of ours may have the crate's name; and implementing one of its
+/// traits does not count as a call.
 fn uses(source: &Source, name: &str) -> bool {
     let is_ours = source.code.iter().map(|line| line.trim()).any(|line| {
         let declared = words_after(line, "mod ").next() == Some(name);

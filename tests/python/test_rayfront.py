@@ -7,6 +7,7 @@ import signal
 import subprocess
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +34,6 @@ def ball(**settings):
             {"shape": rayfront.Sphere(radius_m=1), "material": "red"},
         ],
     )
-
-
 
 
 @pytest.mark.skipif(not PROGRAM, reason="RAYFRONT_PROGRAM names no program")
@@ -77,6 +76,84 @@ def test_images_are_arrays_pictures_and_files(tmp_path):
         image.save(tmp_path / "a.jpg")
 
 
+def test_pictures_are_as_screens_show_them(tmp_path):
+    image = ball().render(denoise=True)
+    assert np.array_equal(np.asarray(image), image.numpy()) and np.asarray(image, dtype=np.float64).dtype == np.float64
+    shown = image.srgb()
+    assert shown.shape == (18, 32, 3) and shown.dtype == np.uint8
+    # The curve of sRGB, cut off at 1.
+    linear = np.clip(image.numpy().astype(np.float64), 0, 1)
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    assert np.abs(shown - 255 * curve).max() < 0.51
+    assert (image.srgb(denoised=True) != shown).any()
+    brighter = ball().render(exposure=1)
+    assert brighter.film_hash == image.film_hash and brighter.srgb().mean() > shown.mean()
+    assert np.array_equal(ball().render(tonemap="clamp").srgb(), shown)
+    assert not np.array_equal(ball().render(tonemap="agx").srgb(), shown)
+    image.save(tmp_path / "8.png")
+    image.save(tmp_path / "16.png", bits=16)
+    image.save(tmp_path / "clean.png", denoised=True)
+    assert len({(tmp_path / name).read_bytes() for name in ("8.png", "16.png", "clean.png")}) == 3
+    for wrong, says in [
+        (lambda: image.save(tmp_path / "a.png", bits=12), "8 or 16"),
+        (lambda: brighter.srgb(denoised=True), "denoise=True"),
+        (lambda: ball().render(tonemap="filmic"), "there are: clamp"),
+        (lambda: ball().render(exposure="dark"), '"auto"'),
+    ]:
+        with pytest.raises(ValueError, match=says):
+            wrong()
+
+
+def test_parts_and_limits_of_a_rendering():
+    whole = ball().render()
+    part = ball().render(crop=(8, 4, 24, 16))
+    assert part.size == [16, 12] and np.array_equal(part.numpy(), whole.numpy()[4:16, 8:24])
+    with pytest.raises(ValueError, match="x0 < x1 <= 32"):
+        ball().render(crop=(8, 4, 40, 16))
+    # Noise that is there after the first pass ends it.
+    assert ball().render(spp=512, noise=10.0).samples == 16
+    assert ball().render(spp=32, noise=1e-9).samples == 32
+    mirror = rayfront.load(ROOT / "scenes" / "figure_05_reflections.ron")
+    assert mirror.render(size=(32, 24), spp=1, depth=0).film_hash != mirror.render(size=(32, 24), spp=1).film_hash
+
+
+def test_what_is_not_as_it_was_meant_is_told():
+    dark = [
+        {"camera": rayfront.Pinhole(vertical_fov_degrees=40), "transform": {"translate": (0, 0, 4)}},
+        {"shape": rayfront.Sphere(radius_m=1)},
+    ]
+    world = rayfront.World(dark, settings={"size": (16, 16), "samples": 1})
+    with pytest.warns(rayfront.SceneWarning, match="there is no light"):
+        image = world.render()
+    assert any("there is no light" in warning for warning in image.warnings)
+    findings = world.check()
+    assert any("there is no light" in finding.what for finding in findings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ball().render()
+    assert ball().check() == []
+
+
+def test_models_are_read_as_they_are_meant(tmp_path):
+    (tmp_path / "model.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    plain = rayfront.load(tmp_path / "model.ply", size=(32, 32))
+    assert plain.size == (32, 32)
+    hashes = {
+        rayfront.load(tmp_path / "model.ply", size=(32, 32), **how).render(spp=1).film_hash
+        for how in ({}, {"ground": True}, {"zoom": 2}, {"look_at": ((0, 0, 3), (0, 0, 0))}, {"env": "studio"})
+    }
+    assert len(hashes) == 5
+    with pytest.raises(ValueError, match="light_units"):
+        rayfront.load(tmp_path / "model.ply", light_units="lumen")
+    with pytest.raises(ValueError, match="solid_glass: this is for .gltf"):
+        rayfront.load(tmp_path / "model.ply", solid_glass=True)
+    with pytest.raises(ValueError, match="^set: "):
+        rayfront.load(tmp_path / "model.ply", set="Light[")
+
+
 def test_what_is_told_of_a_rendering_counts():
     world = ball()
     assert world.cameras == ["front", "far"] and world.size == (32, 18)
@@ -113,8 +190,14 @@ def test_meshes_of_arrays_are_seen():
 
 
 def test_mistakes_are_errors_that_say_what_is_wrong(tmp_path):
-    with pytest.raises(ValueError, match='did you mean "radius_m"'):
-        rayfront.World([{"shape": rayfront.Sphere(raduis_m=1)}])
+    with pytest.raises(ValueError, match=r'^entities\[1\]: .*did you mean "radius_m"') as told:
+        rayfront.World([{"name": "eye"}, {"shape": rayfront.Sphere(raduis_m=1)}])
+    _, line, mark = str(told.value).split("\n")
+    assert line[mark.index("^"):].startswith("raduis_m")
+    with pytest.raises(ValueError, match=r"^materials\['red'\]: "):
+        rayfront.World(materials={"red": rayfront.Principled(metalic=0)})
+    with pytest.raises(ValueError, match="^settings: "):
+        rayfront.World(settings={"samples": -1})
     with pytest.raises(FileNotFoundError):
         rayfront.load(tmp_path / "nothing.ron")
     with pytest.raises(ValueError, match="there is no camera"):
@@ -157,11 +240,14 @@ def test_progress_is_told_and_other_threads_go_on():
 
 
 def test_an_interrupt_ends_a_rendering():
+    # What a shell runs in the background ignores interrupts.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
     timer.start()
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         rayfront.load(ROOT / "scenes" / "materials.ron").render(size=(1920, 1080), spp=4096)
+    signal.signal(signal.SIGINT, before)
     assert time.monotonic() - begun < 20
 
 

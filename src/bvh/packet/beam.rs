@@ -94,7 +94,7 @@ impl Beam {
                 let (first, last) = (at_start[side], at_end[side]);
                 let slope = (last - first) / (end - start);
                 let slope = if slope.is_finite() { slope } else { 0.0 };
-                // Of the two ends the one that is farther out, for where the line is not exact.
+                // Of the two ends, the one that is farther out, where the line is not exact.
                 let lines = [first - slope * start, last - slope * end];
                 let size = reach + first.abs() + last.abs() + slope.abs() * (reach + start.abs() + end.abs());
                 let margin = size * (4.0 * PADDING);

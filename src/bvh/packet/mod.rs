@@ -39,11 +39,12 @@ const PASSES: usize = 4;
 /// A pass with fewer rays is not worth it.
 const FEWEST: u32 = 12;
 
-/// Boxes a ray from which on a packet costs more than a stream of its rays would, for the nearest hit
-/// and for any: the mesh is finer than the rays are dense then, and each box is there for few of them.
-/// (Measured in million rays a second. Shadow rays, with a limit of 0.9, 1.3, 1.8 and none: on a million
-/// triangles 7.6, 8.2, 8.8, 9.0; on 10 million 6.1, 6.1, 5.6, 4.8; with 1.5 and none in another run 8.6 and 8.9, 5.9 and
-/// 4.6. Camera rays on 10 million: 5.1 with 1, 5.7 with 2 and with none. `scenes/terrain.ron`, where mirrors are in it, is as fast with 2 as with 1.)
+/// Boxes for each ray from which on a packet costs more than a stream of its rays would, for the nearest hit and for
+/// any: the mesh is then finer than the rays are dense, and each box is there for few of them. (Measured in million
+/// rays a second. Shadow rays, with a limit of 0.9, 1.3, 1.8 and none: on a million triangles 7.6, 8.2, 8.8, 9.0; on
+/// 10 million 6.1, 6.1, 5.6, 4.8; with 1.5 and none in another run 8.6 and 8.9, 5.9 and 4.6. Camera rays on 10
+/// million: 5.1 with 1, 5.7 with 2 and with none. `scenes/terrain.ron`, which has mirrors in it, is as fast with 2 as
+/// with 1.)
 const DEAR: [f32; 2] = [2.0, 1.5];
 
 /// What became of a packet.

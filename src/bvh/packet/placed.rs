@@ -1,4 +1,4 @@
-//! A packet's way through an instance: those of its rays that enter it are taken to its space, one behind the other, and
+//! A packet's way through an instance: those of its rays that enter it are taken to its space, packed together, and
 //! go through its tree as a packet of their own.
 
 use std::marker::PhantomData;
@@ -24,7 +24,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// None.
+    /// No rays.
     pub fn new() -> Self {
         Self { walk: PacketWalk::new(), places: PacketColumn([0; RAYS]) }
     }

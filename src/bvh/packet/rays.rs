@@ -11,7 +11,7 @@ use crate::simd::{Float, Int, Mask};
 
 /// Rays of a packet.
 pub const RAYS: usize = 128;
-/// A packet has groups of as many lanes as the processor has, but at least of so many.
+/// A packet's groups have as many lanes as the processor has, but at least this many.
 pub const LEAST_WIDTH: usize = 8;
 /// The most groups of lanes that a packet is made of.
 pub const GROUPS: usize = RAYS / LEAST_WIDTH;
@@ -41,7 +41,7 @@ pub struct PacketRays {
     pub near_scale: [PacketColumn<f32>; 3],
     pub far_scale: [PacketColumn<f32>; 3],
     pub t_min: PacketColumn<f32>,
-    /// Nothing is entered before: where the ray begins, or enters the instance.
+    /// Nothing is entered before this: where the ray begins, or where it enters the instance.
     pub floor: PacketColumn<f32>,
     /// The nearest hit so far, at first where the ray ends; below 0 for a ray that is done.
     pub t: PacketColumn<f32>,
@@ -63,7 +63,7 @@ pub struct Active {
 }
 
 impl Active {
-    /// Nobody.
+    /// No rays.
     pub const NONE: Active = Active { lanes: [0; GROUPS], groups: 0 };
 
     /// How many rays there are.
@@ -135,7 +135,7 @@ impl PacketRays {
         self.t_min.fill(&rays.t_min[range.clone()]);
         self.t.fill(&rays.t_max[range]);
         for at in (0..count).step_by(F::WIDTH) {
-            // A NaN stays one, −0 becomes 0.
+            // NaN stays NaN, −0 becomes 0.
             let t_min = F::zero().max(F::load(&self.t_min.0[at..])) + F::zero();
             t_min.store(&mut self.t_min.0[at..]);
             t_min.store(&mut self.floor.0[at..]);
@@ -176,8 +176,8 @@ impl PacketRays {
         }
     }
 
-    /// Takes those of a packet's rays that enter an instance, each from where it does (`near`), to its space, one behind
-    /// the other; says in `places` which they are, and how many.
+    /// Takes those of a packet's rays that enter an instance to its space, packed together, each from where it enters
+    /// (`near`). Says in `places` which they are, and returns how many.
     #[inline(always)]
     pub fn take_to<F: Float>(
         &mut self,

@@ -58,9 +58,9 @@ impl Boxes {
     }
 
     /// Puts the children of a node that the beam meets on the stack, the nearest on top; where any hit will do, the
-    /// farthest. Shadow rays start among things that they leave behind, and come to a lamp together: what is in the way
-    /// of one there, is in the way of many. (Million rays a second, farthest and nearest first: a sun in the atrium 37
-    /// and 21, shadows on 70 thousand triangles 40 and 34, other classes 0.9 to 1.15.)
+    /// farthest. Shadow rays start among things that they leave behind, and come to a lamp together: what is in the
+    /// way of one there is in the way of many. (Million rays a second, farthest and nearest first: a sun in the
+    /// atrium 37 and 21, shadows on 70 thousand triangles 40 and 34, other classes 0.9 to 1.15.)
     #[inline(always)]
     fn open<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam) {
         let node = &bvh.nodes[index];
@@ -81,7 +81,7 @@ impl Boxes {
 pub struct Pass<'q, 'a, A, const APEX: bool> {
     pub walk: &'q mut PacketWalk,
     pub boxes: &'q mut Boxes,
-    /// Room for what instances need; in one there is no other.
+    /// Room for rays in an instance; within one, no other is entered.
     pub placed: Option<&'q mut Placed>,
     pub scene: PacketScene<'a>,
     pub active: Active,
@@ -384,7 +384,7 @@ impl PacketWalk {
         }
     }
 
-    /// What goes its own way.
+    /// Rays that go on alone.
     #[inline(always)]
     pub fn one_by_one<L: Lanes, A: Answers>(
         &mut self,

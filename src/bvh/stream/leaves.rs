@@ -205,7 +205,7 @@ impl Askers for Listed<'_> {
     }
 }
 
-/// A triangle, and rays that are to be had again.
+/// A triangle, and rays that can be read again.
 struct OfRows<'a> {
     rows: &'a [Quad],
     ids: &'a [u32; LANES],
@@ -231,7 +231,7 @@ impl<F: Float> ExactRays<F> for OfRows<'_> {
     }
 }
 
-/// A ray of the queue, read where it is needed after all.
+/// A ray of the queue, read only if it is needed after all.
 struct Again<'a> {
     rays: &'a Rays<'a>,
     place: usize,

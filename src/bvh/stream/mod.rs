@@ -9,8 +9,8 @@
 //! 2014, and Wald et al., "SIMD ray stream tracing", 2007, with the order of children known
 //! beforehand.)
 //!
-//! What a list's rays are at is read once for all of them, and nothing waits for a single
-//! ray's decision. Where a list gets short, its rays go on one by one.
+//! What a list's rays meet is read once for all of them, and nothing waits for the decision of a single ray. Where a
+//! list gets short, its rays go on one by one.
 
 mod leaves;
 mod rows;
@@ -76,7 +76,7 @@ pub(super) struct StreamQuery<'a, 'r, A> {
 }
 
 impl<A: Answers> Kernel for StreamQuery<'_, '_, A> {
-    /// Whether it is answered; if not, there are directions at the ends of the floats among them.
+    /// Whether it was answered; if not, some directions are at the limits of floats.
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
@@ -90,7 +90,7 @@ struct StreamWalk {
     stack: Vec<StackEntry>,
     /// Rays by their numbers in the stream.
     lists: Vec<u32>,
-    /// Where each of them enters; of boxes of nodes nobody asks.
+    /// Where each of them enters; not written for boxes of nodes.
     near: Vec<f32>,
     /// The list that is being looked at.
     groups: Vec<StreamGroup>,
@@ -137,8 +137,8 @@ impl Stream {
             if end > first {
                 let rows = &mut rows[ROW * first..ROW * end];
                 self.walk.run::<L, A>(StreamScene { bvh, rays, way }, rows, keys);
-                // One word a ray is written as soon as it is known; of whole hits 16 go to their columns at
-                // once (measured: 5 % of first bounces' time, but shadow rays would lose as much).
+                // A single word for each ray is written as soon as it is known; whole hits go to their columns 16 at
+                // a time (measured: 5 % of first bounces' time, but shadow rays would lose as much).
                 if A::ANY {
                     for row in rows.chunks_exact(ROW) {
                         answers.put(row[3][3].to_bits() as usize, &best(row));
@@ -318,7 +318,7 @@ impl StreamWalk {
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
             let t_min = row[1][3];
-            // Where a ray enters a node, nobody asks.
+            // Where a ray enters a node is not kept.
             let near = if child.kind() == ChildKind::Node { t_min } else { Float::max(*near, t_min) };
             if near > row[0][3] {
                 continue;

@@ -53,7 +53,7 @@ pub fn load<F: Float>(
     }
     let longest = Longest::new(direction);
     let (d, r) = (longest.rename(direction), longest.rename(reciprocal));
-    // A NaN stays one, −0 becomes 0.
+    // NaN stays NaN, −0 becomes 0.
     let t_min = zero.max(padded::<F>(&rays.t_min[at..])) + zero;
     let t_max = padded::<F>(&rays.t_max[at..]);
     let alive = zeros.eq(zero) & t_min.le(t_max);
@@ -109,6 +109,6 @@ pub fn put_best(row: &mut [Quad], hit: &Hit) {
 #[inline(always)]
 pub fn finish(row: &mut [Quad]) {
     row[0][3] = -1.0;
-    // Which one it is, nobody asks.
+    // Which one it is does not matter.
     row[2][3] = f32::from_bits(0);
 }

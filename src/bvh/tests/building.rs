@@ -22,7 +22,7 @@ fn needles(random: &mut Stream, count: usize) -> Soup {
     soup.all_in_the_world()
 }
 
-/// Leaves' triangles, copies included.
+/// The triangles in all leaves, copies included.
 fn held(bvh: &Bvh) -> usize {
     bvh.triangles.iter().flat_map(|block| block.words).filter(|word| Word(*word).is_used()).count()
 }

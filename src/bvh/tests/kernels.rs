@@ -19,7 +19,7 @@ fn point(random: &mut Stream, size: f32) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|_| random.random_range(-size..size)))
 }
 
-/// A queue of rays side by side, with a few among them that are not, or that are no rays.
+/// A queue of rays side by side, with a few among them that are not, or that are no valid rays.
 fn bundle(random: &mut Stream, kind: Bundle, count: usize, odd: bool) -> Vec<Ray<f32>> {
     let (from, to) = (point(random, 7.0), point(random, 3.0));
     let end: f32 = random.random_range(2.0..20.0);
@@ -269,8 +269,8 @@ proptest! {
     }
 }
 
-/// What is 600 m from the world's origin and 2 mm from the ray is found at 2 mm: turning the ray's origin first and moving
-/// it then would be off by some 0.04 mm.
+/// What is 600 m from the world's origin and 2 mm from the ray is found at 2 mm: turning the ray's origin first and
+/// moving it then would be off by some 0.04 mm.
 #[test]
 fn a_ray_beside_an_instance_that_is_far_away_knows_how_far_it_is() {
     let mut random = Stream::new(31);

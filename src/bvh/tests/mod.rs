@@ -357,7 +357,7 @@ fn nothing_one_and_many_of_the_same() {
     }
 }
 
-/// Unused boxes of a node must stay closed to a ray that is nowhere.
+/// Unused boxes of a node must stay closed to a ray that is not finite.
 #[test]
 fn rays_that_are_not_finite_hit_nothing() {
     let mut random = Stream::new(12);

@@ -52,7 +52,7 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
                 let raised = if t > near { t } else { near };
                 let primitive = word.number() | flag;
                 let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
-                // What was raised is not what must be beyond t_min.
+                // It is t itself, not what it was raised to, that must be beyond t_min.
                 let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
                 let there = match given.unwrap_or(word.presence()) {
                     Presence::Always => true,

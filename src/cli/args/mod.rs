@@ -1,4 +1,4 @@
-//! What can be said on the command line.
+//! The command line's arguments.
 
 mod names;
 mod options;
@@ -17,10 +17,10 @@ use crate::simd::Level;
 use crate::world::World;
 pub use names::{CoherenceName, QualityName, ScheduleName};
 pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
-pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_size};
+pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_place, parse_size};
 use parse::{parse_crop, parse_samples};
 
-/// What stands below the options.
+/// What is shown below the options.
 const AFTER_HELP: &str = "\
 rayfront render SCENE and rayfront SCENE are the same.
 
@@ -38,10 +38,10 @@ there was has been saved); 141 whoever read the output has closed it.";
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = AFTER_HELP)]
 pub struct Arguments {
-    /// Other things to do than to render.
+    /// Commands other than rendering.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// What to render, where no other thing to do is named.
+    /// What to render, if no other command is given.
     #[command(flatten)]
     pub render: Render,
     /// What the process may do.
@@ -53,17 +53,17 @@ pub struct Arguments {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Limits")]
 pub struct Limits {
-    /// Use no more memory than this in all, such as 800M or 4G [default: what is free, and what ulimit -v and control
-    /// groups allow]
+    /// Use at most this much memory, such as 800M or 4G [default: what is free, and what ulimit -v and control groups
+    /// allow]
     #[arg(long, global = true, value_name = "SIZE", value_parser = crate::memory::parse)]
     pub memory: Option<u64>,
-    /// Let scenes refer to files outside of their folders, too
+    /// Let scenes refer to files outside their folders
     #[arg(long, global = true)]
     pub allow_outside: bool,
 }
 
 impl Limits {
-    /// From now on.
+    /// Sets these limits from now on.
     pub fn set(&self) {
         self.memory.iter().for_each(|bytes| crate::memory::set_limit(*bytes));
         if self.allow_outside {
@@ -72,45 +72,45 @@ impl Limits {
     }
 }
 
-/// Other things to do than to render.
+/// Commands other than rendering.
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// Render a scene, as without this word
+    /// Render a scene (the word may be left out)
     #[command(after_help = AFTER_HELP)]
     Render(Box<Render>),
-    /// Say what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
+    /// Show what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
     Info(Info),
     /// Trace rays from a file: hits to another file, speed, build time, memory
     Trace(Trace),
-    /// Say how far an image is from a reference
+    /// Measure how far an image is from a reference
     Compare(super::compare::Compare),
-    /// Render in every way that there is and compare the films
+    /// Render in every possible way and compare the films
     Verify(super::verify::Verify),
     /// Follow the samples of a pixel from the camera to their ends
     Explain(super::explain::Explain),
-    /// Say where the time goes, in both schedules
+    /// Show where the time goes, in both schedules
     Profile(super::profile::Profile),
-    /// Go on with a film: finish what was interrupted, or add samples
+    /// Continue a film: finish what was interrupted, or add samples
     Resume(super::resume::Resume),
-    /// Put films together that hold different samples of one image
+    /// Merge films that hold different samples of one image
     Merge(super::merge::Merge),
     /// Write job files that render a scene in parts on many machines
     Plan(super::plan::Plan),
-    /// Render an image again by what it says of itself, and say whether it is the same
+    /// Render an image again from the record in it, and say whether it is the same
     Reproduce(super::reproduce::Reproduce),
-    /// Show a scene on a page as it renders: look around, ask, change its files
+    /// Show a scene on a page while it renders: look around, ask questions, edit its files
     View(super::view::View),
-    /// Say what of a scene is probably not as it was meant, and what mends it
+    /// Report what is probably not as intended in a scene, and how to fix it
     Check(super::check::Check),
-    /// List what of a scene is meant by a query
+    /// List the parts of a scene that a query selects
     Ls(super::ls::Ls),
-    /// Say in which components two scenes differ
+    /// Show in which components two scenes differ
     Diff(super::diff::Diff),
-    /// Render a scene as it is and with changes, and say what they come to
+    /// Render a scene with and without changes, and measure the difference
     Ab(super::ab::Ab),
-    /// Do the experiments of a file and report on them
+    /// Run the experiments in a file and report on them
     Study(super::study::Study),
-    /// Print what makes a shell complete commands and options
+    /// Print a script with which a shell completes commands and options
     Completions(super::manual::Completions),
     /// Write man pages
     Man(super::manual::Man),
@@ -134,28 +134,28 @@ pub struct Info {
 pub struct Trace {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// The rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
+    /// File of rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
     #[arg(long, value_name = "FILE")]
     pub rays: PathBuf,
     /// Where the hits go: 3 floats t u v and the primitive as a 32-bit integer each, infinity 0 0 and 2^32 - 1 for a miss
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Ask only whether there is any hit: 0 0 0 and primitive 0 for each ray that has one
+    /// Only find out whether there is any hit: 0 0 0 and primitive 0 for each ray that has one
     #[arg(long)]
     pub any: bool,
-    /// Trace as often; the best time counts
+    /// Trace this many times; the best time counts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub repeat: u32,
     /// Threads; 0 means one for each core
     #[arg(short, long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Instruction set [default: the widest there is]; the hits are the same
+    /// Instruction set [default: the widest available]; the hits are the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub simd: Option<Level>,
-    /// Work put into the acceleration structure [default: the scene's]
+    /// Effort put into building the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,
-    /// What is known of rays that follow each other; the hits are the same
+    /// What is known about consecutive rays; the hits are the same
     #[arg(long, value_enum, default_value_t = CoherenceName::Unknown)]
     pub coherence: CoherenceName,
     /// Hits to compare with, in the format of --out
@@ -178,7 +178,7 @@ pub struct Render {
     /// What it looks like.
     #[command(flatten)]
     pub picture: PictureOptions,
-    /// Render only columns X0 to X1 and rows Y0 to Y1 (the latter not included)
+    /// Render only columns X0 to X1 and rows Y0 to Y1 (X1 and Y1 not included)
     #[arg(long, help_heading = "Picture", value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
     pub crop: Option<Region>,
     /// What of a model is shown.
@@ -187,7 +187,7 @@ pub struct Render {
     /// What comes out of it.
     #[command(flatten)]
     pub output: OutputOptions,
-    /// Write more than light as layers of the .exr file (else of NAME.aov.exr) [default: the scene's]
+    /// Write layers besides light into the .exr file (or into NAME.aov.exr) [default: the scene's]
     #[arg(long, help_heading = "Output", value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub aov: Vec<AovName>,
     /// Which part of the samples.
@@ -199,13 +199,13 @@ pub struct Render {
     /// When to stop.
     #[command(flatten)]
     pub stop: StopOptions,
-    /// Who looks on.
+    /// Where the image is shown meanwhile.
     #[command(flatten)]
     pub look: LookOptions,
     /// How to work.
     #[command(flatten)]
     pub work: WorkOptions,
-    /// Whether to go on.
+    /// Whether to continue after that.
     #[command(flatten)]
     pub watch: WatchOptions,
 }
@@ -214,18 +214,18 @@ pub struct Render {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct PartOptions {
-    /// Render one part of the samples: number, from 0, and how many parts, such as 3/64; auto/64 and auto take
-    /// the number from the scheduler that runs this
+    /// Render one part of the samples: its number, from 0, and how many parts there are, such as 3/64; auto/64 and
+    /// auto take the number from the scheduler that runs this
     #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
     pub shard: Option<ShardOption>,
-    /// Render only these samples of all, such as 0..16; a plain number, such as 64, is that of --spp
+    /// Render only these samples, such as 0..16; a plain number, such as 64, means the same as --spp
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
     pub samples: Option<[u32; 2]>,
-    /// Of --adaptive=unbiased: a film with what the pilot has chosen; if it is not there, the pilot is rendered and
-    /// saved in it
+    /// With --adaptive=unbiased: a film with what the pilot has chosen; if it does not exist, the pilot is rendered
+    /// and saved in it
     #[arg(long, value_name = "FILE")]
     pub pilot: Option<PathBuf>,
-    /// Render nothing but the pilot
+    /// Render only the pilot
     #[arg(long, requires = "pilot")]
     pub pilot_only: bool,
 }
@@ -237,13 +237,13 @@ pub struct WatchOptions {
     /// Render again whenever the scene or a file that it names changes, until Ctrl-C
     #[arg(long, conflicts_with_all = ["frames", "shard", "samples", "pilot"])]
     pub watch: bool,
-    /// Prove after each change that what was not made again is what it would have been
+    /// After each change, prove that whatever was reused is the same as if it had been made again
     #[arg(long, requires = "watch")]
     pub paranoid: bool,
 }
 
 impl Render {
-    /// The scene's settings with what was said here instead.
+    /// Changes the scene's settings to what was asked for here.
     pub fn apply(&self, world: &mut World) {
         self.picture.apply(world);
         if !self.aov.is_empty() {

@@ -13,12 +13,12 @@ pub enum TransportName {
     Whitted,
     /// Light that is scattered any number of times
     Path,
-    /// The one that renders all of the scene
+    /// Whichever of them renders everything in the scene
     Auto,
 }
 
 impl TransportName {
-    /// The one that is meant, where `fitting` is the one that renders all of a scene.
+    /// The transport that is meant, if `fitting` is the one that renders everything in a scene.
     pub fn among(self, fitting: Transport) -> Transport {
         match self {
             TransportName::Whitted => Transport::Whitted,
@@ -70,11 +70,11 @@ impl From<ScheduleName> for Schedule {
 /// Names of [`BuildQuality`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum QualityName {
-    /// Built as soon as possible
+    /// Built as quickly as possible
     Fast,
     /// Good for nearly everything
     Default,
-    /// As good as it gets
+    /// As good as possible
     High,
 }
 
@@ -91,7 +91,7 @@ impl From<QualityName> for BuildQuality {
 /// Names of [`Coherence`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum CoherenceName {
-    /// Nothing: looked at before tracing
+    /// Nothing: find out before tracing
     Unknown,
     /// They run side by side
     Coherent,

@@ -4,8 +4,8 @@ use clap::Args;
 
 use super::names::{QualityName, SamplerName, TonemapName, TransportName};
 use super::parse::{
-    parse_adaptive, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_sharing, parse_size,
-    parse_time, parse_zoom,
+    parse_adaptive, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place, parse_sharing,
+    parse_size, parse_time, parse_zoom,
 };
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
@@ -17,21 +17,21 @@ pub type Degrees = [f64; 2];
 /// Columns and rows. A name, or clap would take the array for several values.
 pub type ImageSize = [u32; 2];
 
-/// What the image is of, and how it looks. Groups of options come last: what followed one would be in it.
+/// What the image shows, and how it looks. Groups of options come last, because anything after one would be in it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureOptions {
-    /// Samples a pixel
+    /// Samples per pixel
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// Size of the image in pixels, such as 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<ImageSize>,
-    /// Work put into the acceleration structure [default: the scene's]
+    /// Effort put into building the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,
-    /// Which random numbers
+    /// Seed of the random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Name of the camera to look through [default: the first]
@@ -40,7 +40,7 @@ pub struct PictureOptions {
     /// Tone curve of PNG files
     #[arg(long, value_enum)]
     pub tonemap: Option<TonemapName>,
-    /// Stops of exposure of PNG files, such as -1.5, or auto: chosen by the image, and printed
+    /// Exposure of PNG files in stops, such as -1.5, or auto: chosen from the image, and printed
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = parse_exposure_or_auto)]
     pub exposure: Option<Exposure>,
     /// How light travels.
@@ -49,7 +49,7 @@ pub struct PictureOptions {
 }
 
 impl PictureOptions {
-    /// The scene's settings with what was said here instead.
+    /// Changes the scene's settings to what was asked for here.
     pub fn apply(&self, world: &mut World) {
         self.light.apply(world);
         let settings = &mut world.settings;
@@ -70,36 +70,36 @@ impl PictureOptions {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Light")]
 pub struct LightOptions {
-    /// Bounces after the camera ray [default: the scene's]
+    /// Most bounces after the camera ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
-    /// Bounces of light that surfaces scatter widely, within --depth, under the path transport [default: the scene's]
+    /// Most diffuse bounces among these, under the path transport [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub diffuse_depth: Option<u32>,
-    /// The same for mirror images, sharp or blurred
+    /// The same for mirror reflections, sharp or blurred
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub glossy_depth: Option<u32>,
-    /// The same for ways through glass
+    /// The same for transmission through glass
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub transmission_depth: Option<u32>,
     /// How light travels [default: the scene's]
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
-    /// Which numbers the path transport draws [default: the scene's]
+    /// Which sample numbers the path transport draws [default: the scene's]
     #[arg(long, value_enum)]
     pub sampler: Option<SamplerName>,
-    /// Pixels that share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
+    /// How many pixels share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
     #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
     pub sharing: Option<Sharing>,
-    /// Give blocks of pixels more samples where they lessen the error most, for the rays of --spp: on, off, or
-    /// unbiased, which chooses beforehand by samples that do not count [default: the scene's]
+    /// Give blocks of pixels more samples where they reduce the error most, for as many rays as --spp takes: on, off,
+    /// or unbiased, which decides beforehand by samples that are thrown away [default: the scene's]
     #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
           value_parser = parse_adaptive)]
     pub adaptive: Option<Adaptive>,
 }
 
 impl LightOptions {
-    /// The scene's settings with what was said here instead.
+    /// Changes the scene's settings to what was asked for here.
     pub fn apply(&self, world: &mut World) {
         let fitting = world.fitting_transport();
         let settings = &mut world.settings;
@@ -118,68 +118,68 @@ impl LightOptions {
     }
 }
 
-/// What of a glTF file is shown, and what is around it.
+/// How a scene and its glTF files are read, and what surrounds them.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Model")]
 pub struct ModelOptions {
-    /// Moment of a model's animations in seconds [default: as it stands without them]
+    /// Moment of animations and keys to render, in seconds [default: as it stands without them]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
     pub time: Option<f32>,
     /// Variant of a model's materials
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Which of a model's scenes [default: the one that it says]
+    /// Which of a model's scenes [default: the file's own choice]
     #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// What glTF lights count: candela (as they are), watt (683 of them make up one), auto (what Blender means,
-    /// where it wrote the file)
+    /// Unit of glTF lights: candela (as they are), watt (683 lumens to a watt), auto (what Blender means, if it wrote
+    /// the file)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_light_units)]
     pub light_units: LightUnits,
-    /// Glass of glTF files that says nothing of a volume is the boundary of a body, and bends light
+    /// Treat glass without a volume in glTF files as a solid body, which bends light
     #[arg(long)]
     pub solid_glass: bool,
-    /// Surfaces of glTF files are there from both sides, whatever the files say
+    /// Make all surfaces of glTF files visible from both sides
     #[arg(long)]
     pub double_sided: bool,
-    /// What is around the scene, in place of its own environment: a picture, or none, studio, sky, sky:ELEVATION,AZIMUTH
+    /// Surroundings in place of the scene's own environment: a picture, or none, studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
     pub env: Option<Surroundings>,
-    /// What is changed of it.
+    /// Changes to the scene.
     #[command(flatten)]
     pub edits: EditOptions,
 }
 
-/// Changes to a scene beside its files.
+/// Changes to a scene beyond what its files say.
 #[derive(Args, Clone, Debug)]
 pub struct EditOptions {
     /// Change a value, such as 'Light[name~"lamp*"].power_w *= 2' or 'Material["glass"].ior = 1.6'; may be given
     /// several times
     #[arg(long, value_name = "STATEMENT")]
     pub set: Vec<String>,
-    /// Of all shapes leave only these, such as '"ball" | Plane', and what hangs on them
+    /// Keep only these shapes, such as '"ball" | Plane', and their children
     #[arg(long, value_name = "QUERY")]
     pub only: Vec<String>,
-    /// Take shapes and lights away, such as 'Mesh & !Material', and what hangs on them
+    /// Remove shapes and lights, such as 'Mesh & !Material', and their children
     #[arg(long, value_name = "QUERY")]
     pub hide: Vec<String>,
-    /// Look from one place to another, each as X,Y,Z in metres
-    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true)]
+    /// Look from one point at another, each as X,Y,Z in metres
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true, value_parser = parse_place)]
     pub look_at: Vec<String>,
-    /// Turn cameras about what they look at, in degrees: to the right, and up
+    /// Turn cameras about what they look at, by degrees to the right and up
     #[arg(long, value_name = "RIGHT,UP", allow_hyphen_values = true, value_parser = parse_degrees)]
     pub orbit: Option<Degrees>,
-    /// Bring cameras as many times nearer to what they look at
+    /// Move cameras this many times nearer to what they look at
     #[arg(long, value_name = "FACTOR", value_parser = parse_zoom)]
     pub zoom: Option<f64>,
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
-    /// What rays see that hit nothing: a colour, as scene files have it, such as 0.2, '#ff8000' or 0.1,0.2,0.4
+    /// What rays see when they hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4
     #[arg(long, value_name = "COLOUR")]
     pub background: Option<String>,
 }
 
-/// A colour as scene files have it, of one that may lack what a command line makes hard to type.
+/// A colour as in scene files, from one that may lack what is hard to type on a command line.
 fn as_in_files(color: &str) -> String {
     let color = color.trim();
     match color {
@@ -190,7 +190,7 @@ fn as_in_files(color: &str) -> String {
 }
 
 impl EditOptions {
-    /// As loaders take them.
+    /// As the loaders expect them.
     pub fn edits(&self) -> Edits {
         let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self.clone();
         set.extend(background.map(|color| format!("settings.background = {}", as_in_files(&color))));
@@ -199,7 +199,7 @@ impl EditOptions {
 }
 
 impl ModelOptions {
-    /// As loaders take them, for a picture of a size of its own, if so.
+    /// As the loaders expect them, perhaps with another size of the image.
     pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
         LoadOptions { size, ..self.into() }
     }
@@ -218,8 +218,8 @@ impl From<&ModelOptions> for LoadOptions {
 /// What `--exposure` can be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// Chosen by the image.
+    /// Chosen from the image.
     Auto,
-    /// Radiance is multiplied by two to the power of them.
+    /// Radiance is multiplied by two to this power.
     Stops(f32),
 }

@@ -4,11 +4,11 @@ use super::options::Exposure;
 use crate::film::Region;
 use crate::formats::LightUnits;
 use crate::simd::Level;
-use crate::world::{Adaptive, Sharing};
+use crate::world::{Adaptive, Settings, Sharing};
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X', '×']);
-    let side = |s: &str| s.trim().parse().ok().filter(|n| (1..=65_536).contains(n));
+    let side = |s: &str| s.trim().parse().ok().filter(|n| (1..=Settings::MOST_PIXELS_A_SIDE).contains(n));
     parts
         .and_then(|(w, h)| Some([side(w)?, side(h)?]))
         .ok_or_else(|| "expected width x height, each 1 to 65536, such as 1280x720".into())
@@ -25,6 +25,15 @@ pub fn parse_crop(text: &str) -> Result<Region, String> {
 pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     let range = text.split_once("..").and_then(|(start, end)| Some([start.parse().ok()?, end.parse().ok()?]));
     range.filter(|[start, end]| start < end).ok_or_else(|| "expected FIRST..END, such as 0..16".into())
+}
+
+/// Checks that the text is a point; it stays text, because that is what scene files take.
+pub fn parse_place(text: &str) -> Result<String, String> {
+    let is_number = |text: &str| text.trim().parse().is_ok_and(f64::is_finite);
+    let is_place = text.split(',').count() == 3 && text.split(',').all(is_number);
+    is_place
+        .then(|| text.to_owned())
+        .ok_or_else(|| "expected two places, each as X,Y,Z in metres, such as --look-at 0,1,4 0,0,0".into())
 }
 
 pub fn parse_degrees(text: &str) -> Result<[f64; 2], String> {
@@ -109,6 +118,9 @@ mod tests {
         assert_eq!(parse_exposure_or_auto("auto"), Ok(Exposure::Auto));
         assert_eq!(parse_exposure_or_auto("-2"), Ok(Exposure::Stops(-2.0)));
         assert!(parse_exposure_or_auto("automatic").is_err_and(|reason| reason.ends_with(", or auto")));
+        assert!(
+            parse_place("0,-1,2.5").is_ok() && parse_place("0,1").is_err() && parse_place("a,0,1").is_err()
+        );
         assert!(parse_exposure("nan").is_err() && parse_exposure("-1.5") == Ok(-1.5));
     }
 }

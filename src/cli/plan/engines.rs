@@ -14,8 +14,8 @@ impl Jobs<'_> {
         let [render_file, merge_file] =
             ["render.sbatch", "merge.sbatch"].map(|file| quoted(&self.path(file)));
         let render = line(&self.render_any());
-        // The signal goes to the program, which takes the shell's place: it saves what it has and, queued again,
-        // goes on with it.
+        // The signal goes to the program, which replaces the shell: it saves what it has and, when it is requeued,
+        // continues with it.
         let array = format!(
             "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --array=0-{last}\n#SBATCH --output={log}\n\
              #SBATCH --signal=B:TERM@30\n#SBATCH --requeue\nexec {render}\n"
@@ -40,7 +40,7 @@ impl Jobs<'_> {
             (before, after) =
                 (format!("pilot=$(sbatch --parsable {file})\n"), "--dependency=afterany:\"$pilot\" ");
         }
-        // After any end of the parts: the merge itself says what is missing.
+        // However the parts end: the merge itself says what is missing.
         let submit = format!(
             "#!/bin/sh\nset -e\n{before}parts=$(sbatch --parsable {after}{render_file})\n\
              sbatch --parsable --dependency=afterany:\"$parts\" {merge_file}\n"

@@ -21,29 +21,29 @@ use crate::world::Adaptive;
 pub struct Plan {
     /// The scene
     pub scene: PathBuf,
-    /// How many parts of the samples; with -- --frames there is a task for each frame instead
+    /// Number of parts of the samples; with -- --frames there is one task per frame instead
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub shards: Option<u32>,
-    /// For which engine
+    /// Engine that runs the jobs
     #[arg(long = "for", value_name = "ENGINE", value_enum)]
     pub engine: Engine,
-    /// Where the image goes, may be given several times [default: the scene's name with .png, here; of frames with
+    /// Where the image goes; may be given several times [default: the scene's name with .png, here; for frames with
     /// .####.png]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Where the job files and the parts go [default: the scene's name with .jobs, here]
     #[arg(long, value_name = "FOLDER")]
     pub folder: Option<PathBuf>,
-    /// What the engine is to start [default: this program; for kubernetes: rayfront]
+    /// Program that the engine starts [default: this program; for kubernetes: rayfront]
     #[arg(long, value_name = "FILE")]
     pub program: Option<String>,
     /// For kubernetes: the container's image
     #[arg(long, value_name = "NAME", default_value = concat!("rayfront:", env!("CARGO_PKG_VERSION")))]
     pub image: String,
-    /// For kubernetes: the claim of the volume that holds this folder, with scene, parts and image in it
+    /// For kubernetes: the claim of the volume that holds this folder, including scene, parts and image
     #[arg(long, value_name = "NAME", default_value = "rayfront")]
     pub volume: String,
-    /// Options of the rendering, behind --, such as -- --spp 1024
+    /// Options of the rendering, after --, such as -- --spp 1024
     #[arg(last = true, value_name = "OPTIONS")]
     pub options: Vec<String>,
 }
@@ -51,15 +51,15 @@ pub struct Plan {
 /// What runs the jobs.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
-    /// An array and a merge that waits for its end
+    /// An array, and a merge that waits for its end
     Slurm,
-    /// A template of Open Job Description, which render farms take, such as AWS Deadline Cloud
+    /// A template of Open Job Description, for render farms such as AWS Deadline Cloud
     Openjd,
     /// An array of HyperQueue
     Hyperqueue,
     /// An indexed job and a merge
     Kubernetes,
-    /// One command a line, for xargs, GNU parallel, hq submit --each-line or cuecmd
+    /// One command per line, for xargs, GNU parallel, hq submit --each-line or cuecmd
     Commands,
 }
 
@@ -96,13 +96,13 @@ struct Jobs<'a> {
     scene: String,
     folder: PathBuf,
     images: Vec<String>,
-    /// Where all that is.
+    /// The folder of all that.
     here: PathBuf,
     /// The scene's name, in letters that all engines take for a job's.
     name: String,
 }
 
-/// A file and what is in it.
+/// A file's name and content.
 type JobFile = (&'static str, String);
 
 pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
@@ -125,7 +125,7 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
 }
 
 impl<'a> Jobs<'a> {
-    /// Refuses what no part could be rendered by.
+    /// Refuses whatever would keep the parts from being rendered.
     fn new(plan: &'a Plan) -> Result<Self, Failure> {
         let absolute = |path: &Path| {
             std::path::absolute(path)
@@ -137,7 +137,7 @@ impl<'a> Jobs<'a> {
         let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {
             Failure::command_line(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
         })?;
-        // What tasks may do, their planning may.
+        // What the tasks are allowed, planning is allowed, too.
         arguments.limits.set();
         if arguments.command.is_some() || !arguments.render.output.output.is_empty() {
             return Err(Failure::command_line(
@@ -271,7 +271,7 @@ impl<'a> Jobs<'a> {
         matches!(self.tasks, Tasks::Shards(_))
     }
 
-    /// What puts the parts together, as a shell takes it: all that are there, so that it says what is missing.
+    /// The command, for a shell, that merges all parts that exist; so it can say what is missing.
     fn merge(&self) -> String {
         let folder = quoted(&self.folder.to_string_lossy());
         let images = self.images.iter().map(|image| format!(" -o {}", quoted(image)));

@@ -6,7 +6,7 @@ use super::LightBounds;
 use crate::math::{Aabb, DVec3, Vec3};
 use crate::scene::light_tree::{FAR, Node};
 
-/// Cones are wider by this angle, spheres by this part, than computed: for rounding.
+/// Cones are widened by this angle, and spheres by this part, to allow for rounding.
 const SLACK: f64 = 1e-5;
 
 /// [`LightBounds`] of one light or many, in double precision, angles in radians.

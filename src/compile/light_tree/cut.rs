@@ -85,9 +85,8 @@ fn cheapest(bins: &[CutBox; BINS]) -> (f64, usize) {
     best
 }
 
-/// Lights as cuts see them. The spread of their normals is estimated from the mean, because the
-/// cone around them takes trigonometry for each: of a million lights, that was nine parts in ten
-/// of the time.
+/// Lights as cuts see them. The spread of their normals is estimated from the mean, because the cone around them
+/// takes trigonometry for each: with a million lights, that was nine tenths of the time.
 #[derive(Clone, Copy)]
 pub(super) struct CutBox {
     min: DVec3,
@@ -111,7 +110,7 @@ impl CutBox {
     };
 
     pub(super) fn new(bound: &Bound) -> Self {
-        // Of what has two sides, the one that is more upwards, so that equal ones agree.
+        // Of two sides, the one that faces more upwards, so that equal lights agree.
         let upwards = DVec3::new(0.28, 0.9, 0.33);
         let turned = bound.two_sided && bound.cone.axis.dot(upwards) < 0.0;
         // The mean of the directions in a cone is (1 + cos) / 2 long.

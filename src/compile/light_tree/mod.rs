@@ -1,6 +1,6 @@
-//! Lights to light tree: what is far away beside what is somewhere, either cut in two, again and again, where the surface area orientation
-//! heuristic says (Conty Estevez and Kulla, "Importance sampling of many lights with adaptive
-//! tree splitting", 2018; PBRT 4th ed., 12.6.3).
+//! Lights to light tree: what is far away apart from what is at a place, and each of these cut in two, again and
+//! again, where the surface area orientation heuristic says (Conty Estevez and Kulla, "Importance sampling of many
+//! lights with adaptive tree splitting", 2018; PBRT 4th ed., 12.6.3).
 
 mod bound;
 mod cut;
@@ -66,7 +66,7 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
     LightTree { nodes: builder.nodes, paths: builder.paths, mixed }
 }
 
-/// What cuts are chosen by, moved about so that a range of it is read in one go.
+/// What cuts are chosen by. It is moved about so that a range of it can be read in one go.
 #[derive(Clone, Copy)]
 struct CutItem {
     extent: CutBox,

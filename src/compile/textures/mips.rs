@@ -9,8 +9,8 @@ use crate::world::assets::Texels;
 /// Texels of a copy that are worth a job of their own.
 const JOB: usize = 1 << 13;
 
-/// Images of more texels have all threads to themselves, one after the other, because of the
-/// floats that are kept while their copies are made.
+/// Larger images are done one after the other, each by all threads, because of the floats that are kept while their
+/// copies are made.
 const LARGE: usize = 1 << 20;
 
 /// Width and height in texels.
@@ -32,7 +32,7 @@ pub(super) struct Work<'a> {
     pub decode: [&'a [f32]; 2],
     /// Bytes of colours go through the sRGB curve.
     pub srgb: bool,
-    /// Colours count as much as they are there.
+    /// Colours count by their alpha, as much as they are there.
     pub cut: bool,
 }
 
@@ -65,10 +65,10 @@ impl Work<'_> {
     }
 }
 
-/// What colours count for that are not there at all: where there are no others they have to do.
+/// The weight of colours that are not there at all: where there are no others, these have to do.
 const HARDLY: f32 = 1e-3;
 
-/// With colours that count as much as they are there, or with all alike.
+/// With colours that count by their alpha, or that all count alike.
 fn bytes<const CUT: bool>(
     texels: &[[u8; 4]],
     sizes: &[TexelSize],
@@ -95,8 +95,8 @@ fn bytes<const CUT: bool>(
             *word = u32::from_le_bytes(*texel);
         }
     });
-    // A copy is made of the one before it as it was before it was rounded. The image itself is
-    // never there as floats: it may fill half of the memory.
+    // A copy is made from the one before it, as that was before rounding. The image itself is never held as floats:
+    // it may fill half of the memory.
     let mut finer: Vec<[f32; 4]> = Vec::new();
     for pair in sizes.windows(2) {
         let [from, to] = [pair[0], pair[1]];
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// What is cut away leaves no fringe of its colour.
+    /// What alpha cuts away leaves no fringe of its colour.
     #[test]
     fn colours_count_as_much_as_they_are_there() {
         let linear: Vec<f32> = (0..=255).map(|byte| byte as f32 / 255.0).collect();

@@ -18,7 +18,7 @@ pub(super) struct ByteThresholds {
     cells: Vec<u8>,
 }
 
-/// Of all threads.
+/// Shared by all threads.
 pub(super) static CURVE: LazyLock<ByteThresholds> = LazyLock::new(ByteThresholds::new);
 
 impl ByteThresholds {

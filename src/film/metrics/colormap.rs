@@ -2,9 +2,9 @@
 
 use crate::math::Rgb;
 
-/// A linear colour for a value from 0 (nearly black) over blue, red and orange to 1 (pale
-/// yellow). In Oklab (Björn Ottosson, 2020) its lightness grows evenly and its hue turns
-/// evenly, so equal steps look equal, in grey too. NaN counts as 0.
+/// A linear colour for a value from 0 (nearly black) through blue, red and orange to 1 (pale yellow). In Oklab (Björn
+/// Ottosson, 2020) its lightness grows evenly and its hue turns evenly, so equal steps look equal, in grey too. NaN
+/// counts as 0.
 pub fn color(value: f64) -> Rgb {
     let t = if value > 0.0 { value.min(1.0) } else { 0.0 };
     let lightness = 0.10 + 0.87 * t;

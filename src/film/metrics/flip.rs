@@ -2,7 +2,7 @@
 //! Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for
 //! Alternating Images" (2020). Names and constants are the paper's.
 //!
-//! Written from the paper: the one crate that there is wraps the authors' C++.
+//! Written from the paper: the only crate for it wraps the authors' C++.
 
 use std::f64::consts::PI;
 

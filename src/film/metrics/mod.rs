@@ -28,8 +28,8 @@ pub struct Metrics {
     pub rmse: f64,
     /// Mean of (a − b)² / (b² + 0.01), both cut off at [`RELATIVE_LIMIT`].
     pub relative_mse: f64,
-    /// The same for means of blocks of [`BLOCKS`] pixels to a side: what is left of the error where a picture is
-    /// looked at from afar, or scaled down. Errors that neighbours have in common stay.
+    /// The same for the means of blocks of [`BLOCKS`] pixels to a side: the error that is left when a picture is seen
+    /// from afar or scaled down. Errors that neighbours have in common stay.
     pub relative_mse_of_blocks: [f64; BLOCKS.len()],
     /// Peak signal to noise in dB, peak 1, of light cut off at 0 and 1; infinite for equal images.
     pub psnr_db: f64,
@@ -110,7 +110,7 @@ fn mean_square(a: &[Rgb], b: &[Rgb], error: impl Fn(f64, f64) -> f64) -> f64 {
     sum / (3 * a.len()) as f64
 }
 
-/// What grey the eye sees, encoded.
+/// The grey that the eye sees, in the sRGB curve.
 fn luma(width: usize, shown: &[Rgb]) -> Raster {
     Raster::new(width, shown, |pixel| f64::from(pixel.map(srgb_encode).luminance()))
 }

@@ -20,8 +20,8 @@ impl Raster {
         Raster { values, ..*self }
     }
 
-    /// Weighs each pixel's neighbours in its row by `across`, then in its column by `down`; both
-    /// have an odd length. Beyond the border the pixels of the border go on.
+    /// Weighs each pixel's neighbours in its row by `across`, then in its column by `down`; both have an odd length.
+    /// Beyond the border its pixels are repeated.
     pub fn filtered(&self, across: &[f64], down: &[f64]) -> Raster {
         let rows = convolve(&self.values, self.width, self.height, [1, self.width], across);
         Raster { values: convolve(&rows, self.height, self.width, [self.width, 1], down), ..*self }

@@ -1,7 +1,7 @@
 //! Structural similarity: Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From
 //! Error Visibility to Structural Similarity" (2004).
 //!
-//! The crates that there are work on 8 bits in blocks of 8 × 8 pixels, not with the paper's window.
+//! Existing crates work on 8 bits in blocks of 8 × 8 pixels, not with the paper's window.
 
 use super::raster::{Raster, gaussian, normalised};
 

@@ -1,4 +1,4 @@
-//! What a film file says of itself.
+//! What a film file says about itself.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Settings, SourceFiles};
 
-/// This program and its version. Another version's samples may be other ones.
+/// This program and its version. Another version may produce different samples.
 pub const PROGRAM: &str = concat!("rayfront ", env!("CARGO_PKG_VERSION"));
 
 /// The name that a scene's own file has among the files that were read, whatever it is called.
@@ -26,41 +26,41 @@ pub struct Header {
     pub program: String,
     /// What was rendered.
     pub scene: Source,
-    /// What of it was looked at.
+    /// Which view of it.
     pub view: View,
-    /// How, with what the command line said.
+    /// The settings, including what the command line changed.
     pub settings: Settings,
     /// Which pixels.
     pub region: Region,
-    /// What the sums count.
+    /// The unit that the sums count in.
     pub unit: Unit,
-    /// Whether squares of samples come behind the sums.
+    /// Whether squares of samples follow the sums.
     pub variance: bool,
-    /// Samples that the film was to have: of a shard, some of [`Settings::samples`].
+    /// The range of samples that the film is to have: for a shard, a part of [`Settings::samples`].
     pub wanted: [u32; 2],
     /// Samples that all pixels have: ranges, in order.
     pub samples: Vec<[u32; 2]>,
     /// The most samples that any pixel has: with adaptive samples more than all have.
     pub most: u32,
-    /// Samples that only some tiles have, besides.
+    /// The pass under way, whose samples only some tiles have.
     pub begun: Option<Begun>,
-    /// Rays that each block's first samples have taken, where samples are adaptive.
+    /// How many rays each block's first samples have taken, under adaptive sampling.
     pub rays: Option<Vec<u64>>,
     /// How many samples blocks get, where that was decided beforehand: `samples` are then those that the pixels have
     /// which get them.
     pub allocation: Option<Allocation>,
-    /// Which part of how many was asked for.
+    /// Which part was asked for, and of how many.
     pub shard: Option<[u32; 2]>,
     /// [`Film::hash`], in hexadecimal digits.
     pub film_hash: String,
     /// The same of the squares.
     pub moments_hash: Option<String>,
-    /// What comes of no bits.
+    /// What no bit of the image depends on.
     pub note: Note,
 }
 
-/// Paths as text. What of them is no text is replaced, since JSON has nothing else: then it has to be said again where
-/// the file is.
+/// Paths as text. What is not Unicode in them is replaced, because JSON can hold nothing else; the file's place must
+/// then be given again.
 pub(in crate::formats) mod as_text {
     use std::path::{Path, PathBuf};
 
@@ -90,58 +90,58 @@ pub(in crate::formats) mod as_text {
 /// A pass that was under way.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Begun {
-    /// Its samples.
+    /// Its range of samples.
     pub samples: [u32; 2],
     /// Width and height of its tiles in pixels.
     pub tile: u32,
     /// Numbers of the tiles that have them.
     pub tiles: Vec<u32>,
-    /// Numbers of the blocks that get them, where not all do.
+    /// The numbers of the blocks that get these samples, if not all do.
     pub blocks: Option<Vec<u32>>,
 }
 
 /// For people, and to go on as it was begun.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Note {
-    /// What was typed, without the program's name.
+    /// The command line, without the program's name.
     pub command: Vec<String>,
     /// Where the images go.
     #[serde(with = "as_text::several")]
     pub outputs: Vec<PathBuf>,
     /// The machines that rendered it.
     pub hosts: Vec<String>,
-    /// For how many seconds they rendered, together.
+    /// How many seconds they rendered, added up.
     pub seconds: f64,
-    /// Why there are fewer samples than there were to be.
+    /// Why there are fewer samples than wanted.
     pub stopped_by: Option<String>,
 }
 
 /// The files that a scene was read from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
-    /// The scene, as it was named.
+    /// The scene's path, as it was given.
     #[serde(with = "as_text")]
     pub path: PathBuf,
-    /// All files by their names as seen from the scene's folder, `.` for its own: hash of the content.
+    /// The hash of each file's content, by its name as seen from the scene's folder; `.` is the scene file itself.
     pub files: BTreeMap<String, String>,
-    /// Of all that.
+    /// A hash of all that.
     pub hash: String,
 }
 
-/// What of a scene is looked at.
+/// Which view of a scene is rendered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct View {
     /// The camera's name, if not the first.
     pub camera: Option<String>,
-    /// Of a model's animations.
+    /// The moment of a model's animations.
     pub time_s: Option<f32>,
-    /// For how many seconds the shutter is open from then on, if what moves is to be blurred.
+    /// For how many seconds from then on the shutter is open, if motion is to be blurred.
     pub shutter_s: Option<f32>,
     /// At how many moments within these the scene is rendered.
     pub moments: Option<u32>,
-    /// Of a model's materials.
+    /// A variant of a model's materials.
     pub variant: Option<String>,
-    /// Of a model.
+    /// One of a model's scenes.
     pub scene: Option<String>,
     /// Of models.
     #[serde(default)]
@@ -152,10 +152,10 @@ pub struct View {
     /// Of models.
     #[serde(default)]
     pub double_sided: bool,
-    /// In place of the scene's own environment.
+    /// What is put around the scene in place of its own environment.
     #[serde(default)]
     pub surroundings: Option<Surroundings>,
-    /// What is said of it beside its files.
+    /// Changes beyond what its files say.
     #[serde(default, skip_serializing_if = "Edits::is_empty")]
     pub edits: Edits,
     /// The size of the picture, if not the scene's own.
@@ -169,26 +169,26 @@ impl View {
         self.shutter_s.and(self.moments).unwrap_or(1).max(1)
     }
 
-    /// Which moment a sample of so many is of: all parts of the samples are as long, as even as can be.
+    /// The moment that a sample out of so many belongs to. The samples are divided as evenly as possible.
     pub fn moment_of(&self, sample: u32, samples: u32) -> u32 {
         let moment = u64::from(sample) * u64::from(self.moments()) / u64::from(samples.max(1));
         (moment as u32).min(self.moments() - 1)
     }
 
-    /// The first sample that is not of this moment.
+    /// The first sample after those of a moment.
     pub fn end_of(&self, moment: u32, samples: u32) -> u32 {
         let end = (u64::from(moment) + 1) * u64::from(samples);
         end.div_ceil(u64::from(self.moments())) as u32
     }
 
-    /// What is looked at in a moment, by itself: the middle of its part of the time.
+    /// The view at one moment alone, in the middle of its part of the time.
     pub fn at(&self, moment: u32) -> View {
         let part = (moment as f32 + 0.5) / self.moments() as f32;
         let time_s = self.shutter_s.map(|shutter| self.time_s.unwrap_or(0.0) + shutter * part);
         View { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
     }
 
-    /// What of a model is read for it.
+    /// The options to load the scene for this view.
     pub fn load_options(&self) -> LoadOptions {
         let View {
             time_s,
@@ -208,7 +208,7 @@ impl View {
 }
 
 impl Source {
-    /// Of a scene's path and all that was read for it.
+    /// From a scene's path and all the files that were read for it.
     pub fn new(path: &Path, files: &SourceFiles) -> Source {
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = |file: &Path| match file.strip_prefix(folder) {
@@ -228,7 +228,7 @@ impl Source {
         Source { path: path.to_owned(), files, hash: format!("{:032x}", hasher.digest128()) }
     }
 
-    /// Why another's content is not the same, in a few words; none if it is.
+    /// How another source's content differs, in a few words; none if it does not.
     pub fn difference(&self, other: &Source) -> Option<String> {
         if self.hash == other.hash {
             return None;
@@ -261,7 +261,7 @@ impl Header {
         fits.then_some(ranges)
     }
 
-    /// How many samples there are in all: numbers behind the last one.
+    /// How many samples there are in all: one past the last sample's number.
     pub fn total(&self) -> u32 {
         self.allocation.as_ref().map_or(self.settings.samples, Allocation::most)
     }
@@ -279,7 +279,7 @@ impl Header {
         self.samples = ranges.iter().map(|range| [range.start, range.end]).collect();
     }
 
-    /// Says what is in a film.
+    /// Records what is in a film.
     pub fn set_film(&mut self, film: &Film, moments: Option<&Moments>) {
         (self.region, self.unit) = (film.region(), film.unit());
         self.variance = moments.is_some();
@@ -297,7 +297,7 @@ impl Header {
             return Some(format!("of another scene: {what}"));
         }
         let parts = |header: &Header| {
-            // The settings have the size, wherever it was said.
+            // The settings hold the size, wherever it came from.
             let view = View { size: None, ..header.view.clone() };
             let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
@@ -314,7 +314,7 @@ impl Header {
         Some(format!("of other settings: {differs}"))
     }
 
-    /// The same where both were to have the same samples, too.
+    /// The same, but both must also be meant to have the same samples.
     pub fn difference_of_job(&self, other: &Header) -> Option<String> {
         let ([start, end], [from, to]) = (self.wanted, other.wanted);
         let samples =
@@ -323,7 +323,7 @@ impl Header {
     }
 }
 
-/// What two objects have different, `seed is 7, not 3` each.
+/// How two objects differ: `seed is 7, not 3` for each difference.
 fn differing(own: &Value, other: &Value) -> Vec<String> {
     let (Some(own), Some(other)) = (own.as_object(), other.as_object()) else { return Vec::new() };
     let names = own.keys().filter(|name| !OF_THE_PICTURE.contains(&&name[..]));

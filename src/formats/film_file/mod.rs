@@ -1,9 +1,8 @@
-//! Films on disk (`.film`): exact sums, and all that is needed to go on with them or to put several
-//! together.
+//! Films on disk (`.film`): exact sums, and all that is needed to continue rendering them or to merge several.
 //!
 //! | bytes | |
 //! |---|---|
-//! | 8 | `89 52 46 49 4c 4d 0d 0a`: what is changed on the way by who takes it for text shows here |
+//! | 8 | `89 52 46 49 4c 4d 0d 0a`: a transfer that treats the file as text damages these bytes, so it shows here |
 //! | 4 | version of the format, 1 |
 //! | 4 | length of the header |
 //! | 16 | XXH3 of the version, the length and the header |
@@ -32,19 +31,20 @@ use crate::files::{self, whole::write_whole};
 use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
+use crate::world::Settings;
 pub(in crate::formats) use header::as_text;
 pub use header::{Begun, Header, Note, PROGRAM, Source, View};
 
 const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";
 const VERSION: u32 = 1;
-/// Longer headers are none of ours: a scene of 100,000 files has less.
+/// A longer header was not written by us: that of a scene with 100,000 files is shorter.
 const LONGEST_HEADER: u32 = 1 << 26;
-/// Pixels of a block, about.
+/// About how many pixels a block has.
 const BLOCK: usize = 1 << 16;
 /// Blocks that are packed or unpacked at once.
 const AT_ONCE: usize = 16;
 
-/// A film and what it says of itself.
+/// A film and what it says about itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFile {
     /// What it says.
@@ -55,12 +55,12 @@ pub struct FilmFile {
     pub moments: Option<Moments>,
 }
 
-/// Writes a film where there is none, or in place of an older one, once it is complete.
+/// Writes a film. The file appears, or replaces an older one, once it is complete.
 pub fn save(path: &Path, header: &Header, film: &Film, moments: Option<&Moments>) -> Result<(), SaveError> {
     write_whole(path, |mut writer| write(&mut writer, header, film, moments))
 }
 
-/// Whether a file name is that of a film.
+/// Whether a path is named like a film.
 pub fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
 }
@@ -98,14 +98,14 @@ pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
     }
 }
 
-/// Reads the header alone of the film at `path`.
+/// Reads only the header of the film at `path`.
 pub fn load_header(path: &Path) -> Result<Header, LoadError> {
     let (file, _) = files::open(path).map_err(LoadError::io(path))?;
     let header = read_header(&mut io::BufReader::new(file), path)?;
     header.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))
 }
 
-/// Reads the next film of what may hold several; none at its end. `path` is what messages call it.
+/// Reads the next film from a source that may hold several; none at its end. Messages call the source `path`.
 pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadError> {
     let Some(header) = read_header(from, path)? else { return Ok(None) };
     let region = header.region;
@@ -173,7 +173,7 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
     if header_sum(&header) != u128::from_le_bytes(sum) {
         return Err(damaged());
     }
-    // Whose version is another one may have other fields.
+    // A header of another version may have other fields.
     let program = serde_json::from_slice(&header)
         .ok()
         .and_then(|header: serde_json::Value| Some(header.get("program")?.as_str()?.to_owned()));
@@ -185,7 +185,11 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
     let header: Header = serde_json::from_slice(&header).map_err(|_| damaged())?;
     let Region { x0, y0, x1, y1 } = header.region;
     let [width, height] = header.settings.size;
-    let inside = x0 < x1 && y0 < y1 && x1 <= width && y1 <= height && width.max(height) <= 65_536;
+    let inside = x0 < x1
+        && y0 < y1
+        && x1 <= width
+        && y1 <= height
+        && width.max(height) <= Settings::MOST_PIXELS_A_SIDE;
     if !inside || header.ranges().is_none() {
         return Err(damaged());
     }
@@ -214,7 +218,7 @@ fn blocks(region: Region) -> usize {
     region.height().div_ceil(rows(region)) as usize
 }
 
-/// The pixels of a block, by their numbers.
+/// The numbers of a block's pixels.
 fn pixels_of(region: Region, block: usize) -> std::ops::Range<usize> {
     let size = rows(region) as usize * region.width() as usize;
     let start = (block * size).min(region.area());

@@ -12,7 +12,7 @@ const ZERO: u8 = 0;
 const RAW: u8 = 1;
 const DEFLATED: u8 = 2;
 
-/// Numbers that have as many bytes, little-endian.
+/// Numbers of `N` bytes, little-endian.
 pub trait Number<const N: usize>: Copy {
     /// Its bytes, the lowest first.
     fn to_bytes(self) -> [u8; N];
@@ -93,7 +93,7 @@ fn is_noise(plane: &[u8]) -> bool {
     entropy > 7.9 * total
 }
 
-/// Takes the planes of `count` numbers from the front of `bytes`; none where they are not such.
+/// Takes the planes of `count` numbers from the front of `bytes`; none if the bytes are no such planes.
 pub fn decode<T: Number<N>, const N: usize>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
     let mut numbers = vec![[0u8; N]; count];
     let mut plane = Vec::new();
@@ -122,7 +122,7 @@ fn decode_plane(bytes: &mut &[u8], count: usize, plane: &mut Vec<u8>) -> Option<
     (plane.len() == count).then_some(())
 }
 
-/// The first bytes, which are gone then.
+/// Takes the first bytes off the front.
 fn take<'a>(bytes: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
     let (first, rest) = bytes.split_at_checked(count)?;
     *bytes = rest;
@@ -144,7 +144,7 @@ mod tests {
             let mut rest = &bytes[..];
             prop_assert_eq!(decode::<i64, 8>(&mut rest, all.len()), Some(all.clone()));
             prop_assert!(rest.is_empty());
-            // Cut off, or of another number of numbers.
+            // Cut off, or read for another count of numbers.
             if !all.is_empty() {
                 prop_assert_eq!(decode::<i64, 8>(&mut &bytes[..bytes.len() - 1], all.len()), None);
             }

@@ -64,7 +64,7 @@ fn films_come_back_as_they_were() {
         let file = film(region, variance);
         let written = bytes(&file);
         assert_eq!(read_all(&written), Ok(Some(file.clone())));
-        // Several, one behind the other.
+        // Several, one after the other.
         let twice = [&written[..], &written].concat();
         let mut rest = &twice[..];
         let path = Path::new("-");

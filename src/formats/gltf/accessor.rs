@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use super::document::Document;
 use crate::error::LoadError;
 
-/// What an accessor may hold where it is used.
+/// What an accessor may hold in a certain use.
 pub(super) struct Rule {
     pub types: &'static [Type],
     pub components: &'static [ComponentType],
@@ -62,7 +62,7 @@ impl Layout {
         self.width * self.component.size()
     }
 
-    /// The numbers of an element; those that `N` has more stay 0.
+    /// The numbers of an element. If `N` is larger, the rest stays 0.
     fn floats<const N: usize>(&self, element: &[u8]) -> [f32; N] {
         let mut numbers = [0.0; N];
         for (number, bytes) in numbers.iter_mut().zip(element.chunks_exact(self.component.size())) {
@@ -112,7 +112,7 @@ pub(super) fn indices(
     }
 }
 
-/// Reads elements with `element`; where nothing is said they are `zero`.
+/// Reads elements with `element`; those that the file leaves out are `zero`.
 fn read<T: Clone>(
     document: &Document,
     index: Index<Accessor>,
@@ -143,7 +143,7 @@ fn read<T: Clone>(
     Ok((elements, layout))
 }
 
-/// Puts a sparse accessor's own values in their places.
+/// Overwrites some elements with a sparse accessor's own values.
 fn override_some<T>(
     document: &Document,
     sparse: &sparse::Sparse,
@@ -210,7 +210,7 @@ fn strided<'d>(
     Ok(bytes[start..end.max(start as u128) as usize].chunks(stride).map(move |chunk| &chunk[..size]))
 }
 
-/// The fractions are those of the specification (3.6.2.2).
+/// Fractions are decoded as in the specification (3.6.2.2).
 fn float(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     let (value, one) = match component {
         ComponentType::I8 => (f32::from(i8::from_le_bytes(array(bytes))), 127.0),

@@ -13,8 +13,8 @@ use crate::world::Image;
 use std::sync::Arc;
 
 impl Import<'_> {
-    /// Decodes the pictures of all materials that nodes below `roots` show. Nothing is said of what
-    /// is wrong here: who asks for such a picture says it, or finds that there is none.
+    /// Decodes the pictures of all materials that nodes below `roots` show. Faults are not reported here: reading the
+    /// material that needs the picture reports them, or finds that there is none.
     pub(super) fn decode_ahead(&mut self, roots: &[usize]) {
         let document = self.document;
         let said = self.warnings.len();
@@ -28,7 +28,7 @@ impl Import<'_> {
                 continue;
             }
             if let ImageLocation::Buffer(buffer, _, length) = place {
-                // Views that overlap are an error, once somebody asks for them.
+                // Overlapping views are an error as soon as a material uses them.
                 let sum = lengths.entry(buffer).or_default();
                 *sum = sum.saturating_add(length);
                 if *sum > whole(document, buffer) {
@@ -75,8 +75,8 @@ impl Import<'_> {
     }
 }
 
-/// The numbers in slots of a material and its extensions: `…Texture: { index: … }`. Occlusion is of
-/// no use to a path tracer.
+/// The texture numbers in the slots of a material and its extensions: `…Texture: { index: … }`. A path tracer has no
+/// use for occlusion.
 fn slots(value: &Value, found: &mut dyn FnMut(u32)) {
     let Some(fields) = value.as_object() else { return };
     for (name, value) in fields.iter().filter(|(name, _)| *name != "occlusionTexture") {

@@ -1,4 +1,4 @@
-//! Animations at one moment. Where two of them move the same part of a node the first counts.
+//! Animations at one moment. If several move the same property of a node, the first one counts.
 
 use std::collections::{HashMap, HashSet};
 

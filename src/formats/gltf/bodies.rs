@@ -1,4 +1,4 @@
-//! What encloses something, and may not be meant as the file says.
+//! Closed meshes that may not be meant as the file says.
 
 use std::collections::HashMap;
 
@@ -6,14 +6,15 @@ use super::Import;
 use crate::math::Vec3;
 use crate::world::{AlphaMode, Material, MaterialId, Mesh, Principled};
 
-/// Larger meshes are not asked whether they are closed: all their edges would be kept.
+/// Larger meshes are not tested for being closed, since all their edges would have to be kept in memory.
 const MOST_LOOKED_AT: usize = 1 << 20;
-/// One open edge in so many is a crack that nobody sees; sheets that can be looked at have more at their rims.
+/// Up to one open edge in this many is a crack that nobody sees. Sheets of up to `MOST_LOOKED_AT` triangles have more
+/// open edges at their rims.
 const EDGES_FOR_A_CRACK: usize = 1000;
 
 impl Import<'_> {
-    /// Whether a mesh, or what of it is clear, is closed, and of glass that has no inside; of Blender's files, which
-    /// are like that unless their authors took pains. Others mean sheets.
+    /// Whether a mesh, or the transparent part of it, is closed and of glass that has no inside. Only Blender's files
+    /// are tested: they are like that unless their authors took pains. Other programs' files mean sheets.
     pub(super) fn is_hollow_body(&self, mesh: &Mesh) -> bool {
         if !self.document.is_of_blender() {
             return false;
@@ -22,8 +23,8 @@ impl Import<'_> {
         is_closed(mesh, &sheets)
     }
 
-    /// Whether a mesh, or what of it can be seen from one side alone, is closed and faces inwards: from outside
-    /// there is nothing but the inner sides of what is behind.
+    /// Whether a mesh, or the part of it that can be seen from one side only, is closed and faces inwards: from
+    /// outside one sees only the far inner sides.
     pub(super) fn is_inside_out(&self, mesh: &Mesh) -> bool {
         let one_sided = self.materials_of(mesh, |m| {
             !m.double_sided && m.volume.is_none() && m.alpha_mode == AlphaMode::Opaque && !m.unlit
@@ -33,10 +34,10 @@ impl Import<'_> {
             && is_closed(mesh, &one_sided)
     }
 
-    /// Those of a mesh's materials of which something holds.
+    /// The materials of a mesh for which `holds` is true.
     fn materials_of(&self, mesh: &Mesh, holds: impl Fn(&Principled) -> bool) -> Vec<MaterialId> {
         let mut ids = mesh.triangle_materials.clone();
-        // Runs of one material first: what is left to sort is short.
+        // Merges runs of one material first, so that little is left to sort.
         ids.dedup();
         ids.sort_unstable();
         ids.dedup();
@@ -69,12 +70,13 @@ fn six_volumes(mesh: &Mesh, materials: &[MaterialId]) -> f64 {
     triangles_of(mesh, materials).map(volume).sum()
 }
 
-/// Whether there are triangles of some materials that are no more than can be looked at, and closed.
+/// Whether the triangles of some materials are closed, and few enough to be tested.
 fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
     if !can_be_looked_at(mesh, materials) {
         return false;
     }
-    // How often edges are gone along, less how often the other way, whatever vertices are split for.
+    // How often each edge is traversed in one direction, less how often in the other. Vertices are told apart by
+    // position, whatever they are split for.
     let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     let place = |corner: Vec3| (corner + Vec3::ZERO).to_array().map(f32::to_bits);
     for corners in triangles_of(mesh, materials) {
@@ -84,7 +86,7 @@ fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
             *edges.entry(edge).or_default() += sense;
         }
     }
-    // What was cut open by rounding here and there is closed.
+    // A mesh that rounding has cut open here and there counts as closed.
     let open = edges.values().filter(|balance| **balance != 0).count();
     open <= edges.len() / EDGES_FOR_A_CRACK
 }

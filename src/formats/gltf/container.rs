@@ -65,7 +65,7 @@ impl<'b> Container<'b> {
         let head: Head = serde_json::from_slice(self.json).map_err(refuse)?;
         let invalid = |reason: String| LoadError::invalid(path, reason);
         let Some(Asset { version, min_version }) = head.asset else {
-            return Err(invalid("this is no glTF: it has no \"asset\"".to_owned()));
+            return Err(invalid("this is not glTF: it has no \"asset\"".to_owned()));
         };
         // A later version of 2 may be read as 2.0, unless the file says that it may not.
         let least = min_version.as_ref().map(in_words);
@@ -96,7 +96,7 @@ impl<'b> Container<'b> {
         let mut animations = list(&mut json, "animations");
         for animation in &mut animations {
             if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
-                // Without a node it is for an extension (KHR_animation_pointer), or for nobody.
+                // A channel without a node belongs to an extension (KHR_animation_pointer) or moves nothing.
                 let has_node = |target: &Value| target.get("node").is_some();
                 channels.retain(|channel| channel.get("target").is_none_or(has_node));
             }
@@ -126,7 +126,7 @@ impl<'b> Container<'b> {
 fn whole_numbers(json: &mut Value) {
     match json {
         Value::Number(number) => {
-            // Beyond that not all whole numbers are floats.
+            // Beyond this, not every whole number is a float.
             let whole = number.as_f64().filter(|value| value.fract() == 0.0 && value.abs() < 9e15);
             if let Some(value) = whole.filter(|_| number.is_f64()) {
                 *json = Value::from(value as i64);
@@ -138,7 +138,7 @@ fn whole_numbers(json: &mut Value) {
     }
 }
 
-/// Enough of the JSON to say that the rest is not for us.
+/// Just enough of the JSON to tell that we cannot read the rest.
 #[derive(Deserialize)]
 struct Head {
     asset: Option<Asset>,

@@ -1,4 +1,4 @@
-//! What a file offers to choose from, by its JSON alone.
+//! What a file offers to choose from, judged by its JSON alone.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub struct Contents {
     pub scenes: Vec<String>,
     /// Of variants of materials.
     pub variants: Vec<String>,
-    /// Of animations, with the second that each ends at, where the file says it.
+    /// Names of animations, each with the second at which it ends if the file says so.
     pub animations: Vec<(String, Option<f32>)>,
 }
 
@@ -27,7 +27,7 @@ pub fn contents(path: &Path) -> Result<Contents, LoadError> {
     let name = |given: &Option<String>, number: usize| given.clone().unwrap_or_else(|| number.to_string());
     let extensions = root.extensions.as_ref().map(|extensions| &extensions.others);
     let variants = extensions.and_then(|others| others.get("KHR_materials_variants"));
-    // What is wrong with it is said where a variant is asked for.
+    // Faults in the list are reported when a variant is asked for.
     let variants = variants.and_then(|value| Variants::deserialize(value).ok());
     let variants = variants.map_or_else(Vec::new, |read| read.variants);
     let (scenes, animations) = (root.scenes.iter().enumerate(), root.animations.iter().enumerate());
@@ -40,7 +40,7 @@ pub fn contents(path: &Path) -> Result<Contents, LoadError> {
     })
 }
 
-/// When the last key of an animation is.
+/// The time of an animation's last key.
 fn end(root: &Root, animation: &Animation) -> Option<f32> {
     let inputs = animation.samplers.iter().filter_map(|sampler| root.accessors.get(sampler.input.value()));
     let ends = inputs.filter_map(|times| times.max.as_ref()?.get(0)?.as_f64());

@@ -23,16 +23,16 @@ use crate::world::SourceFiles;
 const LARGEST_EXPANSION: u64 = 64;
 /// The same of each byte that was decompressed before, which was counted once.
 const LARGEST_SECOND_EXPANSION: u64 = 16;
-/// Bytes that may always be made.
+/// How many bytes may always be made.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
 
 /// The file that is being read.
 pub(super) struct Document<'p> {
     pub path: &'p Path,
     pub root: Root,
-    /// Each buffer's bytes, or why there are none.
+    /// The bytes of each buffer, or why there are none.
     buffers: Vec<Result<Rc<[u8]>, String>>,
-    /// Buffer views that were compressed.
+    /// The decompressed content of each buffer view that was compressed.
     decompressed: Vec<OnceCell<Vec<u8>>>,
     /// Bytes that may still be made of the file's.
     budget: Cell<u64>,
@@ -132,14 +132,14 @@ impl<'p> Document<'p> {
         let range = [compressed.byte_offset, compressed.byte_length];
         let data = self.range(compressed.buffer, range, "the compressed view", &at)?;
         let length = compressed.decoded_length().unwrap_or(usize::MAX) as u64;
-        // Twice, as indices are words before they are bytes.
+        // Twice, because indices are decoded to words before they become bytes.
         self.charge(length.saturating_mul(2), at)?;
         let bytes = compressed.decode(data).map_err(|reason| self.error(at, reason))?;
         self.allow_for(length);
         Ok(bytes)
     }
 
-    /// Bytes that may still be made.
+    /// How many bytes may still be made.
     #[cfg(feature = "draco")]
     pub(super) fn affordable(&self) -> u64 {
         self.budget.get()

@@ -15,7 +15,7 @@ pub(super) const NAME: &str = "KHR_draco_mesh_compression";
 /// The vertices and triangles of a primitive.
 #[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
 pub(super) struct Decoded {
-    /// Three a triangle, each the number of a vertex.
+    /// Three vertex numbers for each triangle.
     pub corners: Vec<u32>,
     pub columns: HashMap<String, Attribute>,
 }
@@ -23,15 +23,15 @@ pub(super) struct Decoded {
 /// One attribute of all vertices.
 #[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
 pub(super) struct Attribute {
-    /// Of a vertex, at most four.
+    /// Numbers of each vertex, at most four.
     pub width: usize,
     pub numbers: Vec<f32>,
-    /// What integers are divided by where they stand for fractions; 1 for floats.
+    /// The divisor for integers that stand for fractions; 1 for floats.
     pub one: f32,
 }
 
 impl Attribute {
-    /// The first `N` numbers of each vertex; those that there are not are 0.
+    /// The first `N` numbers of each vertex; missing ones are 0.
     pub(super) fn elements<const N: usize>(&self, normalized: bool) -> Vec<[f32; N]> {
         let fraction = |number: f32| match normalized && self.one != 1.0 {
             true => (number / self.one).max(-1.0),
@@ -94,7 +94,7 @@ pub(super) fn decode(
     Ok(Some(Decoded { corners, columns }))
 }
 
-/// Without the feature a compressed primitive has only what an uncompressed copy may hold.
+/// Without the feature, all that a compressed primitive has is the uncompressed copy that its file may hold.
 #[cfg(not(feature = "draco"))]
 pub(super) fn decode(_: &Document, _: &Primitive, _: &str) -> Result<Option<Decoded>, LoadError> {
     Ok(None)

@@ -18,10 +18,10 @@ use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
 
-/// Lumen to a watt of light at 555 nm, which exporters take for all light.
+/// Lumens per watt of light at 555 nm, a ratio that exporters apply to all light.
 const LUMEN_TO_WATT: f32 = 683.0;
-/// Brighter suns (lux) and lamps (candela) are no watts: a sun has up to 10 W/m² in Blender, seldom more, and
-/// 450 W/sr are a lamp of 5.7 kW, while 450 cd are one of 8 W.
+/// The brightest suns (lux) and lamps (candela) that can be in watts: a sun seldom has more than 10 W/m² in Blender,
+/// and 450 W/sr are a lamp of 5.7 kW, while 450 cd are one of 8 W.
 const BRIGHT: [f32; 2] = [100.0, 450.0];
 
 /// What the numbers of a file's lights are multiplied by.
@@ -48,7 +48,8 @@ pub(super) fn light_scale(
     }
 }
 
-/// Whether Blender's lights can hardly be in watts: by its suns, or if there are none by the middle one of its lamps.
+/// Whether Blender's lights are too bright to be in watts, judged by its median sun, or by its median lamp if it has
+/// no suns.
 fn are_lumen(lights: &[light::Light]) -> bool {
     let brightness = |suns: bool| {
         let of_kind = lights.iter().filter(|light| (light.kind == "directional") == suns);
@@ -84,7 +85,7 @@ impl Import<'_> {
                 Camera::Pinhole { vertical_fov }
             }
             (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
-                // Negative ones occur: they would turn the picture over, which nobody means.
+                // Negative ones occur. They would flip the image, which nobody means.
                 let height_m = orthographic.ymag.abs() * 2.0;
                 if height_m == 0.0 || !height_m.is_finite() {
                     return Err(document.error(format!("{at}/orthographic/ymag"), "it must not be 0"));
@@ -100,7 +101,7 @@ impl Import<'_> {
         Ok((camera_of, camera.name.clone()))
     }
 
-    /// Width over height of a camera's picture, if it says so and means it.
+    /// Width over height of a camera's image, if the file gives a usable one.
     pub(super) fn aspect_of(&self, index: Index<json::Camera>) -> Option<f32> {
         let camera = self.document.root.cameras.get(index.value())?;
         let aspect = match (&camera.perspective, &camera.orthographic) {
@@ -145,7 +146,7 @@ impl Import<'_> {
                 let spot = light.spot.as_ref();
                 let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;
                 let (inner_angle, outer_angle) = (spot.inner_cone_angle, spot.outer_cone_angle);
-                // π/2 rounded up in somebody else's arithmetic is meant as π/2.
+                // π/2 rounded up by another program's arithmetic is meant as π/2.
                 if !(inner_angle >= 0.0 && inner_angle < outer_angle && outer_angle <= FRAC_PI_2 + 1e-5) {
                     let reason = format!(
                         "the cone from {inner_angle} to {outer_angle} is not 0 ≤ inner < outer ≤ π/2"

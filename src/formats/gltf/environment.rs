@@ -10,7 +10,7 @@ use crate::formats::studio::towards;
 use crate::math::{DQuat, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
-/// Rows of the image at most; there are twice as many columns.
+/// The most rows that the image has; it has twice as many columns.
 const MOST_ROWS: u32 = 1024;
 
 impl Import<'_> {
@@ -92,7 +92,7 @@ struct Face {
 }
 
 impl Face {
-    /// Eight-bit pictures are RGBD: colours by the sRGB curve, divided by alpha.
+    /// Eight-bit pictures are RGBD: sRGB-encoded colours, divided by alpha.
     fn new(image: &Image) -> Self {
         let texels = match &image.texels {
             Texels::Rgb32(texels) => texels.clone(),
@@ -127,8 +127,8 @@ impl Face {
     }
 }
 
-/// The side of a cube map (+X, −X, +Y, −Y, +Z, −Z) that a direction meets, and where, as
-/// graphics interfaces have it.
+/// The face of a cube map (+X, −X, +Y, −Y, +Z, −Z) that a direction meets, and where on it, by the conventions of
+/// graphics APIs.
 fn on_cube(towards: Vec3) -> (usize, f32, f32) {
     let [x, y, z] = towards.to_array();
     let size = towards.abs();

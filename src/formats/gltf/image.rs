@@ -1,4 +1,4 @@
-//! Pictures in a file or beside it, each decoded once.
+//! Pictures in a file or next to it, each decoded once.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -15,7 +15,7 @@ use crate::film::tonemap::srgb_encode;
 use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
 
-/// Where an image's bytes are, the same for the same image.
+/// Where an image's bytes are: equal for equal images.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum ImageLocation {
     File(PathBuf),
@@ -28,15 +28,14 @@ pub(super) enum ImageLocation {
 /// The pictures that were asked for so far.
 #[derive(Default)]
 pub(super) struct Images {
-    /// By how they are read: see [`Images::id`].
+    /// By location and by how they are decoded: see [`Images::id`].
     ids: HashMap<(ImageLocation, bool), Option<ImageId>>,
     /// Those whose gloss became roughness, and by which factor.
     rough: HashMap<ImageLocation, (u32, ImageId)>,
-    /// Encoded bytes of buffers that were decoded: views that overlap would be a way to make
-    /// much of little.
+    /// How many encoded bytes of each buffer were decoded. Overlapping views could otherwise make much out of little.
     decoded: HashMap<usize, u64>,
     complained: HashSet<ImageLocation>,
-    /// Those that `ahead` has decoded and nobody has asked for yet.
+    /// Pictures that `ahead` has decoded and that nothing has asked for yet.
     pub ahead: HashMap<ImageLocation, Result<Arc<Image>, LoadError>>,
 }
 
@@ -65,7 +64,7 @@ impl Images {
             true => assets.add_made_image(as_stored(&image)),
             false => assets.add_image(image),
         });
-        // The same bytes serve both.
+        // The same bytes serve both colour spaces.
         if !wide {
             self.ids.insert((place.clone(), !linear), id);
         }
@@ -73,8 +72,8 @@ impl Images {
         Ok(id)
     }
 
-    /// The image of a texture whose alpha is gloss as one whose red is roughness: 1 − gloss ·
-    /// `factor`. There is one such for each picture, so that files cannot make many of one.
+    /// An image whose red is roughness, 1 − gloss · `factor`, from a texture whose alpha is gloss. Each picture has
+    /// only one of these, so that files cannot turn one picture into many.
     pub(super) fn rough(
         &mut self,
         document: &Document,
@@ -145,12 +144,12 @@ impl Images {
 /// A picture before it is decoded.
 pub(super) enum Encoded<'d> {
     File(PathBuf),
-    /// Its bytes and what messages call it.
+    /// Its bytes, and the name that messages use.
     Bytes(Cow<'d, [u8]>, PathBuf),
 }
 
 impl<'d> Encoded<'d> {
-    /// That of an image at its place; none where there is nothing.
+    /// The encoded picture of an image; none if there is nothing there.
     pub(super) fn of(
         document: &'d Document,
         index: Index<json::Image>,
@@ -197,7 +196,7 @@ pub(super) fn whole(document: &Document, buffer: usize) -> u64 {
     document.root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0)
 }
 
-/// What messages call a picture within a file.
+/// The name that messages use for a picture inside a file.
 fn inside(path: &Path, at: &str) -> PathBuf {
     PathBuf::from(format!("{}: {at}", path.display()))
 }

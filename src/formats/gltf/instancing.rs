@@ -14,7 +14,7 @@ const F32: &[ComponentType] = &[ComponentType::F32];
 const SIGNED: &[ComponentType] = &[ComponentType::F32, ComponentType::I8, ComponentType::I16];
 const VECTOR: Rule = Rule { types: &[Type::Vec3], components: F32, always_normalized: false };
 const ROTATION: Rule = Rule { types: &[Type::Vec4], components: SIGNED, always_normalized: true };
-/// What an instance becomes takes up about as much.
+/// About how many bytes an instance will take.
 const INSTANCE_BYTES: u64 = 256;
 
 impl Import<'_> {
@@ -54,7 +54,7 @@ impl Import<'_> {
         Ok(Some(instances))
     }
 
-    /// One attribute of all instances, which must be as many as the others have.
+    /// One attribute of all instances. It must have as many elements as the others.
     fn column<const N: usize>(
         &self,
         read: &Instancing,

@@ -1,5 +1,4 @@
-//! What extensions add to a material. Each is read on its own; which of them act together is
-//! for the renderer to know.
+//! What extensions add to a material. Each is read on its own; the renderer knows how they combine.
 
 use super::Import;
 use super::extensions::material as read;
@@ -10,7 +9,7 @@ use crate::world::assets::ColorSpace;
 use crate::world::{Anisotropy, Channel, Iridescence, Principled, Volume};
 
 impl Import<'_> {
-    /// Reads all but `unlit` and those that stand for core properties.
+    /// Reads all extensions except `unlit` and those that replace core properties.
     pub(super) fn layers(
         &mut self,
         extensions: Extensions,
@@ -79,7 +78,7 @@ impl Import<'_> {
         let volume: Option<read::Volume> = document.extension(extensions, "KHR_materials_volume", at)?;
         material.volume = volume.filter(|volume| volume.thickness_factor > 0.0).map(|volume| Volume {
             attenuation_color: Rgb::from(volume.attenuation_color).map(unit),
-            // Files that mean "none" have 0, which the specification does not allow.
+            // Some files write 0 for "none", which the specification does not allow.
             attenuation_distance: match volume.attenuation_distance {
                 distance if distance > 0.0 => distance,
                 _ => f32::INFINITY,

@@ -1,13 +1,13 @@
-//! What of a file is left out, counted while it is read and told in a few lines at the end.
+//! What is left out of a file: counted while it is read and reported in a few lines at the end.
 
 /// Counts and names.
 #[derive(Default)]
 pub(super) struct Losses {
-    /// Whether there are any that were not asked for.
+    /// Whether there are animations, and no moment of them was asked for.
     pub animations: bool,
-    /// Primitives.
+    /// Primitives without triangles.
     pub points_and_lines: usize,
-    /// Nodes that a scale of 0 hides.
+    /// Nodes that are hidden by a scale of 0.
     pub flat_nodes: usize,
     /// Materials whose gloss cannot be made roughness.
     pub glosses: usize,
@@ -15,7 +15,7 @@ pub(super) struct Losses {
     pub other_sets: usize,
     /// Closed meshes of glass that has no inside.
     pub hollow_bodies: usize,
-    /// Closed meshes whose surfaces face inwards and have no backs.
+    /// Closed meshes whose surfaces face inwards and are invisible from behind.
     pub inside_out: usize,
 }
 
@@ -26,7 +26,7 @@ impl Losses {
         if self.animations {
             lines.push("animations: nodes stand as the file has them (--time shows a moment)".to_owned());
         }
-        // Of one, of several, and what is so of them.
+        // The words for one, the words for several, and what is true of them.
         let counted = [
             (
                 self.points_and_lines,

@@ -179,7 +179,7 @@ impl Import<'_> {
     }
 }
 
-/// Factors beyond their range occur, and mean its end.
+/// Factors beyond their range occur, and are taken for the end of the range.
 pub(super) fn unit(factor: f32) -> f32 {
     factor.clamp(0.0, 1.0)
 }

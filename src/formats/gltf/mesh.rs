@@ -21,7 +21,7 @@ use crate::world::{MaterialId, Mesh, MeshId};
 /// How the node that shows a mesh bends it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Shaping<'s> {
-    /// Of the morph targets; none for those of the mesh.
+    /// Weights of the morph targets; none for the mesh's own.
     pub weights: Option<&'s [f32]>,
     /// The node and its joints if it has a skin.
     pub joints: Option<(usize, &'s Joints)>,
@@ -35,7 +35,7 @@ pub(super) struct PlacedMesh {
     pub material: Option<MaterialId>,
 }
 
-/// The same for meshes of one primitive whose triangles are the same, whatever they are made of.
+/// Equal for meshes of one primitive that have the same triangles, whatever their material.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct ShapeKey {
     accessors: Vec<Option<usize>>,
@@ -50,11 +50,10 @@ pub(super) struct ShapeKey {
     skinned: Option<usize>,
 }
 
-/// The same for the same mesh of ours: number, weights' bits, node with a skin.
+/// Equal for what becomes the same mesh of ours: the mesh's number, the weights' bits, the node with a skin.
 pub(super) type MeshKey = (usize, Option<Vec<u32>>, Option<usize>);
 
-/// The first vertex and the number of those that some accessors have given, by the numbers of
-/// these.
+/// For the numbers of some accessors, the first vertex and the count of the vertices that were made from them.
 type Known = HashMap<Vec<Option<usize>>, (u32, usize)>;
 
 impl Import<'_> {
@@ -107,7 +106,7 @@ impl Import<'_> {
         Ok(placed)
     }
 
-    /// What the triangles of a mesh are made of and which material it has, if it can be shared.
+    /// The key of a mesh's triangles, and its material, if the triangles can be shared.
     fn shape_key(
         &mut self,
         mesh: &json::Mesh,
@@ -162,7 +161,7 @@ impl Import<'_> {
             .all(|semantic| primitive.attributes.contains_key(&Checked::Valid(semantic.clone())));
         let generated = material.tangents.filter(|_| !has_tangents);
         let decoded = draco::decode(document, primitive, at)?;
-        // Vertices are split by generated tangents: nobody else can use them.
+        // Generated tangents split vertices, so nothing else can use these.
         let is_shared = generated.is_none() && decoded.is_none();
         let key = is_shared.then(|| vertex::accessors(primitive));
         let found = key.as_ref().and_then(|key| known.get(key)).copied();
@@ -234,9 +233,9 @@ impl Import<'_> {
     }
 }
 
-/// Adds the vertices of `part`, which it loses; gives the number that the first of them has.
+/// Adds the vertices of `part` and empties it; returns the number of the first one added.
 fn append(mesh: &mut Mesh, part: &mut Mesh) -> Option<u32> {
-    /// What one side lacks gets `filler`; what both lack stays away.
+    /// If only one of them has values, the other gets `filler`; if neither has, both stay empty.
     fn join<T: Clone>(to: &mut Vec<T>, before: usize, from: &mut Vec<T>, count: usize, filler: T) {
         if !(to.is_empty() && from.is_empty()) {
             to.resize(before, filler.clone());

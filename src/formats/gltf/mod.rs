@@ -64,9 +64,9 @@ use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, Worl
 /// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
 #[derive(Debug)]
 pub struct Model {
-    /// Each after its parent.
+    /// Every node comes after its parent.
     nodes: Vec<Node>,
-    /// Width over height of the first camera's picture, if it says so.
+    /// Width over height of the first camera's image, if the file gives it.
     pub aspect: Option<f32>,
     /// Whether the file has animations.
     moves: bool,
@@ -84,33 +84,33 @@ struct Node {
     camera: Option<Camera>,
 }
 
-/// What reading carries along.
+/// The state of reading a file.
 struct Import<'a> {
     document: &'a Document<'a>,
     assets: &'a mut Assets,
     warnings: &'a mut Vec<String>,
     losses: Losses,
     lights: Vec<extensions::light::Light>,
-    /// What their numbers are multiplied by.
+    /// What the lights' intensities are multiplied by.
     light_scale: f32,
     /// See [`LoadOptions`].
     solid_glass: bool,
-    /// All surfaces have backs.
+    /// Whether all surfaces can be seen from behind.
     double_sided: bool,
     /// The number of the variant that was asked for.
     variant: Option<usize>,
     images: Images,
     textures: Textures,
-    /// By their numbers in the file; none stands for the default material.
+    /// By their numbers in the file; `None` is the default material.
     materials: HashMap<Option<usize>, Lowered>,
     meshes: HashMap<MeshKey, Option<PlacedMesh>>,
     shapes: HashMap<ShapeKey, MeshId>,
     parents: Vec<Option<usize>>,
     /// Nodes that an animation moves.
     moved: HashMap<usize, Moved>,
-    /// Known transforms from nodes to the scene.
+    /// The transforms from nodes to the scene that are known so far.
     globals: HashMap<usize, DAffine3>,
-    /// Of the first camera that was met.
+    /// Aspect ratio of the first camera.
     aspect: Option<f32>,
 }
 
@@ -125,8 +125,7 @@ pub fn load(
     parse(&bytes, path, options, assets, warnings)
 }
 
-/// [`load`] for a file in memory; `path` is what messages call it and what its references
-/// are relative to.
+/// [`load`] for a file in memory. Messages call it `path`, and its references are relative to that.
 pub fn parse(
     bytes: &[u8],
     path: &Path,

@@ -24,7 +24,7 @@ impl Import<'_> {
     pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<Vec<Node>, LoadError> {
         let all = &self.document.root.nodes;
         let mut found: Vec<Node> = Vec::new();
-        // A stack of our own: files may be deeper than the machine's.
+        // An explicit stack: files may be nested more deeply than the machine's stack allows.
         let first = |number| PendingNode { number, parent: None, visible: true };
         let mut stack: Vec<PendingNode> = roots.into_iter().rev().map(first).collect();
         while let Some(PendingNode { number, parent, mut visible }) = stack.pop() {
@@ -97,7 +97,7 @@ impl Import<'_> {
             camera: None,
         };
         if let Some(skin) = source.skin {
-            // Joints say where it is; the node's own transform does not count.
+            // The joints say where the mesh is; the node's own transform is ignored.
             let joints = self.joints(skin, &format!("{at}/skin"))?;
             shaping.joints = Some((number, &joints));
             if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
@@ -121,7 +121,7 @@ impl Import<'_> {
     }
 }
 
-/// Each node's parent. Errors: a child that is not there, has two parents, or is its own ancestor.
+/// The parent of each node. Errors: a child that does not exist, has two parents, or is its own ancestor.
 pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadError> {
     let nodes = &document.root.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
@@ -136,7 +136,7 @@ pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadErr
             parents[child] = Some(number);
         }
     }
-    // From every node upwards until an end or a node that was met before.
+    // From every node upwards, until there is no parent or the node was visited before.
     let mut met_from = vec![usize::MAX; nodes.len()];
     for start in 0..nodes.len() {
         let mut at = Some(start);
@@ -154,8 +154,8 @@ pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadErr
     Ok(parents)
 }
 
-/// The scene that is shown: the one that was asked for by name or number, else that which the
-/// file names, else its first. None where there is no scene at all.
+/// The scene to show: the one asked for by name or number, else the file's default scene, else its first. None if the
+/// file has no scenes.
 pub(super) fn scene(
     document: &Document,
     asked: Option<&str>,
@@ -180,7 +180,7 @@ pub(super) fn scene(
     })
 }
 
-/// The nodes that a scene begins with; without a scene all that have no parent.
+/// The root nodes of a scene; without a scene, all nodes that have no parent.
 pub(super) fn roots(
     document: &Document,
     scene: Option<Index<json::Scene>>,

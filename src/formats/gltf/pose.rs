@@ -8,17 +8,17 @@ use crate::error::LoadError;
 use crate::math::{DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3};
 use crate::world::Transform;
 
-/// |determinant| over the product of the axes' lengths, below which a transform is flat.
+/// A transform is flat if |determinant| over the product of the axes' lengths is below this.
 const FLAT: f64 = 1e-8;
 
-/// What an animation says about a node instead of the node itself.
+/// What an animation says in place of the node itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub translation: Option<Vec3>,
-    /// Of any length but zero.
+    /// Of any length except zero.
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<Vec3>,
-    /// Of the mesh's morph targets.
+    /// Weights of the mesh's morph targets.
     pub weights: Option<Vec<f32>>,
 }
 
@@ -37,9 +37,9 @@ impl Import<'_> {
         transform(self.document, node, self.moved.get(&number), &format!("/nodes/{number}"))
     }
 
-    /// From a node's space to the scene's.
+    /// The transform from a node's space to the scene's.
     pub(super) fn global(&mut self, number: usize) -> Result<DAffine3, LoadError> {
-        // Upwards to an end or to what is known, and down again.
+        // Up to a root or to a node whose transform is known, and down again.
         let (mut path, mut at) = (Vec::new(), Some(number));
         while let Some(node) = at.filter(|node| !self.globals.contains_key(node)) {
             path.push(node);
@@ -101,7 +101,7 @@ fn wide(matrix: &Mat4) -> DMat4 {
     DMat4::from_cols_array(&matrix.to_cols_array().map(f64::from))
 }
 
-/// Whether a transform leaves no volume: a scale of 0 is how files hide things.
+/// Whether a transform leaves no volume: files hide things with a scale of 0.
 pub(super) fn is_flat(matrix: &DAffine3) -> bool {
     let axes = matrix.matrix3;
     let length = |axis: DVec3| axis.length();

@@ -47,7 +47,7 @@ impl Import<'_> {
 }
 
 impl Joints {
-    /// What joints do together, by their weights; the error is a joint that there is not.
+    /// The joints' combined effect by their weights; the error is a joint that does not exist.
     pub(super) fn blend(&self, influences: impl Iterator<Item = (usize, f32)>) -> Result<Blend, usize> {
         let (mut sum, mut whole) = (DMat4::ZERO, 0.0);
         for (joint, weight) in influences.filter(|(_, weight)| *weight != 0.0) {
@@ -71,7 +71,7 @@ impl Blend {
         self.0.transform_vector3(direction.as_dvec3()).as_vec3()
     }
 
-    /// By the cofactors: no division, and what is flat still has a normal.
+    /// By the cofactors: no division, and a flat transform still gives a normal.
     pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
         let [x, y, z] = [self.0.x_axis, self.0.y_axis, self.0.z_axis].map(|axis| axis.truncate());
         let turned = |normal: DVec3| y.cross(z) * normal.x + z.cross(x) * normal.y + x.cross(y) * normal.z;

@@ -1,4 +1,4 @@
-//! Tangents where a file has none: those of MikkTSpace, by which normal maps are made.
+//! Tangents for meshes that lack them: those of MikkTSpace, for which normal maps are made.
 
 use std::collections::HashMap;
 
@@ -14,9 +14,9 @@ use crate::world::{Mesh, SourceFiles};
 /// Triangles around a vertex at most: the algorithm walks around it by recursion, and compares
 /// each two that share an edge.
 const MOST_AROUND: u32 = 1024;
-/// What a vertex more is charged with.
+/// How many bytes each additional vertex is charged with.
 const VERTEX_BYTES: u64 = 80;
-/// What the algorithm takes for a corner.
+/// How many bytes the algorithm uses for a corner.
 const CORNER_BYTES: u64 = 32;
 
 /// Functions with the same bits everywhere.
@@ -94,8 +94,8 @@ impl Geometry<Libm> for MeshCorners<'_> {
     }
 }
 
-/// Gives a mesh tangents along a set of its texture coordinates. A vertex whose corners differ
-/// becomes several. Without texture coordinates there are no tangents.
+/// Gives a mesh tangents along one set of its texture coordinates. A vertex whose corners get different ones is
+/// split. A mesh without these texture coordinates gets none.
 pub(super) fn generate(
     document: &Document,
     mesh: &mut Mesh,

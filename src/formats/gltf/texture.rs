@@ -13,8 +13,8 @@ use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
-/// The textures that were made so far, by all that makes one differ from another. (The store's
-/// own search compares a texture with every other.)
+/// The textures made so far, by everything that distinguishes them. (The store's own search compares a texture with
+/// every other.)
 #[derive(Default)]
 pub(super) struct Textures(HashMap<Key, TextureId>);
 
@@ -33,7 +33,7 @@ impl Textures {
 }
 
 impl Import<'_> {
-    /// A colour, by the sRGB curve where there is a texture.
+    /// A colour; where it has a texture, in the sRGB curve.
     pub(super) fn color(
         &mut self,
         factor: Rgb,
@@ -49,7 +49,7 @@ impl Import<'_> {
         })
     }
 
-    /// A number from a channel of a texture, as it is stored.
+    /// A number from a texture's channel, as it is stored.
     pub(super) fn scalar(
         &mut self,
         factor: f32,
@@ -77,7 +77,7 @@ impl Import<'_> {
             .map(|(texture, slot)| NormalMap { texture: self.texture_id(texture), scale: slot.scale }))
     }
 
-    /// What a texture is called from now on.
+    /// The id of a texture, from now on.
     pub(super) fn texture_id(&mut self, texture: Texture) -> TextureId {
         self.textures.id(texture, self.assets)
     }
@@ -111,7 +111,7 @@ impl Import<'_> {
         Ok(Some(texture))
     }
 
-    /// Between texels and outside the unit square, as a texture's sampler says.
+    /// How to interpolate texels and what to do outside the unit square, as the texture's sampler says.
     fn sample(&self, index: Index<json::Texture>, texture: &mut Texture, at: &str) -> Result<(), LoadError> {
         let document = self.document;
         texture.filter = TextureFilter::Trilinear;
@@ -129,7 +129,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// The image of a texture; none, and a warning, if only unknown extensions could say.
+    /// The image of a texture; none, with a warning, if it is in an extension that is not read.
     pub(super) fn source(
         &mut self,
         index: Index<json::Texture>,
@@ -140,8 +140,8 @@ impl Import<'_> {
         let at = format!("/textures/{}", index.value());
         let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
         let mut others = vec!["EXT_texture_webp"];
-        // What cannot be decoded may have a picture of another kind beside it.
-        // The crate's number for none.
+        // The crate's number for "no image" is `u32::MAX`. Without the feature `basisu`, a texture's own image stands
+        // in for one that cannot be decoded.
         let has_own = texture.source.value() != u32::MAX as usize;
         if cfg!(feature = "basisu") || !has_own {
             others.push("KHR_texture_basisu");

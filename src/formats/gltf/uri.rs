@@ -7,9 +7,9 @@ use crate::files;
 /// Where the bytes are.
 #[derive(Debug, PartialEq)]
 pub(super) enum Resource {
-    /// They were in the URI itself.
+    /// The bytes were in the URI itself.
     Data(Vec<u8>),
-    /// In this file.
+    /// The bytes are in this file.
     File(PathBuf),
 }
 
@@ -25,13 +25,13 @@ fn data(rest: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = rest.split_once(',').ok_or("the data URI has no comma before its data")?;
     if kind.split(';').next_back().is_some_and(|last| last.eq_ignore_ascii_case("base64")) {
         base64(data.as_bytes())
-            .map_err(|at| format!("the data URI is no base64 at character {at} of its data"))
+            .map_err(|at| format!("the data URI is not base64 at character {at} of its data"))
     } else {
         Ok(percent_decode(data))
     }
 }
 
-/// RFC 4648; the padding may be missing. The error is where it goes wrong.
+/// Base64 by RFC 4648; the padding may be missing. The error is the place of the fault.
 fn base64(text: &[u8]) -> Result<Vec<u8>, usize> {
     let padding = text.iter().rev().take(2).take_while(|c| **c == b'=').count();
     let digits = &text[..text.len() - padding];
@@ -67,11 +67,11 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
     let shown = || -> String { uri.chars().take(80).flat_map(char::escape_debug).collect() };
     let first = uri.split('/').next().unwrap_or_default();
     if first.contains(':') {
-        return Err(format!("\"{}\" is no reference to a file beside this one", shown()));
+        return Err(format!("\"{}\" does not refer to a file beside this one", shown()));
     }
     let decoded = String::from_utf8(percent_decode(uri))
         .map_err(|_| format!("\"{}\" is not UTF-8 once its % signs are decoded", shown()))?;
-    // Some exporters on Windows write its separators.
+    // Some exporters on Windows write backslashes.
     let decoded = decoded.replace('\\', "/");
     if files::outside_is_allowed() && !decoded.contains('\0') {
         return Ok(folder.join(decoded));
@@ -100,7 +100,7 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
     Ok(folder.join(below))
 }
 
-/// `%20` and the like as the bytes that they stand for; a stray % is itself.
+/// Decodes `%20` and the like to bytes; a stray % is kept as it is.
 fn percent_decode(text: &str) -> Vec<u8> {
     let mut decoded = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();

@@ -29,7 +29,7 @@ const JOINTS: Rule = Rule {
     always_normalized: false,
 };
 const WEIGHTS: Rule = Rule { types: &[Type::Vec4], components: FRACTIONS, always_normalized: true };
-/// Sets of four joints for each vertex.
+/// How many sets of four joints a vertex may have.
 const MOST_JOINT_SETS: u32 = 16;
 
 /// Numbers of all accessors that the vertices are made of.
@@ -74,7 +74,7 @@ pub(super) fn read(
     let mut mesh = Mesh { positions: vectors(positions), ..Mesh::default() };
     if let Some(normals) = reader.attribute::<3>(Semantic::Normals, "NORMAL", &NORMAL)? {
         mesh.normals = vectors(normals);
-        // Without normals a mesh is flat, and tangents of other normals are worth nothing.
+        // A mesh without normals is flat, and tangents for other normals are useless.
         if let Some(tangents) = reader.attribute::<4>(Semantic::Tangents, "TANGENT", &TANGENT)? {
             mesh.tangents = tangents.into_iter().map(Vec4::from_array).collect();
         }
@@ -113,7 +113,7 @@ struct Reader<'r> {
     primitive: &'r Primitive,
     decoded: Option<&'r Decoded>,
     at: &'r str,
-    /// Vertices; 0 as long as nobody knows.
+    /// Number of vertices; 0 while it is not known.
     count: usize,
 }
 

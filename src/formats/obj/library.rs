@@ -21,7 +21,7 @@ pub struct Library {
 }
 
 impl Library {
-    /// The number of a material; the last of that name counts.
+    /// The number of a material; if several have that name, of the last one.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
     }
@@ -98,7 +98,8 @@ const KEYWORDS: [&str; 17] = [
     "map_d", "bump", "map_Bump",
 ];
 
-/// The lines of a library that make sense, and the numbers and keywords of the others. One bad line shall not cost the whole library, as it would with tobj.
+/// The lines of a library that make sense, and the numbers and keywords of the others. With tobj, one bad line would
+/// cost the whole library.
 fn tidy(text: &str) -> (String, Vec<String>) {
     let mut tidied = String::with_capacity(text.len());
     let mut faults = Vec::new();
@@ -122,7 +123,7 @@ fn tidy(text: &str) -> (String, Vec<String>) {
                 let _ = writeln!(tidied, "{keyword} {value}");
             }
             None if KEYWORDS.contains(&keyword) => faults.push(format!("{} ({keyword})", i + 1)),
-            // Whatever file this is, messages are not for what is in it.
+            // Whatever kind of file this is, messages should not show its content.
             None => faults.push((i + 1).to_string()),
         }
     }

@@ -92,7 +92,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// A colour times a picture, if either is there.
+    /// A colour times a picture, if there is either.
     fn input(
         &mut self,
         color: Option<[f32; 3]>,

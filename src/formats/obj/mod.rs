@@ -83,7 +83,7 @@ fn refer(from: &Path, name: &str) -> PathBuf {
     if is_absolute || (beside.is_file() && !written.is_file()) { beside } else { written }
 }
 
-/// The first few of what may be millions.
+/// The first few of possibly millions.
 fn first_of(items: &[String]) -> String {
     const MOST: usize = 8;
     match items.len().saturating_sub(MOST) {
@@ -92,7 +92,7 @@ fn first_of(items: &[String]) -> String {
     }
 }
 
-/// Makes one mesh of tobj's, which are split by material.
+/// Merges tobj's meshes, which are split by material, into one.
 fn merge(
     models: &[tobj::Model],
     tidied: &Tidied,
@@ -119,7 +119,7 @@ fn merge(
             );
         }
         let mut rest = &part.indices[..];
-        // tobj gives no numbers of corners where all are three.
+        // tobj gives no corner counts if all faces have three.
         let triangles = if part.face_arities.is_empty() { rest.len() / 3 } else { 0 };
         let mut corners = Vec::new();
         for &arity in part.face_arities.iter().chain(std::iter::repeat_n(&3, triangles)) {

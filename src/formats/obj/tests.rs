@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::world::{BlinnPhong, ColorInput, Material, Texture};
 
-/// What loading a file gave.
+/// The result of loading a file.
 struct Loaded {
     mesh: Result<Mesh, String>,
     assets: Assets,
@@ -228,7 +228,7 @@ fn several_libraries_on_a_line_are_all_read() {
     assert_eq!(loaded.assets.materials.len(), 3);
 }
 
-/// Words that break what is not looked after.
+/// Words that break a careless reader.
 const WORDS: [&str; 34] = [
     "v",
     "vt",

@@ -15,7 +15,7 @@ pub struct Map<'a> {
     linear: bool,
 }
 
-/// The options that there are and how many words each takes at most.
+/// All options, and how many words each takes at most.
 const OPTIONS: [(&str, usize); 13] = [
     ("-s", 3),
     ("-o", 3),
@@ -66,7 +66,7 @@ impl<'a> Map<'a> {
         let mut first = "";
         while count < most {
             let (word, after) = split_word(rest);
-            // Of several numbers all but the first may be left out.
+            // If an option takes several numbers, all but the first may be left out.
             let value = word.parse::<f32>().ok().filter(|value| value.is_finite());
             if count > 0 && value.is_none() {
                 break;

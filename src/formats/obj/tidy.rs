@@ -1,4 +1,4 @@
-//! An OBJ file checked, and brought into the plainest form there is.
+//! Checks an OBJ file and brings it into the simplest form.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -24,7 +24,7 @@ struct Token<'a> {
     place: usize,
 }
 
-/// What is wrong at which byte of a line.
+/// The byte of a line at which something is wrong, and what.
 type Complaint = (usize, String);
 
 /// What a face's corner refers to.
@@ -38,7 +38,7 @@ const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 /// than in the file.
 #[derive(Default)]
 pub struct Tidied {
-    /// For tobj.
+    /// The text for tobj.
     pub text: String,
     /// Whether any face names texture coordinates.
     pub has_uvs: bool,
@@ -54,14 +54,14 @@ pub struct Tidied {
     pub warnings: Vec<String>,
     /// How many vertices, texture coordinates and normals there are so far.
     counts: [i64; 3],
-    /// The largest index into each that nothing had answered to when it was read.
+    /// For each of these, the largest index that referred to something further on when it was read.
     pending: [Option<Pending>; 3],
     skipped: [usize; 4],
     seen_libraries: HashSet<String>,
     seen_materials: HashSet<String>,
 }
 
-/// An index and the line of it.
+/// An index and its line.
 #[derive(Clone, Copy)]
 struct Pending {
     index: i64,
@@ -204,7 +204,7 @@ impl Tidied {
         Ok(())
     }
 
-    /// An index counted from 1, or 0 where the file names none (a vertex it must).
+    /// An index counted from 1, or 0 if the file gives none (it must give a vertex).
     fn index(&mut self, kind: usize, text: &str, place: usize, line: usize) -> Result<i64, Complaint> {
         let what = KINDS[kind];
         // Some exporters write 0 for "none".
@@ -228,7 +228,7 @@ impl Tidied {
         Ok(absolute)
     }
 
-    /// Faces may come before what they refer to, but it has to come.
+    /// Faces may come before what they refer to, but that must exist in the end.
     fn check_pending(&self) -> Result<(), LineFault> {
         for (kind, pending) in self.pending.iter().enumerate() {
             if let Some(Pending { index, line }) = *pending
@@ -291,7 +291,7 @@ fn number(word: &Token) -> Result<f32, Complaint> {
     word.text.parse().map_err(|_| (word.place, format!("{:?} is not a number", short(word.text))))
 }
 
-/// As much of a word as fits into a message.
+/// The part of a word that fits into a message.
 pub fn short(text: &str) -> String {
     text.chars().take(40).collect()
 }

@@ -1,4 +1,4 @@
-//! Pictures in, by the `image` crate.
+//! Reading pictures, with the `image` crate.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::world::{Image, Texels};
 
-/// Extensions in lower case of the formats that can be read.
+/// The formats that can be read, by their extensions in lower case.
 const KNOWN: [(&str, ImageFormat); 8] = [
     ("png", ImageFormat::Png),
     ("jpg", ImageFormat::Jpeg),
@@ -24,7 +24,7 @@ const KNOWN: [(&str, ImageFormat); 8] = [
     ("exr", ImageFormat::OpenExr),
 ];
 
-/// What `bytes` are: by their first few or, where those say nothing, by the extension of `path`.
+/// The format of `bytes`: by their beginning or, if that does not tell, by the extension of `path`.
 pub(super) fn recognise(bytes: &[u8], path: &Path) -> Result<ImageFormat, LoadError> {
     // Greg Ward's other signature, which the crate does not know.
     let by_content =
@@ -47,7 +47,7 @@ pub(super) fn recognise(bytes: &[u8], path: &Path) -> Result<ImageFormat, LoadEr
     })
 }
 
-/// A picture of `format`, as it is.
+/// Decodes a picture of `format` without changing its values.
 pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<Image, LoadError> {
     let refuse = |error: image::ImageError| {
         let reason = error.to_string().replace('\n', " ");
@@ -68,7 +68,7 @@ fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDe
     allowed.max_alloc = Some(2 * limits::LARGEST_SIZE);
     reader.limits(allowed);
     Ok(match format {
-        // Not by the strict way, which knows one of the two signatures.
+        // The strict decoder knows only one of the two signatures.
         ImageFormat::Hdr => Box::new(HdrDecoder::new_nonstrict(Cursor::new(bytes))?),
         _ => Box::new(reader.into_decoder()?),
     })

@@ -9,7 +9,7 @@ use crate::film::Channel;
 use crate::film::tonemap::DisplayTransform;
 use crate::math::Rgb;
 
-/// Bits a channel of a PNG.
+/// Bits per channel of a PNG file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PngBits {
     /// What every viewer shows.
@@ -30,11 +30,11 @@ pub struct Output<'a> {
     pub radiance: &'a [Rgb],
     /// Exposure and tone curve. Only PNG: OpenEXR and Radiance HDR keep the radiance as it is.
     pub display: DisplayTransform,
-    /// Only PNG.
+    /// Only for PNG.
     pub bits: PngBits,
     /// Names and values that go into the file's header.
     pub metadata: &'a [(String, String)],
-    /// What there is besides light, as many values each as there are pixels. Only OpenEXR.
+    /// Layers besides light, each with as many values as there are pixels. Only for OpenEXR.
     pub channels: &'a [Channel],
 }
 
@@ -50,11 +50,7 @@ enum Encoding {
 /// it is complete; until then an older one of that name stays as it was.
 pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let kind = kind(path)?;
-    let pixels = output.width as usize * output.height as usize;
-    if pixels == 0 || pixels != output.radiance.len() {
-        let (width, height, given) = (output.width, output.height, output.radiance.len());
-        return Err(SaveError::new(path, format!("{given} pixels are no image of {width} x {height}")));
-    }
+    let pixels = pixels_of(path, output)?;
     if let Some(channel) = output.channels.iter().find(|channel| channel.values.len() != pixels) {
         let (name, given) = (channel.name, channel.values.len());
         return Err(SaveError::new(path, format!("{given} values of {name} for {pixels} pixels")));
@@ -68,9 +64,21 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
 
 /// The bytes of a PNG.
 pub fn png_bytes(output: &Output<'_>) -> Result<Vec<u8>, SaveError> {
+    let path = Path::new("PNG");
+    pixels_of(path, output)?;
     let mut bytes = Vec::new();
-    encode_png::encode(&mut bytes, output).map_err(|error| SaveError::new(Path::new("PNG"), error))?;
+    encode_png::encode(&mut bytes, output).map_err(|error| SaveError::new(path, error))?;
     Ok(bytes)
+}
+
+/// The number of pixels. Errors: none, or another number than the size says.
+fn pixels_of(path: &Path, output: &Output<'_>) -> Result<usize, SaveError> {
+    let pixels = output.width as usize * output.height as usize;
+    if pixels == 0 || pixels != output.radiance.len() {
+        let (width, height, given) = (output.width, output.height, output.radiance.len());
+        return Err(SaveError::new(path, format!("{given} pixels are not an image of {width} x {height}")));
+    }
+    Ok(pixels)
 }
 
 /// Whether [`save`] could write to `path` now: a known extension, in a folder that exists
@@ -270,7 +278,7 @@ mod tests {
         let pixels = picture();
         let too_few = output(&pixels[1..], &[], PngBits::Eight);
         assert!(
-            save(&path, &too_few).unwrap_err().to_string().contains("406 pixels are no image of 37 x 11")
+            save(&path, &too_few).unwrap_err().to_string().contains("406 pixels are not an image of 37 x 11")
         );
         // A folder cannot be replaced: fails at the very end.
         let taken = folder.path().join("taken.png");

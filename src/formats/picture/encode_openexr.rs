@@ -1,4 +1,4 @@
-//! OpenEXR out: 32-bit float, linear Rec. 709, run lengths.
+//! Writing OpenEXR: 32-bit float, linear Rec. 709, run-length encoded.
 
 use std::io::{Cursor, Write};
 
@@ -16,8 +16,9 @@ use crate::film::Values;
 /// Bytes before the first attribute: magic number and version.
 const ATTRIBUTES_START: usize = 8;
 
-/// Rendered floats hardly get smaller by anything: 1280 × 960 of them, 14.8 MB, are 14.1 MB by ZIP, which takes 0.3 to 0.4 s,
-/// longer than a picture of one sample. Runs take 0.04 to 0.09 s, and shorten backgrounds and identifiers, too.
+/// Nothing makes rendered floats much smaller: ZIP turns 14.8 MB (1280 × 960 pixels) into 14.1 MB and takes 0.3 to
+/// 0.4 s, longer than rendering one sample. Run lengths take 0.04 to 0.09 s, and shorten backgrounds and identifiers,
+/// too.
 const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
 
 /// Returns why it failed.
@@ -44,8 +45,8 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
     writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
 }
 
-/// Light as R, G and B. With further channels also A, all of it: a layer that composites like any
-/// other, for its background belongs to the image.
+/// Light as R, G and B. If there are further channels, also A, which is 1 everywhere: such a layer composites like
+/// any other, because its background belongs to the image.
 fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
     let light = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
         let values = output.radiance.iter().map(|pixel| pixel.to_array()[channel]);

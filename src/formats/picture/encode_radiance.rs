@@ -7,7 +7,7 @@ use super::encode::Output;
 use crate::files::whole::Writer;
 use crate::math::Rgb;
 
-/// Rows of other widths cannot be packed.
+/// Rows of other widths cannot be run-length encoded.
 const PACKED_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32_767;
 const LONGEST_RUN: usize = 127;
 const LONGEST_LITERAL: usize = 128;
@@ -65,8 +65,8 @@ fn rgbe(pixel: Rgb) -> [u8; 4] {
     [r, g, b, (exponent + 128) as u8]
 }
 
-/// One channel of a row: a byte above 128 says how often (plus 128) the next byte comes,
-/// another one how many bytes follow as they are.
+/// One channel of a row. A byte above 128 says how often (plus 128) the next byte is repeated; any other says how
+/// many literal bytes follow.
 fn pack(writer: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
     let run_at = |start: usize| {
         let same = bytes[start..].iter().take_while(|byte| **byte == bytes[start]);

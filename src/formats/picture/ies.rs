@@ -6,11 +6,11 @@ use std::path::Path;
 use crate::error::LoadError;
 use crate::world::{Image, Texels};
 
-/// Of the picture.
+/// Size of the picture.
 const WIDTH: usize = 72;
 const HEIGHT: usize = 360;
 
-/// Whether it is called one, as the oldest say nothing of themselves, or says that it is one.
+/// Whether the file is named like a profile (the oldest ones do not identify themselves) or says that it is one.
 pub(super) fn is_ies(bytes: &[u8], path: &Path) -> bool {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     text.starts_with(b"IES")
@@ -27,7 +27,7 @@ impl Numbers<'_> {
     fn next(&mut self, what: &str) -> Result<f32, LoadError> {
         let text = self.text.next().ok_or_else(|| self.error(&format!("it ends before {what}")))?;
         let number = text.parse().ok().filter(|number: &f32| number.is_finite());
-        number.ok_or_else(|| self.error(&format!("{what}: {text:?} is no number")))
+        number.ok_or_else(|| self.error(&format!("{what}: {text:?} is not a number")))
     }
 
     /// At most 10,000, so that a broken file cannot ask for more.
@@ -44,7 +44,7 @@ impl Numbers<'_> {
         (0..count).map(|_| self.next(what)).collect()
     }
 
-    /// Growing numbers.
+    /// Angles in ascending order.
     fn angles(&mut self, count: usize, what: &str) -> Result<Vec<f32>, LoadError> {
         let angles = self.several(count, what)?;
         if angles.windows(2).all(|pair| pair[0] < pair[1]) {
@@ -92,7 +92,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
         && *last > 270.0
         && *last < first + 360.0
     {
-        // Once around, and on from the beginning.
+        // Closes the circle with the first angle.
         around.push(first + 360.0);
         candela.extend_from_within(..vertical);
     }
@@ -109,22 +109,22 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 struct Profile {
     down: Vec<f32>,
     around: Vec<f32>,
-    /// For each angle around all angles down.
+    /// For each angle around the axis, the values at all angles from it.
     candela: Vec<f32>,
 }
 
 impl Profile {
-    /// In a direction, in degrees.
+    /// The intensity in a direction, in degrees.
     fn at(&self, down: f32, around: f32) -> f32 {
         // What was not measured is dark.
         let Some((row, part)) = between(&self.down, down) else { return 0.0 };
         let (first, last) = (self.around[0], self.around.last().copied().unwrap_or(0.0));
-        // Lamps that look the same in every quarter, or on both sides, are measured there alone.
+        // Lamps that are the same in every quarter, or on both sides, are measured only there.
         let around = match last {
             last if last <= 0.0 => 0.0,
             last if last <= 90.0 => 90.0 - ((around % 180.0) - 90.0).abs(),
             last if last <= 180.0 => 180.0 - (around - 180.0).abs(),
-            // The same on both sides of the plane through 90° and 270°.
+            // Symmetric about the plane through 90° and 270°.
             last if first >= 90.0 && last <= 270.0 => match around {
                 around if (90.0..=270.0).contains(&around) => around,
                 around => (540.0 - around) % 360.0,
@@ -143,7 +143,7 @@ impl Profile {
     }
 }
 
-/// The last of growing numbers that is not above another, and the part of the way to the next.
+/// The last of some ascending angles that is not above `angle`, and the fraction of the way to the next.
 fn between(angles: &[f32], angle: f32) -> Option<(usize, f32)> {
     let (first, last) = (*angles.first()?, *angles.last()?);
     // Half of a row of the picture beyond the ends.
@@ -180,7 +180,7 @@ mod tests {
             assert!((value(&round, 0.1, around) - 100.0).abs() < 0.6);
             assert_eq!(value(&round, 91.0, around), 0.0);
         }
-        // 0 to 90°: as in a mirror in either plane.
+        // 0 to 90°: mirrored in both planes.
         let quarter = read(&format!("{HEAD}2 2 1 2 0 0 0 1 1 10 0 180 0 90 100 100 20 20")).unwrap();
         for around in [30.0, 150.0, 210.0, 330.0] {
             let found = value(&quarter, 90.0, around);
@@ -213,7 +213,7 @@ mod tests {
             ("TILT=NONE\n1 2 3 9999 9999 1 2 0 0 0 1 1 10 0 1", "ends before"),
             ("TILT=NONE\n1 2 3 2 1 2", "type C"),
             ("TILT=NONE\n1 2 3 2 1 1 2 0 0 0 1 1 10 90 0 0 5 5", "do not grow"),
-            ("TILT=NONE\n1 2 3 two", "is no number"),
+            ("TILT=NONE\n1 2 3 two", "is not a number"),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(part), "{text}: {error}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::LoadError;
 use crate::memory::{self, Claim};
 
-/// Pixels along a side.
+/// The most pixels along a side.
 pub const LARGEST_SIDE: u64 = 65_536;
 /// Bytes of a decoded picture.
 pub const LARGEST_SIZE: u64 = 2 << 30;
@@ -15,9 +15,9 @@ pub const LARGEST_SIZE: u64 = 2 << 30;
 const LARGEST_EXPANSION: u64 = 1 << 16;
 /// Decoded bytes that any file may have, however short.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
-/// The same for what is larger than [`LARGE`]: nobody draws so much of one colour.
+/// The same for pictures larger than [`LARGE`]: nobody draws that much of one colour.
 const LARGEST_EXPANSION_OF_LARGE: u64 = 1 << 12;
-/// Decoded bytes of a large picture.
+/// A picture of more decoded bytes is a large one.
 const LARGE: u64 = 256 << 20;
 
 /// Refuses a picture of `width` times `height` pixels that are to become `pixel_bytes`
@@ -51,7 +51,7 @@ pub(in crate::formats) fn check(
             "the picture claims to be {width} x {height} pixels, which a file of {file_bytes} bytes does not hold"
         ));
     }
-    // As the decoder has it, and as texels.
+    // Once as the decoder holds it, and once as texels.
     let what = format_args!("the picture of {width} x {height} pixels");
     let claim = memory::claim(what, 2 * size).map_err(|shortage| shortage.or("use a smaller one"));
     claim.map_err(LoadError::shortage(path))

@@ -33,8 +33,7 @@ use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
 use crate::world::{Image, SourceFiles, Texels};
 
-/// Texels brighter than this count as this bright, so that no sum of products of a few
-/// of them overflows.
+/// Brighter texels are cut off at this value, so that no sum of products of a few of them overflows.
 const BRIGHTEST_TEXEL: f32 = 1e9;
 
 /// Reads a picture to be used as a texture. NaN and negative floats become 0, infinity

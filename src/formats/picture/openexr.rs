@@ -1,5 +1,5 @@
-//! OpenEXR in. Block by block, so that only the channels that are wanted take memory,
-//! and on this thread alone: a panic on one of the crate's own threads would end the process.
+//! Reading OpenEXR. It is read block by block, so that only the channels that are wanted take memory, and on this
+//! thread alone: a panic on one of the crate's own threads would end the process.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -22,10 +22,10 @@ struct ColourChannels {
     channels: Colours,
 }
 
-/// For red, green and blue the index of a channel, or none: zero.
+/// For red, green and blue the index of a channel; `None` stands for zero.
 type Colours = [Option<usize>; 3];
 
-/// Looks for them among the names of a layer's channels.
+/// Finds the colours among the names of a layer's channels.
 type FindColours = fn(&[String]) -> Option<Colours>;
 
 /// The first layer that has colours, at its highest resolution. The picture is the file's
@@ -145,7 +145,7 @@ impl DecodedLayer {
     ) -> exr::error::Result<Image> {
         for block in blocks {
             let block = block?;
-            // The lines are cut out of the data unchecked.
+            // Lines are cut out of the data without a check.
             if block.data.len() != block.index.pixel_size.area() * self.channels.bytes_per_pixel {
                 return Err(exr::error::Error::Invalid("a block has the wrong size".into()));
             }

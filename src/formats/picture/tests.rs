@@ -66,7 +66,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Decoding either works or says why not in one line.
+/// Whether decoding works, or fails with one line that says why.
 fn survives(name: &str, bytes: &[u8]) -> bool {
     match decode(bytes, Path::new(name)) {
         Ok(image) => {

@@ -1,4 +1,4 @@
-//! What an image that we wrote says of itself.
+//! What an image that we wrote says about itself.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -9,7 +9,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use super::decode;
 use crate::error::LoadError;
 
-/// The text that an image carries under a name; none if there is none, or nowhere to carry it.
+/// The text that an image stores under a name; none if it has none, or its format cannot store any.
 pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     Ok(match decode::recognise(&bytes, path)? {
@@ -37,7 +37,7 @@ fn of_openexr(bytes: &[u8], name: &str) -> Option<String> {
     }
 }
 
-/// Lines up to an empty one.
+/// The header: all lines up to an empty one.
 fn of_radiance(bytes: &[u8], name: &str) -> Option<String> {
     let lines = bytes.split(|byte| *byte == b'\n').take_while(|line| !line.is_empty());
     let value = |line: &[u8]| {

@@ -14,7 +14,7 @@ pub fn write_header(
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames}:{seconds} Ip A1:1 C444 XCOLORRANGE=LIMITED")
 }
 
-/// One frame, as a PNG of 8 bits shows it.
+/// Writes one frame as an 8-bit PNG would show it.
 pub fn write_frame(out: &mut dyn Write, image: &Output<'_>) -> io::Result<()> {
     out.write_all(b"FRAME\n")?;
     let pixels: Vec<[u8; 3]> =

@@ -45,7 +45,7 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
     let steps = steps(element)?;
     let is_strips = element.name == "tristrips";
     if !is_strips {
-        // At least three indices a triangle, so the file's size is a limit on this.
+        // A triangle takes at least three indices, so the file's size limits this.
         mesh.triangles.reserve(element.count as usize);
     }
     let mut row = Row::default();
@@ -107,7 +107,7 @@ impl Row {
         Ok(())
     }
 
-    /// Makes corners of the indices.
+    /// Turns indices into corners.
     fn check_indices(&mut self, vertices: usize) -> Result<(), String> {
         self.corners.clear();
         for &index in &self.indices {
@@ -145,7 +145,7 @@ fn check_index(index: i64, vertices: usize) -> Result<u32, String> {
 /// Texture coordinates by face: a vertex that is seen with more than one pair becomes several.
 #[derive(Default)]
 struct Wedges {
-    /// For each original vertex, whether its own uv has been taken by a face.
+    /// For each original vertex, whether a face has given it its uv.
     taken: Vec<bool>,
     copies: HashMap<(u32, [u32; 2]), u32>,
 }

@@ -1,4 +1,4 @@
-//! The text that every PLY file begins with.
+//! The text at the beginning of every PLY file.
 
 /// How the elements are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// By either of the names that are in use.
+    /// By either of its usual names.
     fn by_name(name: &str) -> Result<Scalar, String> {
         Ok(match name {
             "char" | "int8" => Scalar::I8,
@@ -52,7 +52,7 @@ impl Scalar {
         })
     }
 
-    /// In bytes, where stored in binary.
+    /// Its size in bytes in a binary file.
     pub fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
@@ -109,14 +109,14 @@ pub struct Property {
 pub struct Element {
     /// What the file calls it.
     pub name: String,
-    /// Rows, as promised by the header.
+    /// The number of rows that the header promises.
     pub count: u64,
     /// Columns, in order.
     pub properties: Vec<Property>,
 }
 
 impl Element {
-    /// Whether anything is done with an element of that name.
+    /// Whether an element of that name is used at all.
     pub fn is_wanted(name: &str) -> bool {
         matches!(name, "vertex" | "face" | "tristrips")
     }

@@ -32,7 +32,7 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     parse(&bytes, path)
 }
 
-/// Reads a mesh from the content of a PLY file; `path` is what it is called in errors.
+/// Reads a mesh from the content of a PLY file; errors call it `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     let (header, body) = Header::parse(bytes).map_err(|fault| LoadError::At {
         file: path.to_owned(),

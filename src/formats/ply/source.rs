@@ -5,23 +5,23 @@ use super::header::{Element, PropertyKind, Scalar};
 /// Why a number could not be had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberFault {
-    /// The file is over.
+    /// The file has ended.
     End,
-    /// The last word is no number.
+    /// The last word is not a number.
     NotANumber,
-    /// The last word is no integer, or one that its type can't hold.
+    /// The last word is not an integer, or does not fit its type.
     NotAnInteger,
 }
 
-/// A place in the body that numbers are taken from, in order.
+/// A position in the body from which numbers are read in order.
 pub trait NumberSource: Clone {
-    /// The next number, rounded to a float; integers as they are.
+    /// The next number, rounded to a float. Integers are not scaled.
     fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault>;
     /// The next number, of an integer type.
     fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault>;
-    /// Passes over `count` numbers.
+    /// Skips `count` numbers.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), NumberFault>;
-    /// Passes over rows of equal size.
+    /// Skips all rows of an element whose rows have equal size.
     fn skip_rows(&mut self, element: &Element) -> Result<(), NumberFault>;
     /// The most numbers of that type that the rest of the file can hold.
     fn room(&self, scalar: Scalar) -> u64;
@@ -30,13 +30,13 @@ pub trait NumberSource: Clone {
     /// What is wrong, in words.
     fn describe(&self, fault: NumberFault) -> String;
 
-    /// The length of a list, which the rest of the file can hold.
+    /// The length of a list. The rest of the file is known to be able to hold it.
     fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<u64, NumberFault> {
         let count = u64::try_from(self.integer(count)?).map_err(|_| NumberFault::NotAnInteger)?;
         if count > self.room(item) { Err(NumberFault::End) } else { Ok(count) }
     }
 
-    /// Passes over one property.
+    /// Skips one property.
     fn skip_property(&mut self, kind: PropertyKind) -> Result<(), NumberFault> {
         match kind {
             PropertyKind::Scalar(scalar) => self.skip(scalar, 1),
@@ -47,7 +47,7 @@ pub trait NumberSource: Clone {
         }
     }
 
-    /// Passes over a whole element.
+    /// Skips a whole element.
     fn skip_element(&mut self, element: &Element) -> Result<(), String> {
         if element.has_fixed_size() {
             let skipped = self.skip_rows(element);
@@ -62,8 +62,8 @@ pub trait NumberSource: Clone {
         Ok(())
     }
 
-    /// Refuses an element that promises more rows than the file can hold, so that no promise
-    /// is worth more memory than the file itself.
+    /// Refuses an element that promises more rows than the file can hold, so that a promise cannot cost more memory
+    /// than the file itself.
     fn check_room(&self, element: &Element) -> Result<(), String> {
         let room = self.room_for_rows(element);
         if element.properties.is_empty() || element.count <= room {

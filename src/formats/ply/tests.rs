@@ -182,7 +182,7 @@ fn texture_coordinates_by_face_split_vertices() {
     assert_eq!(mesh.normals[5], Vec3::X);
     assert_eq!(mesh.uvs[5], Vec2::new(0.5, 0.5));
     assert_eq!(mesh.uvs[0], Vec2::new(0.0, 1.0));
-    // Copies are not vertices that the file's faces may name.
+    // The file's faces must not refer to copies.
     let beyond = faces.replace("3 0 1 2 0", "3 0 1 5 6 0 0 0 0 0 0");
     assert!(
         refusal(&ascii("x y z", face, CORNERS, &beyond))
@@ -274,7 +274,7 @@ fn promises_beyond_the_file_cost_no_memory() {
              property float x\nproperty float y\nproperty float z\nend_header\n4294967295 0 0 0"
         );
         assert!(refusal(&list).contains("other 0: the file ends here"));
-        // Rows without columns take no room, but no time either.
+        // Rows without columns take no space, but they must not take time either.
         let empty = format!(
             "ply\nformat {format} 1.0\nelement other {count}\nelement vertex 0\nproperty float x\n\
              property float y\nproperty float z\nend_header\n"
@@ -283,7 +283,7 @@ fn promises_beyond_the_file_cost_no_memory() {
     }
 }
 
-/// Meshes whose v survives 1 − v exactly.
+/// Meshes whose v survives 1 − v without loss.
 fn any_mesh() -> impl Strategy<Value = Mesh> {
     let finite = || prop::num::f32::NORMAL | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO;
     let vertex = (

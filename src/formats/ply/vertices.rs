@@ -136,7 +136,7 @@ fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
     }
 }
 
-/// From the colours of files to linear ones.
+/// Converts files' colours to linear ones.
 struct ColorCurve {
     of_byte: [f32; 256],
 }

@@ -1,4 +1,5 @@
-//! Single values of a scene's text replaced: comments, order and form of all else stay its author's.
+//! Replaces single values in a scene's text. Comments, order and form of everything else stay as the author wrote
+//! them.
 
 use std::path::Path;
 
@@ -24,7 +25,7 @@ pub fn with_keys(
     let mut edited = text.to_owned();
     let mut changes: Vec<(usize, usize, String)> =
         keys.iter().map(|(key, value)| change(text, raw, key, value)).collect();
-    // From the end, so that places before it stay what they are.
+    // From the end, so that earlier places stay valid.
     changes.sort_by_key(|(start, ..)| std::cmp::Reverse(*start));
     for (start, end, value) in changes {
         edited.replace_range(start..end, &value);
@@ -32,7 +33,7 @@ pub fn with_keys(
     Ok(edited)
 }
 
-/// Where a key's value stands and what takes its place.
+/// Where a key's value is, and what replaces it.
 fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, String) {
     let place = |part: &str| locate::offset_of(text, part).unwrap_or(0);
     for item in locate::items(entity.0) {
@@ -43,12 +44,12 @@ fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, Str
             return (start, start + length(old), value.to_owned());
         }
     }
-    // Behind the opening bracket.
+    // After the opening parenthesis.
     let start = place(entity.0) + 1;
     (start, start, format!("{key}: {value}, "))
 }
 
-/// Of a value, without the blanks and comments behind it: a name, brackets, or both.
+/// The length of a value without the blanks and comments after it: a name, brackets, or both.
 fn length(value: &str) -> usize {
     let (_, rest) = locate::split_identifier(value);
     let body = locate::skip_blank(rest);

@@ -10,7 +10,7 @@ use serde::forward_to_deserialize_any;
 use super::locate;
 use super::source::Raw;
 
-/// What a structure's members can be wrong about.
+/// What can be wrong with a structure's members.
 #[derive(Debug)]
 pub(super) enum FieldError {
     Unknown { known: &'static [&'static str] },
@@ -53,7 +53,7 @@ impl<'a> MapAccess<'a> for Members<'_, 'a> {
     }
 }
 
-/// Hands a value on as it is; [`Option`]s are RON's, with `Some` left out at will.
+/// Passes a value on as it is; an [`Option`] is RON's, but `Some` may be left out.
 struct RawDeserializer<'a>(Raw<'a>);
 
 impl<'de> Deserializer<'de> for RawDeserializer<'de> {

@@ -15,7 +15,7 @@ const FORM: &str = "Keys([(seconds, value), …])";
 const BETWEEN: &[(&str, Between)] =
     &[("Linear", Between::Linear), ("Smooth", Between::Smooth), ("Step", Between::Step)];
 
-/// What is between two keys.
+/// How values are interpolated between two keys.
 #[derive(Clone, Copy)]
 enum Between {
     Linear,
@@ -23,26 +23,26 @@ enum Between {
     Step,
 }
 
-/// At which moment a scene is read.
+/// The moment at which a scene is read.
 #[derive(Debug, Default)]
 pub(super) struct Clock {
     /// In seconds.
     pub time_s: f32,
-    /// Whether values may change here; where not, why.
+    /// If values must not change here, why.
     pub refused: Cell<Option<&'static str>>,
     /// Whether there have been any keys.
     pub asked: Cell<bool>,
 }
 
-/// What can lie between two others.
+/// Values that can be interpolated.
 pub(super) trait Keyed: Sized {
     /// Whether these are unit quaternions.
     const TURNS: bool = false;
 
-    /// As numbers, always as many.
+    /// The value as numbers, always the same count.
     fn numbers(self) -> Vec<f32>;
 
-    /// Of such numbers.
+    /// The value from such numbers.
     fn of(numbers: &[f32]) -> Self;
 }
 
@@ -113,7 +113,7 @@ impl Keyed for Quat {
         self.to_array().to_vec()
     }
 
-    /// Of a unit quaternion, or of what lies between several.
+    /// From a unit quaternion, or from an interpolation of several.
     fn of(numbers: &[f32]) -> Self {
         let exact = Quat::from_slice(numbers);
         let precise = exact.as_dquat();
@@ -128,8 +128,8 @@ impl<'a> Source<'a> {
         raw.0.starts_with(NAME) && self.variant(raw).is_some_and(|variant| variant.name == NAME)
     }
 
-    /// The value at the moment that the scene is read at, of keys or of a value that stays what it is. `read`
-    /// reads a single one.
+    /// The value at the moment at which the scene is read, whether it has keys or is constant. `read` reads a single
+    /// value.
     pub(super) fn keyed<T: Keyed>(
         &self,
         raw: Raw<'a>,
@@ -176,7 +176,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A quaternion and its negative are one rotation: of both the one that is nearer to the key before.
+/// A quaternion and its negative are the same rotation: takes whichever of the two is nearer to the key before.
 fn shorter_ways(values: &mut [Vec<f32>]) {
     for key in 1..values.len() {
         let [before, after] = [&values[key - 1], &values[key]];

@@ -20,8 +20,7 @@ pub(super) fn offset(text: &str, line: usize, column: usize) -> usize {
     in_line.map_or(text.len(), |(offset, _)| line_start + offset)
 }
 
-/// The part of `text` inside which `part` lies begins this many bytes into it; none when
-/// `part` is not a slice of `text`.
+/// The byte offset of `part` within `text`; none if `part` is not a slice of it.
 pub(super) fn offset_of(text: &str, part: &str) -> Option<usize> {
     let offset = part.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
     (offset + part.len() <= text.len()).then_some(offset)
@@ -70,7 +69,7 @@ pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
         match token {
             Token::Open(what) => open.push(Unclosed { offset, what }),
             Token::Close(expected) => {
-                // A closing bracket too many is where the parser stops by itself.
+                // At a surplus closing bracket the parser stops by itself.
                 let last = open.pop()?;
                 if last.what != expected {
                     return Some(last);
@@ -134,7 +133,7 @@ pub(super) fn skip_brackets(text: &str) -> &str {
     &text[offset..]
 }
 
-/// `key: value` as both of them; none if there is no colon.
+/// Splits `key: value`; none if there is no colon.
 pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
     let (mut depth, mut offset) = (0_usize, 0);
     while offset < item.len() {
@@ -152,11 +151,11 @@ pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
     None
 }
 
-/// What matters to find one's way through brackets.
+/// The tokens that matter for matching brackets.
 enum Token {
     /// What it is, in quotes.
     Open(&'static str),
-    /// What it closes.
+    /// Which bracket it closes.
     Close(&'static str),
     Comma,
     Colon,
@@ -165,7 +164,7 @@ enum Token {
     Other,
 }
 
-/// The token that `text`, which is not empty, begins with, and its length in bytes.
+/// The token that `text` begins with (it is not empty), and its length in bytes.
 fn token(text: &str) -> (Token, usize) {
     let literal = |length: Option<usize>, what| match length {
         Some(length) => (Token::Other, length),
@@ -229,7 +228,7 @@ fn raw_string(text: &str, prefix: usize) -> Option<usize> {
     text[body..].find(&end).map(|offset| body + offset + end.len())
 }
 
-/// An apostrophe alone where no character literal is.
+/// If this is no character literal, the apostrophe alone.
 fn character_literal(text: &str) -> usize {
     let body = text[1..].strip_prefix('\\').unwrap_or(&text[1..]);
     let mut after = body.chars();

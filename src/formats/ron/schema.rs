@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::source::Raw;
 
-/// A value of which `None` means something else than leaving it out.
+/// A value for which `None` does not mean the same as leaving it out.
 #[derive(Default)]
 pub(super) struct Given<'a>(pub Option<Raw<'a>>);
 

@@ -44,7 +44,7 @@ impl<'a> Source<'a> {
         Self { text, path, options, clock: Clock { time_s, ..Clock::default() } }
     }
 
-    /// When values with keys are looked at.
+    /// The moment at which keyed values are read.
     pub(super) fn clock(&self) -> &Clock {
         &self.clock
     }
@@ -53,7 +53,7 @@ impl<'a> Source<'a> {
         self.path
     }
 
-    /// The whole file as one value, once it is known to be well formed.
+    /// The whole file as one value, after checking that it is well formed.
     pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
         self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
         let mut rest = locate::skip_blank(self.text);
@@ -77,7 +77,7 @@ impl<'a> Source<'a> {
         LoadError::At { file: self.path.to_owned(), line, column, reason: reason.into() }
     }
 
-    /// What `raw` names could not be read.
+    /// The error for a file that `raw` names and that could not be read.
     pub(super) fn nested(&self, raw: Raw<'a>, error: LoadError) -> LoadError {
         let (line, column) = self.position(raw.0);
         match error {
@@ -106,8 +106,7 @@ impl<'a> Source<'a> {
         self.read(variant.body.unwrap_or("()"), variant.name, variant.name)
     }
 
-    /// `(key: value, …)` as a structure that messages call `what`; `place` is to blame for
-    /// what is missing.
+    /// `(key: value, …)` as a structure that messages call `what`. Missing keys are reported at `place`.
     fn read<T: Deserialize<'a>>(&self, body: &'a str, place: &str, what: &str) -> Result<T, LoadError> {
         let mut members = Vec::new();
         for item in locate::items(body) {
@@ -157,7 +156,7 @@ impl<'a> Source<'a> {
         Some(Variant { name, body: rest.starts_with('(').then_some(rest) })
     }
 
-    /// `raw` is none of what could stand here.
+    /// The error for a `raw` that is none of what is allowed here.
     pub(super) fn expected(&self, raw: Raw, expected: &str) -> LoadError {
         self.error(raw.0, format!("expected {expected}, found {}", describe(raw)))
     }
@@ -175,7 +174,7 @@ impl<'a> Source<'a> {
         let code = &error.code;
         let stop = &self.text[locate::offset(self.text, error.span.end.line, error.span.end.col)..];
         let unclosed = locate::find_unclosed(self.text);
-        // The end of the file is no place to look for a mistake.
+        // The end of the file is not where anyone would look for the mistake.
         let at_end = locate::skip_blank(stop).is_empty();
         if let Some(unclosed) = &unclosed
             && (at_end || matches!(unclosed.what, "string" | "comment"))
@@ -201,11 +200,11 @@ impl<'a> Source<'a> {
             | Error::FloatUnderscore
             | Error::UnderscoreAtBeginning
             | Error::IntegerOutOfBounds
-            | Error::InvalidIntegerDigit { .. } => "this is no number".to_owned(),
+            | Error::InvalidIntegerDigit { .. } => "this is not a number".to_owned(),
             Error::UnexpectedChar(c) => format!("expected a value, found \"{}\"", c.escape_debug()),
             Error::TrailingCharacters => format!("expected the end of the scene, found {found}"),
             Error::ExceededRecursionLimit => "values are nested too deeply".to_owned(),
-            other => format!("this is no RON: {other}"),
+            other => format!("this is not RON: {other}"),
         };
         if let Some(unclosed) = unclosed {
             let (line, column) = self.position(&self.text[unclosed.offset..]);
@@ -238,7 +237,7 @@ fn describe(raw: Raw) -> String {
     }
 }
 
-/// The beginning of `text`, on one line: what someone needs to see to recognise it.
+/// The beginning of `text`, on one line: enough to recognise it.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 48;
     let line = text.lines().next().unwrap_or_default().trim_end();

@@ -13,7 +13,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 
 /// A finite number of the type that it is stored as: parsed once, rounded once.
 pub(super) trait Float: Copy + Keyed + Into<f64> + FromStr + for<'de> Deserialize<'de> {
-    /// For messages.
+    /// The largest number, for messages.
     const LARGEST: &str;
 }
 
@@ -74,7 +74,7 @@ impl<'a> Source<'a> {
     pub(super) fn whole(&self, raw: Raw<'a>, what: &str, least: u64, most: u64) -> Result<u64, LoadError> {
         match self.try_read::<u64>(raw) {
             Some(number) if (least..=most).contains(&number) => Ok(number),
-            // A number, though not such a one.
+            // A number, though not a valid one here.
             _ if self.try_read::<f64>(raw).is_some() => {
                 Err(self.out_of_range(raw, what, &format!("a whole number from {least} to {most}")))
             }
@@ -91,12 +91,12 @@ impl<'a> Source<'a> {
         self.try_read(raw).ok_or_else(|| self.expected(raw, "true or false"))
     }
 
-    /// A string in quotes; `what` says of what.
+    /// A string in quotes; messages call it `what`.
     pub(super) fn string(&self, raw: Raw<'a>, what: &str) -> Result<String, LoadError> {
         self.try_read(raw).ok_or_else(|| self.expected(raw, &format!("{what} in quotes")))
     }
 
-    /// Exactly `N` values in parentheses; `form` shows them.
+    /// Exactly `N` values in parentheses; messages show `form`.
     pub(super) fn tuple<const N: usize>(&self, raw: Raw<'a>, form: &str) -> Result<[Raw<'a>; N], LoadError> {
         let mut elements = locate::items(raw.0).into_iter();
         let is_structure = elements.as_slice().first().is_some_and(|first| {
@@ -152,8 +152,8 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// `(r, g, b)` or a grey, none below zero, or as screens have it, `Srgb(r, g, b)` or `"#rrggbb"`; `what` is its
-    /// name in messages.
+    /// `(r, g, b)` or a grey, not below zero, or a display colour: `Srgb(r, g, b)` or `"#rrggbb"`. Messages call it
+    /// `what`.
     pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
         self.keyed(raw, |raw| self.single_color(raw, what))
     }
@@ -201,7 +201,7 @@ impl<'a> Source<'a> {
         Ok(bytes.map(|byte| srgb_decode(byte as f32 / 255.0)).into())
     }
 
-    /// What `Some(…)` holds, or the value itself; none for `None`.
+    /// The content of `Some(…)`, or the value itself; none for `None`.
     pub(super) fn optional(&self, raw: Raw<'a>) -> Option<Raw<'a>> {
         let (name, rest) = locate::split_identifier(raw.0);
         match (name, locate::items(locate::skip_blank(rest)).as_slice()) {

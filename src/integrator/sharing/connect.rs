@@ -24,7 +24,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
 
 /// Rays that are traced together, if there are as many.
 const RAYS: usize = 1 << 13;
-/// More than any lane type is wide.
+/// At least as wide as any lane type.
 const PADDING: usize = 16;
 
 /// A group: ranges of the members, the lenders and the pairs.
@@ -35,7 +35,7 @@ struct Group {
 }
 
 impl Group {
-    /// Pairs from one lender to the next.
+    /// The distance between the pairs of one lender and those of the next.
     fn row(&self) -> usize {
         self.members.len() + PADDING
     }
@@ -45,14 +45,15 @@ impl Group {
 #[derive(Clone, Copy)]
 pub(super) struct Received {
     pub radiance: Color<f32>,
-    /// From how many second vertices; not counted where nobody looks.
+    /// From how many second vertices; not counted if nobody is observing.
     pub vertices: u32,
 }
 
-/// Says of each of some rays whether it is blocked; where the fans end of which each goes to one second vertex.
+/// Says for each ray whether it is blocked. The second argument is where the fans end, each of which goes to one
+/// second vertex.
 pub type Any<'a> = dyn FnMut(Rays, &[u32], &mut [u32], &mut dyn Observer) + 'a;
 
-/// Buffers for the connections of a wave's groups, as many at a time as give 8,192 rays.
+/// Buffers for the connections of a wave's groups, which are processed about 8,192 rays at a time.
 pub struct Connections {
     rays: RayQueue,
     /// Where in the queue the rays to each second vertex end.
@@ -67,7 +68,7 @@ pub struct Connections {
     pairs: Pairs,
     /// By slot.
     received: Vec<Received>,
-    /// Whether somebody asks how many second vertices are received from.
+    /// Whether to count how many second vertices are received from.
     counts: bool,
     /// Rays so far.
     pub traced: u64,
@@ -92,7 +93,7 @@ impl RayQueue {
     }
 }
 
-/// The rays of connections, and what is there for them.
+/// Which surfaces exist for the rays of connections.
 struct OfConnections<'a> {
     frame: &'a Frame,
     slots: &'a Slots,
@@ -262,7 +263,7 @@ fn receive(
         let slot = &slots.slots[*at as usize];
         let own = *own as usize;
         if density[own] <= 0.0 {
-            // The path itself would not find it again, by rounding: it keeps what it has.
+            // By rounding, the path might not find it again itself: it keeps what it has.
             let kept = slot.weight * slot.lent;
             for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
                 sum[own] += more;

@@ -23,12 +23,12 @@ pub struct Lent<F: Float> {
     position: Vector<F>,
     /// On the side that lends.
     geometric_normal: Vector<F>,
-    /// For shading, not turned towards anybody.
+    /// For shading, not turned towards the viewer.
     normal: Vector<F>,
     /// What lies above the lobe.
     above: UnderMirror<F>,
     roughness: F,
-    /// What that leaves of the lobe for the viewer that the path came from.
+    /// How much of the lobe that leaves for the viewer from which the path came.
     left: Color<F>,
     /// The lobe's part of what the light sample brings.
     pub light: Color<F>,
@@ -112,13 +112,13 @@ pub struct Sight<F: Float> {
     pub visible: F::Mask,
 }
 
-/// What hits mean to paths that are shared.
+/// What hits mean to shared paths.
 pub struct Shared<F: Float> {
     /// First vertices that take part.
     pub receives: F::Mask,
     /// Second vertices that have something to lend.
     pub lends: F::Mask,
-    /// Of these.
+    /// What they lend.
     pub lent: Lent<F>,
 }
 
@@ -164,7 +164,7 @@ pub fn shared<F: Float>(path: &Path<F>, vertex: &Vertex<F>, mask: F::Mask) -> Sh
     Shared { receives, lends: second & !point.is_turned(), lent }
 }
 
-/// Whether there is anything to share at all among surfaces of some materials.
+/// Whether surfaces of these materials could share anything at all.
 pub fn any(materials: &[Material]) -> bool {
     materials.iter().any(|record| receives(record) && !record.unlit)
 }

@@ -9,9 +9,9 @@
 //! where p_i is the density with which the i-th first vertex draws y, its own and all its neighbours'. It
 //! is unbiased, and no weight is above that which the path itself would have had.
 //!
-//! What is lent must look alike from everywhere: the light that leaves y by its diffuse lobe. What shines,
-//! mirrors, or goes through stays with its own path. Which of both is chosen by what x and y are, so
-//! nothing counts twice.
+//! What is lent must look the same from everywhere: the light that leaves y by its diffuse lobe. Emission, mirror
+//! reflection and transmission stay with their own path. What x and y are decides between the two, so nothing counts
+//! twice.
 //!
 //! Both schedules go through a sample of a block of pixels as a unit and write into the same [`Slots`].
 
@@ -60,7 +60,7 @@ impl Grouping {
             Sharing::Auto => Self::USUAL,
             Sharing::Groups(pixels) => pixels,
         };
-        // Whoever sets sizes that there are not gets the nearest below.
+        // A size that does not exist becomes the nearest one below.
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
         let shares = settings.transport == Transport::Path && !of_each && lend::any(materials);
@@ -78,24 +78,24 @@ impl Grouping {
         let block = pixel & I::splat(!((BLOCK - 1) | (BLOCK - 1) << 16));
         let (x, y) = (pixel & I::splat(BLOCK - 1), pixel.shr::<16>() & I::splat(BLOCK - 1));
         let place = spread_bits(x) ^ spread_bits(y).shl::<1>();
-        // Samples that have the same groups go on with one sequence, the next ones begin another.
+        // Samples with the same groups continue one sequence, the next ones begin another.
         let index = place * (within + I::splat(1)) + (sample & within);
         let key = Key::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
         sobol::two(index, key.shared(dimension))
     }
 }
 
-/// The first of the samples that have the same groups as this one: 0, 8, 16, 32 and all multiples of 64.
-/// Directions are the more evenly spread the more of them are used together: of 16 samples, all in the same
-/// groups have 0.87 and 8 have 0.92 of the error of 4. But groups that never change can be seen. Runs by how
-/// many samples there will be would leave 2 to 6 % less of the error at 64, but a film could not be gone on
-/// with.
+/// The first of the samples that have the same groups as this one: 0, 8, 16, 32 and all multiples of 64. The more
+/// directions are used together, the more evenly they are spread: at 16 samples, keeping all in the same groups
+/// leaves 0.87, and keeping 8 leaves 0.92 of the error of 4. But groups that never change become visible. Runs that
+/// depend on the total number of samples would leave 2 to 6 % less error at 64, but then a film could not be
+/// continued.
 #[inline(always)]
 pub fn run_of<I: Int>(sample: I) -> I {
     sample ^ (sample & within_run(sample))
 }
 
-/// The bits that tell a run's samples from each other.
+/// The bits that distinguish the samples of a run.
 #[inline(always)]
 fn within_run<I: Int>(sample: I) -> I {
     let from_highest = sample | sample.shr::<1>();
@@ -117,7 +117,7 @@ fn spread_bits<I: Int>(x: I) -> I {
 /// Random numbers that pixels have in common are no pixel's own.
 const JOINT: u64 = 0x6a6f_696e_7421;
 
-/// Where paths end.
+/// Takes what paths find when they end.
 pub trait Sink {
     /// What a sample's path has gathered since its radiance was last taken.
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb);
@@ -166,7 +166,7 @@ enum Offer {
 struct Slot {
     pixel: u32,
     sample: u32,
-    /// Whether there is one.
+    /// Whether the path exists.
     begun: bool,
     /// Of its first vertex.
     material: u32,
@@ -175,9 +175,9 @@ struct Slot {
     offer: Offer,
     /// What counts of what is found behind the first vertex.
     weight: Color<f32>,
-    /// Found by the path for itself alone, before `weight`.
+    /// What the path has found for itself alone, before `weight`.
     own: Color<f32>,
-    /// Found by it for the whole group.
+    /// What it has found for the whole group.
     lent: Color<f32>,
     /// The part that is lent of what is found behind the second vertex.
     onward: Color<f32>,
@@ -226,7 +226,7 @@ impl Slots {
         self.slots.len() * (size_of::<Slot>() + 5 * size_of::<u32>())
     }
 
-    /// Of a region, which shares as the frame says.
+    /// Sets the region, which shares as the frame says.
     pub fn enter(&mut self, frame: &Frame, region: Region) {
         let Region { x0, y0, x1, y1 } = region;
         let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
@@ -314,7 +314,7 @@ impl Slots {
     /// A path has left the scene after its first vertex.
     pub fn miss(&mut self, frame: &Frame, path: &Path<f32>) {
         let slot = self.of(path);
-        // A panorama is found by sampling it, too, which is each path's own affair.
+        // A panorama is also found by sampling it, which every path does for itself.
         if matches!(slot.offer, Offer::Open) && frame.scene.environment.panorama.is_none() {
             slot.offer = Offer::Far(path.direction);
             slot.onward = Color::new(1.0, 1.0, 1.0);
@@ -349,7 +349,7 @@ impl Slots {
                 let Received { radiance, vertices } = *received;
                 observer.report(&observe::received(slot.pixel, slot.sample, own, radiance, vertices));
             }
-            // What is no number is added, too: the film counts it.
+            // NaN is added, too: the film counts it.
             let is_black = total.r == 0.0 && total.g == 0.0 && total.b == 0.0;
             if holds(&region, x, y) && !is_black {
                 film.add(x, y, slot.sample, Rgb::new(total.r, total.g, total.b));
@@ -389,7 +389,7 @@ impl Slot {
         }
     };
 
-    /// Divides what has been found.
+    /// Divides what has been found between the path and the group.
     fn take(&mut self, radiance: Color<f32>, lent: Color<f32>) {
         self.lent = self.lent + radiance * lent;
         self.own = self.own + radiance * lent.complement();

@@ -1,5 +1,5 @@
-//! Which pixels of a block share their paths: groups of neighbours, other ones for each sample, so that
-//! no group can be seen in the mean.
+//! Which pixels of a block share their paths: groups of neighbours, different ones for each sample, so that no group
+//! shows in the average.
 
 use std::num::Wrapping;
 
@@ -23,7 +23,7 @@ impl Partition {
         let bits = words.into_iter().fold(Wrapping(0x5a17), |hash, word| combine(hash, Wrapping(word)));
         let bits = mix(bits).0;
         let size = 1usize << log2;
-        // As square as can be, lying or upright.
+        // As square as possible, horizontal or upright.
         let (along, across) = (log2.div_ceil(2), log2 / 2);
         let upright = bits & 1 != 0;
         // Two neighbouring groups may take every other pixel of what both of them cover.

@@ -10,11 +10,11 @@ use crate::integrator::{Frame, recursive};
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
-/// Samples of each of a block's pixels that are looked at.
+/// How many samples of each examined pixel are taken.
 pub const SAMPLES: u32 = 2;
-/// Pixels of a square of so many columns and rows of which one is looked at.
+/// One pixel is examined in every square of this many columns and rows.
 const EVERY: u32 = 4;
-/// Pixels of a block that are looked at.
+/// How many pixels of a block are examined.
 const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 
 /// Binary logarithms of group sizes, and by how much they divide the variance that is shared. Measured in
@@ -27,16 +27,16 @@ const CONNECTION: f32 = 0.06;
 /// What comes with sharing whatever the size of the group, in units of a path: more where a group has many
 /// materials.
 const OVERHEAD: f32 = 0.3;
-/// So few pixels say little by themselves: what a block is taken to be is that part its own, the rest what is
-/// usual in the image.
+/// So few pixels say little on their own. This fraction of a block's estimate comes from the block itself, the rest
+/// from what is usual in the image.
 const OWN: f32 = 0.25;
-/// Blocks of an image that say what time is worth.
+/// How many blocks of an image decide what time is worth.
 const BLOCKS: usize = 64;
 
 /// What is known of a frame whose blocks choose how many of their pixels share.
 #[derive(Clone)]
 pub struct Pilot {
-    /// What is rendered to look at: the frame with other random numbers.
+    /// The frame for measuring: the same with other random numbers.
     pub frame: Frame,
     /// The frame where nothing is shared.
     pub plain: Frame,
@@ -46,7 +46,7 @@ pub struct Pilot {
 /// What the whole image says about the worth of time.
 #[derive(Clone, Copy, Debug)]
 struct Price {
-    /// The relative variance that a path's time should save.
+    /// The relative variance that the time of one path should save.
     variance: f32,
     /// Added to a block's squared radiance, so that what is dark counts for little.
     floor: f32,
@@ -59,9 +59,9 @@ struct Price {
 /// Relative variance of two kinds of light.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts {
-    /// Of what is not lent.
+    /// That of light which is not lent.
     kept: f32,
-    /// Of what is.
+    /// That of light which is.
     lent: f32,
 }
 
@@ -81,8 +81,8 @@ impl Pilot {
     }
 }
 
-/// Looks at some blocks of the whole image. Time is well divided where the error of the image times its
-/// cost is least: where the last bit of time saves as large a part of the error everywhere.
+/// Examines some blocks of the whole image. Time is best divided where the image's error times its cost is least,
+/// which is where the last bit of time reduces the error by the same fraction everywhere.
 fn look_around(frame: &Frame) -> Price {
     let blocks = Region::whole(frame.size.map(|pixels| pixels.div_ceil(BLOCK)));
     let count = blocks.area().min(BLOCKS);
@@ -97,7 +97,7 @@ fn look_around(frame: &Frame) -> Price {
 }
 
 impl Price {
-    /// By some of an image's blocks, for which so many rays have been traced.
+    /// From some blocks of an image, for which this many rays have been traced.
     fn of(blocks: &[Measured], rays: u64) -> Self {
         let share = 1.0 / blocks.len().max(1) as f32;
         let mean = blocks.iter().map(|block| block.square().sqrt()).sum::<f32>() * share;
@@ -110,7 +110,7 @@ impl Price {
             price.usual.kept += kept * share;
             price.usual.lent += lent * share;
         }
-        // The price hangs on what is chosen by it.
+        // The price depends on the choices that it leads to.
         for _ in 0..4 {
             let (mut variance, mut cost) = (0.0, 0.0);
             for block in blocks {
@@ -240,7 +240,7 @@ impl Slots {
         std::mem::take(&mut self.measured[0])
     }
 
-    /// Which of the region's pixels share with nobody.
+    /// Which of the region's pixels share nothing.
     pub fn is_plain(&self, x: u32, y: u32) -> bool {
         self.sizes[self.blocks.index(x / BLOCK, y / BLOCK)] == 0
     }
@@ -270,7 +270,7 @@ impl Slots {
 mod tests {
     use super::*;
 
-    /// A block whose two samples differ by so much, of radiance 1.
+    /// A block of radiance 1 whose two samples differ by this much.
     fn block(kept: f32, lent: f32, paths: usize) -> Measured {
         let pair = |sign: f32| {
             let (kept, lent) = (0.5 + sign * kept, 0.5 + sign * lent);
@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(choice(0.3, 0.0), 0, "there is nothing to gain");
         assert_eq!(choice(0.3, 0.1), 0, "there is little to gain");
         assert_eq!(choice(0.01, 0.4), 6, "there is nothing else");
-        // What is dark beside all else is not worth the time.
+        // Something dark next to everything else is not worth the time.
         let block = block(0.01, 0.2, 16);
         let price = Price::of(std::slice::from_ref(&block), 200);
         assert_eq!(block.choice(&Price { variance: 100.0, ..price }).0, 0);

@@ -42,7 +42,7 @@ impl FirstHits {
         }
     }
 
-    /// Of all a tile's pixels, row by row.
+    /// The first hits of all of a tile's pixels, row by row.
     pub fn look(
         &mut self,
         frame: &Frame,

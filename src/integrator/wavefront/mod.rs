@@ -60,7 +60,7 @@ impl Wave {
     /// For waves of `capacity` paths, at least 1.
     pub fn new(frame: &Frame, capacity: usize, sorting: Sorting) -> Self {
         let shared = frame.sharing.map(|_| Shared::new(capacity));
-        // Paths that are shared go through the wave together.
+        // Shared paths go through the wave together.
         let capacity = shared.as_ref().map_or(capacity, Shared::paths).max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
@@ -101,7 +101,7 @@ impl Wave {
         self.render_todo(frame, level, film, todo, clock);
     }
 
-    /// Renders samples of pixels, each for itself.
+    /// Renders samples of pixels that share nothing.
     fn render_todo(
         &mut self,
         frame: &Frame,

@@ -12,7 +12,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 pub struct Groups {
     sorting: Sorting,
     order: Vec<u32>,
-    /// Material, first place and the place behind the last one, of those that there are.
+    /// Material, first place and the place after the last one, for each material that occurs.
     groups: Vec<(u32, u32, u32)>,
     counts: Vec<u32>,
 }
@@ -77,7 +77,7 @@ impl Groups {
     }
 }
 
-/// Hits to what surfaces give off, shadow rays and the next rays.
+/// Turns hits into emission, shadow rays and the next rays.
 pub struct ShadePathsStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
@@ -85,15 +85,15 @@ pub struct ShadePathsStage<'a> {
     pub paths: &'a mut PathQueue,
     /// What they have hit.
     pub hits: &'a HitQueue,
-    /// In which order.
+    /// The order in which hits are shaded.
     pub groups: &'a Groups,
     /// For each path 1 if it goes on.
     pub goes_on: &'a mut [u32],
-    /// Paths that do.
+    /// The paths that go on.
     pub next: &'a mut PathQueue,
-    /// To lights.
+    /// Rays to lights.
     pub shadow: &'a mut ShadowQueue,
-    /// What the hits are to paths that are shared, where they are.
+    /// What the hits mean to shared paths, if there are any.
     pub roles: &'a mut Roles,
 }
 
@@ -106,7 +106,7 @@ impl Kernel for ShadePathsStage<'_> {
             for at in (first as usize..end as usize).step_by(width) {
                 let valid = lanes::<L::Queue>(end as usize - at);
                 let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
-                // Where a material is all there is for a while its hits lie side by side, and nothing need be gathered.
+                // While there is only one material its hits lie side by side, and nothing needs to be gathered.
                 let begin = self.groups.order[at] as usize;
                 let side_by_side = !(valid & !places.eq(numbered(begin))).any();
                 let (path, hit) = if side_by_side {
@@ -128,7 +128,7 @@ impl Kernel for ShadePathsStage<'_> {
     }
 }
 
-/// What the hits of a wave are to paths that are shared.
+/// What the hits of a wave mean to shared paths.
 #[derive(Default)]
 pub struct Roles {
     /// First vertices that take part.

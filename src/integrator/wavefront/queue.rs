@@ -11,7 +11,7 @@ use crate::math::{Color, Ray, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
 
-/// More than any lane type is wide.
+/// At least as wide as any lane type.
 pub const PADDING: usize = 16;
 
 /// `N` columns of floats and `M` of integers with a common length.
@@ -73,7 +73,7 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.length = length;
     }
 
-    /// Twice the room, at least.
+    /// Makes room for at least twice as many.
     fn grow(&mut self, capacity: usize) {
         self.capacity = capacity;
         self.floats.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0.0));
@@ -398,7 +398,7 @@ impl ShadowQueue {
     }
 }
 
-/// Columns of where rays begin and end that begin at once and end nowhere.
+/// Columns for rays that begin at their origin and have no end.
 pub struct Ends {
     zero: Vec<f32>,
     infinity: Vec<f32>,
@@ -416,7 +416,7 @@ impl Ends {
     }
 }
 
-/// What is there for the rays of paths.
+/// Which surfaces exist for the rays of paths.
 pub struct OfPaths<'a> {
     /// The scene.
     pub frame: &'a Frame,
@@ -430,7 +430,7 @@ impl Surfaces for OfPaths<'_> {
     }
 }
 
-/// What is there for rays to lights.
+/// Which surfaces exist for rays to lights.
 pub struct OfShadows<'a> {
     /// The scene.
     pub frame: &'a Frame,

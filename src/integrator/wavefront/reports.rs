@@ -1,5 +1,5 @@
-//! What an observer of the wave is told after each stage, read from the queues. All of it is
-//! left out where nobody looks.
+//! What an observer of the wave is told after each stage, read from the queues. All of it is skipped if nobody is
+//! observing.
 
 use super::Wave;
 use super::queue::PathQueue;

@@ -1,5 +1,5 @@
-//! Waves of paths that are shared: all that a block's sample begins goes through the stages together, and
-//! is connected in the end.
+//! Waves of shared paths: all paths of one sample of a block go through the stages together, and are connected at the
+//! end.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::integrator::{Frame, Stage, Statistics};
 use crate::math::{NONE, Rgb};
 use crate::simd::Level;
 
-/// What sharing needs besides the queues.
+/// What sharing needs in addition to the queues.
 pub(super) struct Shared {
     slots: Slots,
     connections: Connections,
@@ -29,7 +29,7 @@ impl Shared {
         Self { slots: Slots::new(units), connections: Connections::default(), paths: units * PIXELS }
     }
 
-    /// Of a wave.
+    /// The number of paths in a wave.
     pub fn paths(&self) -> usize {
         self.paths
     }
@@ -136,7 +136,7 @@ impl Wave {
         more
     }
 
-    /// The wave's next vertices with all that they find; misses end in the sink.
+    /// Finds the wave's next vertices and all that is found there; misses end in the sink.
     fn vertices(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, clock: &mut Clock) {
         self.intersect(frame, level, clock);
         self.retire(frame, level, sink, clock);

@@ -51,7 +51,7 @@ impl Kernel for GenerateStage<'_> {
     }
 }
 
-/// Misses to the film; hits close ranks at the front of both queues.
+/// Moves misses to the film, and compacts hits at the front of both queues.
 pub struct RetireStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
@@ -114,7 +114,7 @@ impl Kernel for RetireStage<'_> {
     }
 }
 
-/// Hits to vertices, and to the queues of reflected and refracted rays.
+/// Turns hits into vertices and reflected and refracted rays.
 pub struct ShadeStage<'a> {
     /// The scene.
     pub frame: &'a Frame,

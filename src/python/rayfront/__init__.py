@@ -11,6 +11,8 @@ or `rayfront.Path`. `Scene` traces rays through meshes, spheres and instances.
 from __future__ import annotations
 
 import os
+import re
+import warnings as _warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +20,31 @@ import numpy as np
 from . import _native
 from ._native import Rendering, __version__
 
-__all__ = ["Hits", "Mesh", "Rendering", "Scene", "SceneBuilder", "Variant", "World", "load", "__version__"]
+__all__ = [
+    "Finding",
+    "Hits",
+    "Mesh",
+    "Rendering",
+    "Scene",
+    "SceneBuilder",
+    "SceneWarning",
+    "Variant",
+    "World",
+    "load",
+    "__version__",
+]
+
+
+class SceneWarning(UserWarning):
+    """A scene is probably not as it was meant."""
+
+
+class Finding(NamedTuple):
+    """Something that is probably not as it was meant: about what, what it is, and what mends it."""
+
+    about: str | None
+    what: str
+    remedy: str | None
 
 
 class Variant:
@@ -76,11 +102,20 @@ class World:
 
     def __init__(self, entities=(), *, materials=None, settings=None, folder="."):
         meshes = {}
-        fields = {"settings": dict(settings or {}), "materials": dict(materials or {}), "entities": list(entities)}
-        self.text = _ron(fields, meshes)
+        lines = [(None, "(")]
+        lines += [("settings", f"settings: {_ron(dict(settings or {}), meshes)},"), (None, "materials: {")]
+        named = dict(materials or {}).items()
+        lines += [(f"materials[{name!r}]", f"{_string(name)}: {_ron(item, meshes)},") for name, item in named]
+        lines += [(None, "},"), (None, "entities: [")]
+        lines += [(f"entities[{i}]", _ron(item, meshes) + ",") for i, item in enumerate(entities)]
+        lines += [(None, "],"), (None, ")")]
+        self.text = "\n".join(line for _, line in lines)
         """What a scene file would say."""
         arrays = [(name, *mesh.arrays) for name, mesh in meshes.values()]
-        self._native = _native.World.parse(self.text, os.fspath(folder), arrays)
+        try:
+            self._native = _native.World.parse(self.text, os.fspath(folder), arrays)
+        except ValueError as error:
+            raise _in_place(error, lines) from None
 
     @classmethod
     def _of(cls, native):
@@ -114,37 +149,79 @@ class World:
         schedule="wavefront",
         threads=0,
         denoise=False,
+        crop=None,
+        noise=None,
+        depth=None,
+        exposure=None,
+        tonemap=None,
         progress=None,
     ):
         """Renders it; what is not said is as the scene says.
 
         size: width and height in pixels. spp: samples a pixel. layers: names out of depth, normal, albedo, position, entity,
         material, coverage, samples, variance. schedule: wavefront or recursive, the image is the same. threads: 0 is one for
-        each core. denoise: also an image without noise. progress: called with the part that is done, 0 to 1.
+        each core. denoise: also an image without noise. crop: only the columns x0 to x1 and rows y0 to y1, as (x0, y0, x1, y1).
+        noise: stop once it is below that part of the image's brightness, such as 0.01. depth: bounces. exposure (in stops, or
+        "auto") and tonemap (clamp, scale-by-maximum, reinhard, aces, agx, pbr-neutral): how pictures show it, not what `numpy`
+        gives. progress: called with the part that is done, 0 to 1.
 
-        Other Python threads go on meanwhile, and Ctrl-C ends it.
+        What is probably not as it was meant, such as a scene without light, is told as a `SceneWarning`. Other Python threads
+        go on meanwhile, and Ctrl-C ends it.
         """
         if isinstance(layers, str):
             layers = (layers,)
         size = None if size is None else _size(size)
-        for what, value in (("spp", spp), ("seed", seed), ("threads", threads)):
+        for what, value in (("spp", spp), ("seed", seed), ("threads", threads), ("depth", depth)):
             if value is not None and value < 0:
                 raise ValueError(f"{what} must not be below 0, as {value} is")
-        return self._native.render(
-            size, spp, seed, camera, list(layers), schedule, threads, denoise, progress
+        if crop is not None and (len(crop) != 4 or min(crop) < 0):
+            raise ValueError(f"crop is (x0, y0, x1, y1) in pixels, not {crop!r}")
+        crop = None if crop is None else [int(side) for side in crop]
+        rendering = self._native.render(
+            size, spp, seed, camera, list(layers), schedule, threads, denoise, crop, noise, depth, exposure, tonemap, progress
         )
+        for warning in rendering.warnings:
+            _warnings.warn(warning, SceneWarning, stacklevel=2)
+        return rendering
+
+    def check(self, size=None, camera=None):
+        """What is probably not as it was meant, a `Finding` each: no light, a camera within a wall, lamps in wrong units …"""
+        size = None if size is None else _size(size)
+        return [Finding(*finding) for finding in self._native.check(size, camera)]
 
 
-def load(path, *, time=None, variant=None, scene=None, env=None, set=(), hide=(), only=()):
+def load(
+    path,
+    *,
+    time=None,
+    variant=None,
+    scene=None,
+    env=None,
+    set=(),
+    hide=(),
+    only=(),
+    look_at=None,
+    zoom=None,
+    ground=False,
+    light_units="auto",
+    solid_glass=False,
+    double_sided=False,
+    size=None,
+):
     """Reads a scene, a model or a mesh, with the camera and light that it lacks.
 
     time: the moment of animations, in seconds. variant, scene: of a glTF file. env: what is around it, a picture, "studio",
     "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries of
-    what is left out, or alone left.
+    what is left out, or alone left. look_at: from where to where, ((x, y, z), (x, y, z)). zoom: how many times nearer. ground:
+    a grey floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: how glTF files are meant. size: of the
+    image, for which a camera that is added makes room.
     """
     scene = None if scene is None else str(scene)
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
-    return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists))
+    look_at = None if look_at is None else [[float(x) for x in place] for place in look_at]
+    size = None if size is None else _size(size)
+    how = (look_at, zoom, ground, light_units, solid_glass, double_sided, size)
+    return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists, *how))
 
 
 class Hits(NamedTuple):
@@ -294,6 +371,18 @@ def _rays(origins, directions, t_min, t_max):
             raise ValueError(f"{t.size} {what} for {count} rays")
         columns.append(np.ascontiguousarray(np.broadcast_to(t.ravel(), count)))
     return tuple(columns)
+
+
+def _in_place(error, lines):
+    """The same error, in terms of what was given instead of a line and a column of the text."""
+    found = re.search(r"World:(\d+):(\d+): (.*)", str(error), re.S)
+    if not found or int(found[1]) > len(lines):
+        return error
+    place, line = lines[int(found[1]) - 1]
+    column = int(found[2]) - 1
+    start = max(0, column - 40)
+    shown = line[start : column + 60]
+    return ValueError(f"{place or 'World'}: {found[3]}\n  {shown}\n  {' ' * (column - start)}^")
 
 
 # Fields whose keys are names that somebody gave.

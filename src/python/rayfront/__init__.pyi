@@ -7,10 +7,18 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
-Path = str | PathLike[str]
+_Path = str | PathLike[str]
 Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance"]
+Tonemap = Literal["clamp", "scale-by-maximum", "reinhard", "aces", "agx", "pbr-neutral"]
 Coherence = Literal["unknown", "coherent", "scattered"]
 Quality = Literal["fast", "default", "high"]
+
+class SceneWarning(UserWarning): ...
+
+class Finding(NamedTuple):
+    about: str | None
+    what: str
+    remedy: str | None
 
 class Variant:
     def __init__(self, name: str, values: Iterable[Any] = ..., fields: Mapping[str, Any] | None = ...) -> None: ...
@@ -20,7 +28,7 @@ class Mesh(Variant):
     arrays: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.float32] | None, NDArray[np.float32] | None] | None
     def __init__(
         self,
-        vertices: ArrayLike | Path | Any,
+        vertices: ArrayLike | _Path | Any,
         faces: ArrayLike | None = ...,
         normals: ArrayLike | None = ...,
         uvs: ArrayLike | None = ...,
@@ -49,8 +57,14 @@ class Rendering:
     @property
     def warnings(self) -> list[str]:
         """What is odd but no error."""
-    def save(self, path: Path) -> None:
-        """Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`."""
+    def srgb(self, denoised: bool = ...) -> NDArray[np.uint8]:
+        """As screens show it, exposed and tone mapped as the scene says: (height, width, 3)."""
+    def save(self, path: _Path, bits: Literal[8, 16] = ..., denoised: bool = ...) -> None:
+        """Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`.
+
+        bits: a channel, of PNG files. denoised: without noise, if that was asked for.
+        """
+    def __array__(self, dtype: Any = ..., copy: bool | None = ...) -> NDArray[Any]: ...
     def _repr_png_(self) -> bytes: ...
 
 class World:
@@ -61,7 +75,7 @@ class World:
         *,
         materials: Mapping[str, Any] | None = ...,
         settings: Mapping[str, Any] | None = ...,
-        folder: Path = ...,
+        folder: _Path = ...,
     ) -> None: ...
     @property
     def cameras(self) -> list[str]: ...
@@ -80,11 +94,17 @@ class World:
         schedule: Literal["wavefront", "recursive"] = ...,
         threads: int = ...,
         denoise: bool = ...,
+        crop: Sequence[int] | None = ...,
+        noise: float | None = ...,
+        depth: int | None = ...,
+        exposure: float | Literal["auto"] | None = ...,
+        tonemap: Tonemap | None = ...,
         progress: Callable[[float], object] | None = ...,
     ) -> Rendering: ...
+    def check(self, size: Sequence[int] | None = ..., camera: str | None = ...) -> list[Finding]: ...
 
 def load(
-    path: Path,
+    path: _Path,
     *,
     time: float | None = ...,
     variant: str | None = ...,
@@ -93,6 +113,13 @@ def load(
     set: str | Iterable[str] = ...,
     hide: str | Iterable[str] = ...,
     only: str | Iterable[str] = ...,
+    look_at: Sequence[Sequence[float]] | None = ...,
+    zoom: float | None = ...,
+    ground: bool = ...,
+    light_units: Literal["auto", "candela", "watt"] = ...,
+    solid_glass: bool = ...,
+    double_sided: bool = ...,
+    size: Sequence[int] | None = ...,
 ) -> World: ...
 
 class Hits(NamedTuple):

@@ -145,7 +145,7 @@ fn probabilities_add_up_to_one() {
                 assert!((sum - 1.0).abs() < 1e-5, "{sum}");
             }
         }
-        // At a light's very place, and as far as it goes.
+        // At a light's own place, and as far away as possible.
         for point in [lights[0].bounds.min, Vec3::splat(1e18)] {
             let sum: f64 = (0..count).map(|light| chance(&tree, point, Vec3::Y, light) as f64).sum();
             assert!((sum - 1.0).abs() < 1e-5, "{sum}");

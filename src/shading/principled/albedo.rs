@@ -36,7 +36,7 @@ pub struct Albedo<F> {
 }
 
 impl<F: Float> Albedo<F> {
-    /// Of a surface that reflects all.
+    /// The albedo of a surface that reflects everything.
     #[inline(always)]
     pub fn whole(&self) -> F {
         self.straight + self.grazing
@@ -100,7 +100,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// A multiple of the number of lanes.
+    /// `count` must be a multiple of the number of lanes.
     pub fn new(count: u32) -> Self {
         let points = (0..count).map(|i| sobol::two::<f32>(Wrapping(i), Wrapping(1)));
         let (u, v) = points.unzip();
@@ -162,7 +162,7 @@ impl Integral<'_> {
             let (mut weights, mut cosines) = ([0.0; 16], [0.0; 16]);
             weight.store(&mut weights);
             cos.store(&mut cosines);
-            // One after the other, so that the sum is the same however many lanes there are.
+            // Added one after the other, so that the sum does not depend on the number of lanes.
             for (weight, cos) in weights[..F::WIDTH].iter().zip(cosines) {
                 let weight = f64::from(*weight);
                 let f = (1.0 - f64::from(cos)).powi(5);

@@ -8,7 +8,7 @@ use crate::simd::Float;
 pub struct Basis<F: Float> {
     /// Along the surface.
     pub x: Vector<F>,
-    /// Along it, across x.
+    /// Along the surface, perpendicular to x.
     pub y: Vector<F>,
     /// Away from it.
     pub z: Vector<F>,

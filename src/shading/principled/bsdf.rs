@@ -36,23 +36,23 @@ pub struct Bsdf<F: Float> {
     pub(super) once: Reflectance<F>,
     /// Albedo of light that bounced more than once between microfacets.
     pub(super) multiple: Color<F>,
-    /// What makes up for light lost between the microfacets of bodies that let light through.
+    /// Makes up for light lost between the microfacets of transmissive bodies.
     gain: Reflectance<F>,
     /// The same as `multiple` for what is no metal.
     pub(super) dielectric: Color<F>,
-    /// And for what is.
+    /// And for the part that is.
     pub(super) further_metal: Color<F>,
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     pub(super) left: Color<F>,
     pub(super) left_mean: Color<F>,
     /// What the layers above leave.
     pub(super) below: F,
-    /// What the clear one alone leaves.
+    /// What the clear layer alone leaves.
     below_coat: F,
     pub(super) coat_wo: Vector<F>,
     pub(super) coat_smooth: F::Mask,
-    /// Probabilities of lobes: diffuse, back, microfacets, coat. Whether a microfacet reflects or lets
-    /// through is for [`Bsdf::reflects`] to say.
+    /// Probabilities of the lobes: diffuse, back, microfacets, coat. [`Bsdf::reflects`] says whether a microfacet
+    /// reflects or transmits.
     pub(super) chance: [F; 4],
 }
 
@@ -150,7 +150,7 @@ impl<F: Float> Bsdf<F> {
         Seen { albedo: self.albedo(w, mask), cosines }
     }
 
-    /// Of one bounce on it.
+    /// The albedo of one bounce.
     #[inline(always)]
     fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
         if self.has.stretched {
@@ -159,7 +159,7 @@ impl<F: Float> Bsdf<F> {
         albedo::directional(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
     }
 
-    /// What lies above takes its part first.
+    /// The layers above take their part first.
     #[inline(always)]
     fn layers(&mut self, to_viewer: Vector<F>, mask: F::Mask) {
         let one = F::one();
@@ -179,7 +179,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// Probabilities by what each lobe gives back.
+    /// Probabilities in proportion to what each lobe reflects.
     #[inline(always)]
     fn choose(&mut self) {
         let (zero, p) = (F::zero(), &self.p);
@@ -381,8 +381,8 @@ impl<F: Float> Bsdf<F> {
         (value, pdf)
     }
 
-    /// Of light that thin sheets' microfacets neither reflect nor let through at once, the part that goes through
-    /// later: what does not come back.
+    /// Of the light that a thin sheet's microfacets neither reflect nor transmit at once, the part that is
+    /// transmitted later: what does not come back.
     #[inline(always)]
     fn often_through(&self) -> Color<F> {
         self.p.through * self.dielectric.complement()
@@ -396,7 +396,7 @@ impl<F: Float> Bsdf<F> {
         (F::one() - self.own.albedo.whole()) * (F::one() - other.whole()) / lost_mean
     }
 
-    /// Through a thin sheet: the mirror lobe turned over.
+    /// Through a thin sheet: the mirror lobe, flipped to the other side.
     #[inline(always)]
     fn straight(&self, wi: Vector<F>) -> (Color<F>, F) {
         let p = &self.p;
@@ -431,13 +431,13 @@ impl<F: Float> Bsdf<F> {
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
 
-    /// Factor on what goes through, for the wavelength that is followed.
+    /// The factor on transmitted light, for the wavelength that is followed.
     #[inline(always)]
     pub(super) fn through(&self) -> Color<F> {
         if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
     }
 
-    /// Whether microfacets let light through.
+    /// Whether microfacets transmit light.
     #[inline(always)]
     pub fn lets_microfacets_through(&self) -> bool {
         self.has.transmission
@@ -449,8 +449,7 @@ impl<F: Float> Bsdf<F> {
         self.has.back || self.has.transmission
     }
 
-    /// Whether light from one direction can be reflected or let through at all; a mirror needs no
-    /// light sampled.
+    /// Whether sampling a light can contribute anything: perfect mirrors need no light sample.
     #[inline(always)]
     pub fn scatters(&self) -> F::Mask {
         let wide = self.chance[0] + self.chance[1];

@@ -9,7 +9,7 @@ use crate::math::{Color, Vector};
 use crate::simd::Float;
 
 impl<F: Float> Bsdf<F> {
-    /// The clear layer's part of what comes.
+    /// The part of the incoming light that the clear layer reflects.
     #[inline(always)]
     pub(super) fn coat_albedo(&self, mask: F::Mask) -> F {
         let coat = &self.p.coat;

@@ -1,8 +1,7 @@
-//! Light of other colours is bent otherwise (KHR_materials_dispersion). A path follows a single
-//! wavelength from the first boundary that it passes: one of three colours by chance, and a place in
-//! that colour's band. From then on it has but that colour, so that the next choice, with chances in
-//! proportion to the throughput, must take it again: the path need not remember what was chosen.
-//! What is reflected keeps all colours.
+//! Colours are refracted differently (KHR_materials_dispersion). From the first such boundary that it passes, a path
+//! follows a single wavelength: one of three colours, chosen by chance, and a place in that colour's band. From then
+//! on it has only that colour, so that the next choice, with probabilities in proportion to the throughput, must take
+//! it again: the path need not remember what was chosen. Reflected light keeps all colours.
 
 use crate::math::Color;
 use crate::shading::fresnel;
@@ -21,12 +20,12 @@ const HALF_WIDTH: f32 = 65.0;
 pub struct Spectrum<F: Float> {
     /// As [`Parameters::eta`], at a wavelength of each colour's band.
     pub etas: Color<F>,
-    /// What goes through is multiplied by: one over its chance for the colour that is followed, 0 for others.
+    /// The factor on transmitted light: one over the probability for the colour that is followed, 0 for the others.
     pub tint: Color<F>,
 }
 
 impl<F: Float> Spectrum<F> {
-    /// Of what bends all light alike.
+    /// For boundaries that refract all light equally.
     #[inline(always)]
     pub fn none() -> Self {
         Self { etas: Color::grey(F::one()), tint: Color::grey(F::one()) }
@@ -119,8 +118,8 @@ mod tests {
         [c.r, c.g, c.b]
     }
 
-    /// In surroundings of one white there are no colours, whatever throughput comes with; each
-    /// colour that goes through obeys Snell's law for a wavelength of its band.
+    /// In uniform white surroundings there are no colours, whatever the throughput is; each transmitted colour obeys
+    /// Snell's law for a wavelength of its band.
     #[test]
     fn colours_go_their_own_ways_and_add_up_to_white() {
         for (inside, cos) in [(false, 0.3), (false, 0.9), (true, 0.8), (true, 0.75), (true, 0.95)] {

@@ -19,7 +19,7 @@ pub struct BsdfSample<F: Float> {
     pub valid: F::Mask,
     /// Where it leads to the other side.
     pub through: F::Mask,
-    /// Where it was drawn from a lobe that is wide.
+    /// Whether it was drawn from a wide lobe.
     pub wide: F::Mask,
 }
 
@@ -82,8 +82,8 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// One of the lobes, by slices of the unit square: each lobe's points are as even in its slice as all
-    /// are in the square. With a number of its own for the choice they would be what chance leaves of them.
+    /// Chooses a lobe by slices of the unit square: each lobe's points are as even within its slice as all points are
+    /// within the square. With a separate number for the choice, they would only be a random subset.
     #[inline(always)]
     fn lobe(&self, u: (F, F)) -> Lobe<F> {
         let [diffuse, back, microfacets, coat] = self.chance;

@@ -1,6 +1,5 @@
-//! How much light a rough boundary of glass gives back and lets through together: what is missing
-//! meets microfacets more than once, and is made up for by a factor on both lobes. And which part of both
-//! it gives back.
+//! How much light a rough glass boundary reflects and transmits together: the rest meets microfacets more than once,
+//! and is made up for by a factor on both lobes. Also which part of both it reflects.
 
 use super::albedo::{Points, between};
 use super::ggx::Ggx;
@@ -11,7 +10,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 /// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side: nodes at squares to
 /// either side, closer together about 1, from where on there is total reflection.
 const RATIOS: usize = 29;
-/// Of [`RATIOS`] the first and, above zero, the last: ior 3 from either side.
+/// The first and, positive, the last of the [`RATIOS`]: ior 3 from either side.
 const LAST: f32 = 0.5;
 const ROUGHNESSES: usize = 16;
 /// Nodes at squares, closer together at grazing angles.
@@ -134,7 +133,7 @@ impl<F: Float> Place<F> {
         F::one() / (self.entry(&table.whole, mask) * mirror).max(F::splat(0.1))
     }
 
-    /// The part of what goes on at once that is reflected.
+    /// The part that is reflected of what leaves at once.
     #[inline(always)]
     pub fn reflected(&self, table: &Table, mask: F::Mask) -> F {
         self.entry(&table.reflected, mask)

@@ -32,7 +32,7 @@ use thin_film::ThinFilm;
 const NARROWEST: f32 = 1e-4;
 
 impl<F: Float> ShadingPoint<'_, F> {
-    /// What the lobes that there are are made from.
+    /// The parameters of the lobes that there are.
     #[inline(always)]
     pub fn parameters(&self, has: Has) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
@@ -145,7 +145,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         p.ggx = Ggx { x: p.ggx.x.max(limit), y: p.ggx.y.max(limit) };
     }
 
-    /// Microfacets longer one way (KHR_materials_anisotropy).
+    /// Microfacets stretched in one direction (KHR_materials_anisotropy).
     #[inline(always)]
     fn stretch(&self, p: &mut Parameters<F>, alpha: F) {
         let (m, textures, one) = (self.material, self.tables.textures, F::one());

@@ -14,15 +14,15 @@ pub struct Has {
     pub diffuse: bool,
     /// A rough or smooth mirror.
     pub specular: bool,
-    /// Longer one way.
+    /// Stretched in one direction.
     pub stretched: bool,
-    /// Some of it a metal's.
+    /// Partly metal.
     pub metallic: bool,
     /// Reflectance does not depend on the angle.
     pub constant_fresnel: bool,
     /// Light goes through.
     pub transmission: bool,
-    /// And is bent.
+    /// And is refracted.
     pub solid: bool,
     /// Each colour in its own way.
     pub dispersion: bool,
@@ -102,24 +102,24 @@ pub struct Parameters<F: Float> {
     pub f90: Color<F>,
     /// Reflectance straight on of what is metal.
     pub metal: Color<F>,
-    /// The part of the surface that is.
+    /// How much of the surface is metal.
     pub metallic: F,
     /// Widths along the frame's x and y.
     pub ggx: Ggx<F>,
     /// √α, the mean of both.
     pub roughness: F,
-    /// Factor on what goes through.
+    /// Factor on transmitted light.
     pub through: Color<F>,
     /// Index of refraction on the viewer's side over that on the other.
     pub eta: F,
     /// Where the viewer is within the body.
     pub inside: F::Mask,
-    /// The same by colours, if they differ.
+    /// `eta` for each colour, if the colours differ.
     pub spectrum: Spectrum<F>,
-    /// Above it.
+    /// The clear layer above it.
     pub coat: Coat<F>,
-    /// Above it.
+    /// Fibres above it.
     pub sheen: Sheen<F>,
-    /// On its mirror lobe.
+    /// The film on its mirror lobe.
     pub film: ThinFilm<F>,
 }

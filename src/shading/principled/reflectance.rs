@@ -12,12 +12,12 @@ use crate::simd::{Float, Outlined};
 const NODES: [(f32, f32); 4] =
     [(0.263_499, 0.173_927_4), (0.574_465, 0.326_072_6), (0.818_529, 0.326_072_6), (0.964_660, 0.173_927_4)];
 
-/// Apart for what is no metal and what is.
+/// Separate values for dielectric and metal.
 #[derive(Clone, Copy)]
 pub(super) struct Reflectance<F: Float> {
-    /// Of the one.
+    /// Of the dielectric.
     pub dielectric: Color<F>,
-    /// Of the other; of no meaning where there is none.
+    /// Of the metal; meaningless if there is none.
     pub metal: Color<F>,
 }
 
@@ -52,7 +52,7 @@ impl<F: Float> Reflectance<F> {
 /// How microfacets are seen from a direction.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<F: Float> {
-    /// Of single reflections, if they reflect all.
+    /// Albedo of single reflections, if all light is reflected.
     pub albedo: Albedo<F>,
     /// Cosines that stand for all under which they reflect; of no meaning without a film.
     pub cosines: [F; 2],
@@ -65,12 +65,12 @@ pub struct UnderMirror<F: Float> {
     pub f0: Color<F>,
     /// At grazing angles.
     pub f90: Color<F>,
-    /// Of what the microfacets do not give back at once, the part that they do later.
+    /// Of the light that the microfacets do not reflect at once, the part that they reflect later.
     pub further: Color<F>,
 }
 
 impl<F: Float> UnderMirror<F> {
-    /// For a direction of that albedo.
+    /// What is left for a direction of this albedo.
     #[inline(always)]
     pub fn left(&self, own: &Albedo<F>) -> Color<F> {
         rest(self.f0 * own.straight + self.f90 * own.grazing, self.further, own).clamp(0.0, 1.0)
@@ -218,8 +218,8 @@ impl<F: Float> Bsdf<F> {
         (once + later).over(divisor)
     }
 
-    /// Of rough glass what goes on at once, 1 over a gain, and the part of it that is reflected, where a film is
-    /// on it: the film reflects another part, of which another part is lost between microfacets.
+    /// For rough glass with a film: what leaves at once (one over a gain), and the part of it that is reflected. The
+    /// film reflects a different part, of which a different part is lost between microfacets.
     #[inline(always)]
     pub(super) fn glass_under_film(&self, gain: F, reflected: F) -> (Color<F>, Color<F>) {
         let (one, kept) = (F::one(), self.own.albedo.whole().max(F::splat(0.05)));
@@ -280,8 +280,8 @@ impl<F: Float> Bsdf<F> {
         UnderMirror { f0: self.p.f0, f90: self.p.f90, further: self.dielectric }
     }
 
-    /// What lies above the diffuse lobe, its roughness, and what it leaves of it for the viewer: all that
-    /// the lobe's light owes to where it is seen from, under a mirror lobe without film.
+    /// What lies above the diffuse lobe, its roughness, and how much of the lobe it leaves for the viewer: everything
+    /// in the lobe's light that depends on the viewer, under a mirror lobe without film.
     #[inline(always)]
     pub fn above_diffuse(&self) -> (UnderMirror<F>, F, Color<F>) {
         if !self.has.specular || self.has.constant_fresnel {

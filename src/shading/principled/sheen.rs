@@ -9,7 +9,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
 const COSINES: usize = 32;
 const ROUGHNESSES: usize = 32;
-/// Smoother fibres than this are as smooth as this.
+/// Smoother fibres count as this smooth.
 const SMOOTHEST: f32 = 0.07;
 
 /// D V for directions in the frame of the surface.

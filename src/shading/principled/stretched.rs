@@ -1,5 +1,5 @@
-//! How much light a rough mirror of stretched microfacets gives back after one bounce: what [`super::albedo`]
-//! says of round ones, by two more numbers.
+//! How much light a rough mirror of stretched microfacets reflects after one bounce: like [`super::albedo`] for round
+//! ones, with two more parameters.
 
 use super::albedo::{Albedo, Points, between, entry, integrate};
 use super::ggx::Ggx;
@@ -9,7 +9,7 @@ use crate::simd::{Float, Int, Level};
 
 /// √ of the narrower α.
 const ROUGHNESSES: usize = 12;
-/// √ of the part of the way from the narrower α to 1 that the wider one has gone.
+/// √ of how far the wider α is on the way from the narrower one to 1.
 const STRENGTHS: usize = 12;
 /// |cos| of the angle between a direction and the wider axis, seen from above.
 const AZIMUTHS: usize = 6;
@@ -56,7 +56,7 @@ impl Table {
     }
 }
 
-/// Of a cosine to the normal, and seen from above of one to the x axis.
+/// The direction with a cosine to the normal and, seen from above, one to the x axis.
 fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     Vector::new(sine * azimuth, sine * (1.0 - azimuth * azimuth).max(0.0).sqrt(), cosine)

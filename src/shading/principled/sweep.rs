@@ -1,5 +1,5 @@
-//! White surfaces in white surroundings, at places of the space of parameters that chance picks: what is
-//! neither lost nor gained, goes as well as it comes, and is drawn as often as is said.
+//! White surfaces in white surroundings, at random places in the space of parameters: nothing is lost or gained,
+//! light goes both ways equally, and directions are drawn as often as the density says.
 
 use std::num::Wrapping;
 
@@ -40,7 +40,7 @@ impl Chance {
     }
 }
 
-/// Reflects or lets through all light that reaches it.
+/// A surface that reflects or transmits all light that reaches it.
 struct White {
     has: Has,
     p: Parameters<f32>,
@@ -139,10 +139,10 @@ impl White {
 fn allowed(white: &White) -> f64 {
     let Has { film, stretched, solid, diffuse, back, sheen, .. } = white.has;
     match (film, solid && (diffuse || back)) {
-        // Smooth fibres shine at grazing angles alone: 4 σ of few samples do not say how far they are off.
+        // Smooth fibres shine only at grazing angles: 4 σ of few samples does not tell how far off they are.
         (false, false) if sheen => 0.01,
         (false, false) => 0.005,
-        // A table of the part that bodies reflect, not as sharp as the truth about the critical angle.
+        // The table of the part that bodies reflect is less sharp than reality near the critical angle.
         (false, true) => 0.03,
         // Two angles stand for all at which microfacets are seen; for stretched ones those of round ones.
         (true, false) if stretched => 0.025,
@@ -170,8 +170,8 @@ fn whatever_the_layers_light_goes_as_well_as_it_comes() {
     let mut compared = 0;
     for seed in 0..3000 {
         let White { has, p, description } = White::at_random(seed);
-        // What is scattered below glass is divided by where it is seen from alone, and glass has a factor of its own
-        // for that; layers above take their part by where it is seen from.
+        // These are not reciprocal: light scattered below glass is divided by the viewing direction alone, and glass
+        // has a factor of its own for it; layers above take their part by the viewing direction, too.
         if has.solid || has.coat || has.sheen {
             continue;
         }
@@ -187,7 +187,7 @@ fn whatever_the_layers_light_goes_as_well_as_it_comes() {
     assert!(compared > 800, "{compared}");
 }
 
-/// Directions are as many in each octant and belt of the sphere as the density says.
+/// Each octant and belt of the sphere gets as many directions as the density says.
 #[test]
 fn whatever_the_layers_directions_are_drawn_as_often_as_is_said() {
     const CELLS: usize = 16;
@@ -201,7 +201,7 @@ fn whatever_the_layers_directions_are_drawn_as_often_as_is_said() {
         let mut chance = Chance::new(seed + 99_999);
         let wo = towards(chance.between(0.2, 1.0), chance.unit());
         let bsdf = Bsdf::new(has, p, LobeTables::all(), wo, true);
-        // Narrow lobes are no matter of density or too sharp to integrate here.
+        // Narrow lobes have no density, or are too sharp to be integrated here.
         let hardly_bends = has.solid && (0.7..1.45).contains(&p.eta);
         if p.roughness < 0.35 || (has.coat && p.coat.roughness < 0.35) || hardly_bends {
             continue;

@@ -50,7 +50,7 @@ impl LobeTables {
         let glass = any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero());
         let sheen = any(|m| !m.sheen_color.is_black());
         std::thread::scope(|scope| {
-            // Where there is no thread to be had the table is made below.
+            // If no thread can be started, the table is made below.
             let aside = || std::thread::Builder::new();
             if stretched {
                 let _ = aside().spawn_scoped(scope, || STRETCHED.get_or_init(stretched::Table::new));

@@ -114,7 +114,7 @@ fn a_white_furnace_stays_white() {
     }
 }
 
-/// The same with microfacets that are longer one way.
+/// The same with stretched microfacets.
 pub(super) fn stretched((mut has, mut p): (Has, Parameters<f32>), strength: f32) -> (Has, Parameters<f32>) {
     has.stretched = true;
     p.ggx.x = p.ggx.y + (1.0 - p.ggx.y) * strength * strength;
@@ -206,8 +206,8 @@ fn glass_divides_light_without_loss() {
     }
 }
 
-/// A body of which half the surface lets light through: the other half is lit by what is neither reflected
-/// nor let through.
+/// A body that lets light through half of its surface: the other half is lit by what is neither reflected nor
+/// transmitted.
 #[test]
 fn bodies_that_let_some_light_through_neither_lose_nor_gain() {
     for inside in [false, true] {
@@ -264,7 +264,7 @@ fn films_neither_lose_nor_add_light() {
     }
 }
 
-/// A film of no thickness is not there.
+/// A film without thickness does nothing.
 #[test]
 fn a_film_of_no_thickness_changes_nothing() {
     for (plain, ior) in [(opaque(0.7, 0.5, 0.4), 1.8), (glass(0.3, false), 1.3), (glass(0.3, true), 1.3)] {

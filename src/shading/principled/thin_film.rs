@@ -20,11 +20,11 @@ use crate::math::elementary::{exp2, sin_cos_turns};
 use crate::shading::fresnel;
 use crate::simd::Float;
 
-/// Orders of interference; those above are as if they had the last one's waves.
+/// Orders of interference; higher ones are treated as if they had the waves of the last one.
 const ORDERS: usize = 6;
 /// Bells that the sensitivities x̄ (two of them), ȳ and z̄ are made of: wave numbers of their centres, nm⁻¹.
 const CENTRE: [f32; 4] = [1.6810e-3, 2.2399e-3, 1.7953e-3, 2.2084e-3];
-/// Of a wave's mean over a bell a path difference of d nm leaves 2^(this · d²).
+/// A path difference of d nm reduces a wave's mean over a bell by a factor of 2^(this · d²).
 const FADING: [f32; 4] = [fading(4.3278e-9), fading(4.5282e-9), fading(9.3046e-9), fading(6.6121e-9)];
 /// The share of x̄'s first bell, 5.4856 √4.3278 to 0.9747 √4.5282.
 const FIRST: f32 = 0.846_198;
@@ -91,7 +91,7 @@ impl<F: Float> Interference<F> {
         Self { outer, waves }
     }
 
-    /// The reflectance with the film of what without it reflects `plain`.
+    /// The reflectance with the film of a surface that reflects `plain` without it.
     #[inline(always)]
     pub fn over(&self, plain: Color<F>) -> Color<F> {
         let (r, g, b) = (self.channel(plain.r), self.channel(plain.g), self.channel(plain.b));
@@ -254,7 +254,7 @@ mod tests {
             for plain in [0.0, 0.04, 0.3, 0.9, 1.0] {
                 for cos in [0.0, 0.01, 0.1, 0.5, 1.0] {
                     let found = Interference::new(&film(0.0, ior), cos).over(grey(plain)).g;
-                    // Where the film alone reflects all, nothing below is seen.
+                    // If the film alone reflects everything, nothing below is seen.
                     let expected = if cos == 0.0 { 1.0 } else { plain };
                     assert!((found - expected).abs() < 2e-3, "{ior} {plain} {cos}: {found}");
                 }

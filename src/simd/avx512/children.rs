@@ -1,5 +1,5 @@
-//! The sixteen children of a node in one register. (Safety as for the operators beside it: the type is known to kernels
-//! under [`super::run`] alone.)
+//! The sixteen children of a node in one register. (Safety is as for the operators beside it: the type is known only
+//! to kernels under [`super::run`].)
 
 use std::arch::x86_64::*;
 

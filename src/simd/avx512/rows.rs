@@ -5,16 +5,16 @@ use std::arch::x86_64::*;
 use super::{I32x16, M32x16};
 use crate::simd::Int;
 
-/// Three entries each that follow each other, as columns; zero outside the mask. Sixteen loads and some shuffles take
+/// Three consecutive entries for each lane, as columns; zero outside the mask. Sixteen loads and some shuffles take
 /// less time than three gathers.
 ///
 /// # Safety
 ///
-/// As for [`super::run`], and in each lane of the mask three entries must be there, in some lane at least.
+/// As for [`super::run`]. In each lane of the mask three entries must be there, and the mask must have a lane.
 #[inline(always)]
 pub unsafe fn three_entries(table: *const f32, first: I32x16, mask: M32x16) -> [__m512; 3] {
     let mut places = [0; 16];
-    // Where nobody asks there is something, too: what others ask for proves that.
+    // Lanes outside the mask read the table's front: as some lane has three entries, so has that.
     I32x16::select(mask, first, I32x16::splat(0)).store(&mut places);
     // SAFETY: by the caller.
     unsafe {

@@ -1,12 +1,12 @@
-//! Which errors series have come to when each has had the same time. Equal samples flatter what makes a
-//! sample dear.
+//! Which errors the series have reached after the same time. Equal numbers of samples flatter whatever makes a sample
+//! expensive.
 
 use super::plot::{Curve, Figure};
 
 /// Errors by time.
 #[derive(Debug, PartialEq)]
 pub struct EqualTime {
-    /// Of the columns.
+    /// Labels of the columns.
     pub labels: Vec<String>,
     /// Seconds, and each column's error then; none before its first measurement and behind its last.
     pub rows: Vec<(f64, Vec<Option<f64>>)>,
@@ -51,7 +51,7 @@ fn by_time(errors: &Curve, times: &Curve) -> Vec<(f64, f64)> {
     points
 }
 
-/// Between two points as a power of time.
+/// Interpolates between two points by a power of time.
 fn at(points: &[(f64, f64)], time: f64) -> Option<f64> {
     points.windows(2).find(|pair| (pair[0].0..=pair[1].0).contains(&time)).map(|pair| {
         let [(t0, e0), (t1, e1)] = [pair[0], pair[1]];

@@ -3,7 +3,7 @@
 /// A mean and how far the truth may be from it with 95 % confidence, by Student's t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Of the measurements.
+    /// Mean of the measurements.
     pub mean: f64,
     /// On both sides of it; none for a single measurement.
     pub margin: Option<f64>,

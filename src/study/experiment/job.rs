@@ -102,7 +102,7 @@ fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u3
     Ok(world)
 }
 
-/// A mesh with a lamp, looked at.
+/// A mesh with a lamp, and a camera that looks at it.
 fn made_up(mesh: crate::world::Mesh) -> World {
     let mut world = World::default();
     let mesh = world.assets.add_mesh(mesh);

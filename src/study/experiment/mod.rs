@@ -126,8 +126,8 @@ impl<'a> Run<'a> {
         Ok(hash)
     }
 
-    /// Does what has not been done yet. `progress` is told of each job before it begins, with how
-    /// many are behind it, and says whether to go on.
+    /// Does what has not been done yet. Before each job `progress` gets the number of finished jobs and the job's
+    /// name; it returns whether to continue.
     pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), StudyError> {
         for folder in ["references", "images", "plots"] {
             let path = self.out.join(folder);
@@ -153,7 +153,7 @@ impl<'a> Run<'a> {
                 None => None,
             };
             let done = self.perform(job, &job.change, job.seed, reference)?;
-            // The first repetition's images are shown.
+            // Images of the first repetition are shown.
             if let Some(image) = done.image.filter(|_| job.seed == 0 && reference.is_some()) {
                 self.save(&self.image_path(job), &image)?;
             }
@@ -178,7 +178,7 @@ impl<'a> Run<'a> {
         if let Ok((width, height, pixels)) = load_linear(path) {
             return Ok(Image { width, height, pixels });
         }
-        // Of the scene that the job has, whatever is changed of it. Nobody measures its time: on all threads.
+        // Of the job's scene, with all its changes. Its time does not matter, so it uses all threads.
         let Change { set, only, hide, .. } = job.change.and(change);
         let change = Change { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
         // A seed of its own, so that no job shares its numbers.

@@ -9,7 +9,7 @@ use super::fit::{Estimate, Fit};
 const SIZE: (u32, u32) = (900, 520);
 /// Height of a row of the legend, of two curves.
 const ROW: u32 = 24;
-/// One a curve, told apart by most eyes (Okabe and Ito, 2008).
+/// Colours of the curves, which most eyes can tell apart (Okabe and Ito, 2008).
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -72,7 +72,7 @@ pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// The program brings its font along: there may be none on the machine.
+/// The program brings its own font: the machine may have none.
 fn register_font() -> Result<(), String> {
     plotters::style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
         .map_err(|_| "the font of plots cannot be read".into())
@@ -113,7 +113,7 @@ impl Scale {
     fn marks(&self) -> Vec<f64> {
         let span = self.to - self.from;
         let steps: &[f64] = match self.log {
-            // Several within a power of ten where there are few of those.
+            // If there are few powers of ten, several within each.
             true if span < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
             true if span < 2.5 => &[1.0, 2.0, 5.0],
             true => &[1.0],

@@ -9,7 +9,7 @@ use super::StudyError;
 use crate::error::SaveError;
 use crate::formats::study::Measure;
 
-/// The columns behind those that say what was measured.
+/// The last columns, which hold what was measured.
 const MEASURES: [(&str, Measure); 9] = [
     ("mse", Measure::Mse),
     ("relmse", Measure::RelativeMse),
@@ -37,7 +37,7 @@ impl Row {
         MEASURES.iter().position(|(_, m)| *m == measure).and_then(|at| self.values[at])
     }
 
-    /// Notes one of them.
+    /// Records one of them.
     pub fn set(&mut self, measure: Measure, value: f64) {
         if let Some(at) = MEASURES.iter().position(|(_, m)| *m == measure) {
             self.values[at] = Some(value);
@@ -48,7 +48,7 @@ impl Row {
 /// A job in words.
 #[derive(Clone, Debug)]
 pub struct Label {
-    /// A hash of all that decides what it gives.
+    /// A hash of everything that decides its result.
     pub key: u128,
     /// Name of the experiment.
     pub experiment: String,
@@ -99,7 +99,7 @@ impl Results {
         self.rows.get(&key)
     }
 
-    /// Notes a job that is done.
+    /// Records a finished job.
     pub fn add(&mut self, label: &Label, row: Row) -> Result<(), SaveError> {
         let values = row.values.iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
         let mut fields = vec![

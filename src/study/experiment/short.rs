@@ -2,9 +2,9 @@
 
 use crate::formats::study::{Axis, Change, Study};
 
-/// By how much what makes work is divided.
+/// The divisor of everything that makes work.
 const PART: u32 = 16;
-/// Repetitions: what is needed for margins.
+/// Repetitions: as many as margins need.
 const SEEDS: u32 = 2;
 /// So many values of x are left, or a line could not be told from a curve.
 const VALUES: usize = 3;

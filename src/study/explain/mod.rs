@@ -39,15 +39,15 @@ impl Life {
 /// A path to its end.
 #[derive(Clone, Debug)]
 pub struct Followed {
-    /// 0 for the camera's path, a hash for those that were forked off.
+    /// 0 for the camera's path, a hash for forks.
     pub branch: u32,
-    /// The path and the bounce that it was forked off at.
+    /// The path from which it was forked, and at which bounce.
     pub from: Option<(usize, u32)>,
     /// Its rays and what they met.
     pub steps: Vec<Step>,
     /// What it adds to the film.
     pub radiance: Triple,
-    /// Where its group shares paths, what becomes of what is found behind the first vertex.
+    /// If its group shares paths, what happens to the light found beyond the first vertex.
     pub shares: Option<Shares>,
     /// Why it went no further.
     pub why: Why,
@@ -58,7 +58,7 @@ pub struct Followed {
 pub struct Shares {
     /// What the path has found up to the first vertex.
     pub before: Triple,
-    /// What its own path has found for it alone behind that.
+    /// What its own path has found beyond that for it alone.
     pub own: Triple,
     /// What the second vertices of the group send, its own among them.
     pub shared: Triple,
@@ -71,7 +71,7 @@ pub struct Shares {
 pub struct Step {
     /// Bounces so far.
     pub depth: u32,
-    /// In which queue the ray waited: of the camera's, reflected or refracted ones.
+    /// The queue in which the ray waited: that of the camera's, of reflected or of refracted rays.
     pub queue: &'static str,
     /// Where from.
     pub origin: Triple,
@@ -98,10 +98,10 @@ pub struct Vertex {
     pub geometric_normal: Triple,
     /// For shading.
     pub normal: Triple,
-    /// What the surface gives off by itself, as it reaches the film.
+    /// What the surface itself emits, as it reaches the film.
     pub own: Triple,
-    /// What the drawn direction that led here counts for in that, under the path transport: the
-    /// rest is found by rays to lights.
+    /// Under the path transport, the weight of the drawn direction that led here in finding that light: the rest is
+    /// found by rays to lights.
     pub own_share: f32,
     /// Rays to lights.
     pub lights: Vec<LightRay>,
@@ -124,7 +124,7 @@ pub struct LightRay {
     pub contribution: Triple,
     /// What did reach it.
     pub arrived: Triple,
-    /// Under the path transport what this way to find the light counts for; 1 otherwise.
+    /// Under the path transport, the weight of finding the light this way; otherwise 1.
     pub share: f32,
     /// Whether something is.
     pub blocked: bool,
@@ -143,7 +143,7 @@ pub enum Why {
     Weak,
     /// It had all the bounces of a kind that it may have.
     Limit(LobeKind),
-    /// The surface shows its colour and answers no light.
+    /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
     /// No direction could be drawn.
     Absorbed,
@@ -192,7 +192,7 @@ impl GivenNames {
         GivenNames { entities: world.names(), lights: crate::compile::light_names(world) }
     }
 
-    /// None: things have their numbers.
+    /// No names: things are called by their numbers.
     pub fn none() -> GivenNames {
         GivenNames { entities: HashMap::new(), lights: Vec::new() }
     }
@@ -205,7 +205,7 @@ impl GivenNames {
         self.lights.get(index as usize).cloned().unwrap_or_else(|| format!("light {index}"))
     }
 
-    /// What shines under the path transport.
+    /// The name of an emitter under the path transport.
     fn emitter(&self, scene: &CompiledScene, emitter: u32) -> String {
         match scene.emitters.source(emitter) {
             EmitterOf::Light(light) => self.light(light),
@@ -239,12 +239,12 @@ pub fn explain(
     (story.lives, film)
 }
 
-/// Events to lives.
+/// Turns events into lives.
 struct Story<'a> {
     frame: &'a Frame,
     names: &'a GivenNames,
     lives: Vec<Life>,
-    /// For each path that goes on from a vertex how, and where from.
+    /// For each path that continues from a vertex, how, and from which path.
     begun: HashMap<PathKey, (Continuation, usize)>,
 }
 
@@ -343,7 +343,7 @@ impl Story<'_> {
         self.path().into_iter().for_each(|path| path.radiance = after);
     }
 
-    /// A new sample or path, if this is not of the one that is followed.
+    /// Begins a new sample or path, if the event does not belong to the current one.
     fn begin(&mut self, place: PathKey) {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
             self.lives.push(Life { sample: place.sample, paths: Vec::new() });

@@ -97,7 +97,7 @@ fn sums(lives: &[Life], film: &Film) -> (f64, f64) {
     (sum, (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM)
 }
 
-/// Every emitter has the name of its entity, and what is weighted has another way to be found.
+/// Every emitter has the name of its entity, and whatever has a weight below 1 can be found in another way.
 #[test]
 fn a_path_tells_its_normals_lobes_and_lights() {
     let mut seen = std::collections::BTreeSet::new();

@@ -14,7 +14,7 @@ use crate::render::{Options, Session};
 use crate::simd::Level;
 use crate::world::Transport;
 
-/// Rays that have as many bounces behind them.
+/// Rays that have had the same number of bounces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bounce {
     /// From the camera.
@@ -55,11 +55,11 @@ pub struct StageFlow {
     pub entering: u64,
     /// Items that went on.
     pub leaving: u64,
-    /// Items that there would have been room for.
+    /// Items for which there was room.
     pub room: u64,
     /// Lanes that work together.
     pub width: usize,
-    /// How often that many lanes of a group went on.
+    /// How often a group had this many lanes that went on.
     pub lanes: [u64; 17],
     /// Bytes of queues that it read and wrote, by their sizes.
     pub bytes: u64,
@@ -76,13 +76,13 @@ impl StageFlow {
         self.lanes.iter().any(|groups| *groups > 0)
     }
 
-    /// Lanes of a group that hold an item, 0 to 1: all but those of the last group do.
+    /// The fraction of lanes in a group that hold an item: only in the last group some do not.
     pub fn occupied(&self) -> f64 {
         let groups: u64 = self.lanes.iter().sum();
         self.entering as f64 / (groups * self.width as u64).max(1) as f64
     }
 
-    /// Lanes of a group whose item goes on, 0 to 1.
+    /// The fraction of lanes in a group whose item goes on.
     pub fn active(&self) -> f64 {
         let groups: u64 = self.lanes.iter().sum();
         self.leaving as f64 / (groups * self.width as u64).max(1) as f64
@@ -134,7 +134,7 @@ struct Counter<'a> {
     frame: &'a Frame,
     level: Level,
     stack: Stack,
-    /// How the paths that wait came to be.
+    /// How each waiting path came to be.
     ways: HashMap<PathKey, Continuation>,
     flows: Flows,
 }

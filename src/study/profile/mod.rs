@@ -64,7 +64,7 @@ impl Spread {
 pub struct Timed {
     /// Which.
     pub schedule: Schedule,
-    /// Seconds by the clock.
+    /// Wall-clock seconds.
     pub wall: Spread,
     /// Seconds of all threads, where the system tells.
     pub cpu: Option<Spread>,
@@ -101,7 +101,7 @@ pub fn time(
     on_threads(plan.threads, || {
         let mut runs: [Vec<Measured>; 2] = [Vec::new(), Vec::new()];
         for round in 0..=plan.runs.max(1) {
-            // The one that was second is first the next time.
+            // Whichever was second goes first the next time.
             for turn in 0..2 {
                 let which = (turn + round as usize) % 2;
                 let run = run(frame, plan, SCHEDULES[which]);

@@ -30,28 +30,28 @@ pub struct Way {
 
 impl Way {
     fn options(&self) -> Options {
-        // Several tiles even for small images, or there would be no work for the other threads.
+        // Several tiles even for small images, or the other threads would have no work.
         let tile = if self.threads == 1 { 64 } else { 16 };
         let (schedule, wave, level) = (self.schedule, self.wave.max(1), self.level);
         Options { schedule, wave, level, tile, ..Options::default() }
     }
 }
 
-/// What came out of one way.
+/// The result of one way.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
     /// Which.
     pub way: Way,
-    /// Of its film.
+    /// Hash of its film.
     pub hash: u128,
-    /// Of its depths, normals and the like.
+    /// Hash of its depths, normals and the like.
     pub features: u128,
-    /// Of the image without its noise; none of a single sample.
+    /// Hash of the denoised image; none if there is only one sample.
     pub denoised: Option<u128>,
 }
 
 impl Outcome {
-    /// Whether nothing tells it from another.
+    /// Whether both are the same in every respect.
     pub fn equals(&self, other: &Outcome) -> bool {
         (self.hash, self.features, self.denoised) == (other.hash, other.features, other.denoised)
     }
@@ -61,19 +61,19 @@ impl Outcome {
 pub struct Verification {
     /// Every way, the one that all others are compared with first.
     pub outcomes: Vec<Outcome>,
-    /// Of the first whose film is another.
+    /// The first difference, if the films differ.
     pub difference: Option<Difference>,
 }
 
 impl Verification {
-    /// How many are not like the first.
+    /// How many differ from the first.
     pub fn mismatches(&self) -> usize {
         self.outcomes.iter().filter(|outcome| !outcome.equals(&self.outcomes[0])).count()
     }
 }
 
-/// Both schedules, all sizes of waves, every instruction set that there is, one thread, two and
-/// `cores`. The simplest comes first.
+/// Both schedules, all wave sizes, every available instruction set, and one, two and `cores` threads. The simplest
+/// comes first.
 pub fn ways(cores: usize) -> Vec<Way> {
     let mut threads = vec![1, 2, cores.max(1)];
     threads.sort_unstable();
@@ -89,7 +89,7 @@ pub fn ways(cores: usize) -> Vec<Way> {
     ways
 }
 
-/// Renders all samples of a frame in all ways. `progress` is told after each how many are done.
+/// Renders all samples of a frame in all ways. After each, `progress` gets the number of those done.
 pub fn verify(
     frame: Arc<Frame>,
     samples: u32,

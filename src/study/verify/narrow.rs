@@ -6,7 +6,7 @@ use crate::integrator::Stage;
 use crate::integrator::observe::{Event, PathKey, What};
 use crate::render::Session;
 
-/// Where two ways to render part.
+/// Where two ways of rendering diverge.
 #[derive(Clone, Debug)]
 pub struct Difference {
     /// Column and row of the first pixel that differs, row by row.
@@ -15,8 +15,8 @@ pub struct Difference {
     pub pixels: usize,
     /// The two ways and their sums in that pixel.
     pub sides: [Side; 2],
-    /// What happened otherwise in that pixel. None if all that is observed is equal when its tile
-    /// is rendered once more by itself: then the fault lies with threads or memory.
+    /// The first event that differs in that pixel. None if everything observed is equal when its tile is rendered
+    /// again on its own: then threads or memory are at fault.
     pub first: Option<First>,
 }
 
@@ -29,12 +29,12 @@ pub struct Side {
     pub sum: PixelSum,
 }
 
-/// The first thing that happened otherwise.
+/// The first event that differs.
 #[derive(Clone, Debug)]
 pub struct First {
     /// Which sample, which bounce, which fork.
     pub place: PathKey,
-    /// In which stage of the wave it shows.
+    /// The stage of the wave in which it shows.
     pub stage: Stage,
     /// What happened on both sides; nothing where one of them did not get there.
     pub happened: [Option<What>; 2],

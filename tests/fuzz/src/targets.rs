@@ -38,7 +38,7 @@ pub const ALL: [(&str, Target); 11] = [
     ("http", request),
 ];
 
-/// Between an OBJ file and its library.
+/// Separates an OBJ file from its library.
 pub const LIBRARY: &[u8] = b"\n#---- a.mtl\n";
 
 /// A folder in memory, where there is one.
@@ -54,7 +54,7 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// A message that can stand in a line.
+/// Checks that a message fits on a line.
 fn is_fair(error: &dyn std::fmt::Display) {
     let message = error.to_string();
     assert!(!message.is_empty() && !message.contains(char::is_control), "not one line: {message:?}");

@@ -35,7 +35,7 @@ fn render_is_a_word_and_options_have_other_names() {
     }
 }
 
-/// What a shell says of the program's end, and what the program says on standard error, where `line` stands for what
+/// What a shell reports about the program's end, and what the program prints on standard error; `line` is what
 /// follows the program's name.
 #[cfg(unix)]
 fn shell(folder: &Path, line: &str, input: Stdio) -> (Option<i32>, String) {
@@ -87,7 +87,7 @@ fn a_closed_pipe_ends_it_quietly() {
         assert!(!error.contains("panicked") && !error.contains("error"), "{line}: {error}");
     }
     assert!(folder.path().join("a.png").is_file(), "what was rendered is there");
-    // Whoever hears nothing is told nothing.
+    // Nothing is said to someone who cannot hear it.
     let (code, _) = shell(folder.path(), "nowhere.ron 2>&1", closed_pipe());
     assert_eq!(code, Some(1));
     let (code, _) = shell(folder.path(), "scene.ron -o - | head -c 1", Stdio::null());
@@ -173,7 +173,7 @@ fn misspelt_commands_and_files_are_recognized() {
     assert!(text(&run(here, &["chek"]).stderr).contains("scenes are .ron"));
 }
 
-/// A triangle that shines, with what there is to choose.
+/// A triangle that emits light, with things to choose from.
 const MODEL: &str = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_variants"],
     "extensions": {"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "blue"}]}},
     "scenes": [{"name": "day", "nodes": [0]}, {"nodes": [0]}], "nodes": [{"name": "sign", "mesh": 0}],
@@ -265,7 +265,7 @@ fn progress_is_not_for_the_quiet_nor_for_what_is_quick() {
     }
 }
 
-/// What is put around a scene that says nothing of its transport lights its surfaces.
+/// Surroundings light the surfaces of a scene that names no transport.
 #[test]
 fn surroundings_from_the_command_line_choose_the_transport() {
     let folder = folder();
@@ -315,4 +315,82 @@ fn mistakes_in_options_are_the_command_lines() {
     }
     // Straight down there is an up as well.
     stdout(folder.path(), &["scene.ron", "--spp", "1", "--look-at", "0,5,0", "0,0,0", "-o", "a.png"]);
+}
+
+/// A mistake in a statement is marked below it, and no more is typed than is needed.
+#[test]
+fn statements_and_places_are_understood_or_marked() {
+    let folder = folder();
+    let here = folder.path();
+    let output = run(here, &["scene.ron", "--set", "\"ball\".shape = Cone", "-o", "a.png"]);
+    let told = text(&output.stderr);
+    let lines: Vec<&str> = told.lines().collect();
+    let [reason, statement, mark] = lines[..] else { panic!("{told}") };
+    assert!(reason.starts_with("error: --set: "), "{told}");
+    let at = mark.find('^').expect("a mark");
+    assert_eq!((&statement[at..], mark.trim()), ("Cone", "^^^^"), "{told}");
+    let film = |words: &[&str]| {
+        json(here, &[&["scene.ron", "--spp", "1", "--json", "-o", "a.png"], words].concat())["film_hash"]
+            .clone()
+    };
+    let two = film(&["--look-at", "0,1,4", "0,0,-0.5"]);
+    assert_eq!(film(&["--look-at", "0,1,4 0,0,-0.5"]), two, "both in one word");
+    let output = run(here, &["scene.ron", "--look-at", "0,1,4", "-o", "a.png"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("expected two places"), "{}", text(&output.stderr));
+    let all = stdout(here, &["ls", "scene.ron"]);
+    assert!(all.contains("\"lamp\"  ") && !all.contains("brass"), "{all}");
+    let named = SCENE.replace("(\n    settings", "(materials: {\"brass\": (kr: 0.5)},\n    settings");
+    std::fs::write(here.join("named.ron"), named).expect("a file");
+    let all = stdout(here, &["ls", "named.ron"]);
+    assert!(all.contains("\"brass\"  material: BlinnPhong("), "{all}");
+}
+
+#[test]
+fn noise_that_is_left_is_told() {
+    let folder = folder();
+    let told = |words: &[&str]| {
+        let words = [&["scene.ron", "--spp", "4", "-o", "a.png"], words].concat();
+        text(&run(folder.path(), &words).stderr).to_owned()
+    };
+    let few = told(&["--until", "noise=0.01%"]);
+    assert!(few.contains("all 4 samples are done") && few.contains("--spp"), "{few}");
+    assert!(!told(&["--until", "noise=90%"]).contains("--until"));
+    assert!(!told(&["--until", "noise=0.01%", "--quiet"]).contains("--until"));
+}
+
+/// Frames that choose their exposure all have one, whichever process renders them.
+#[test]
+fn frames_do_not_flicker() {
+    let folder = folder();
+    let here = folder.path();
+    let scene = SCENE
+        .replace("samples: 4", "samples: 4, exposure: Auto")
+        .replace("power_w: 300", "power_w: Keys([(0, 300), (1, 3000)])");
+    std::fs::write(here.join("fade.ron"), scene).expect("a file");
+    let exposures = |words: &[&str], task: Option<&str>| -> Vec<f64> {
+        let mut program = super::command(here, &[&["fade.ron", "--fps", "2", "--json"], words].concat());
+        if let Some(task) = task {
+            program.env("SLURM_ARRAY_TASK_ID", task);
+        }
+        let output = program.output().expect("the program runs");
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let told = |line: &str| {
+            serde_json::from_str::<serde_json::Value>(line).expect("JSON")["exposure_ev"].as_f64()
+        };
+        text(&output.stdout).lines().filter_map(told).collect()
+    };
+    let all = exposures(&["--frames", "0-2", "-o", "a.#.png"], None);
+    assert_eq!(all.len(), 3);
+    assert!(all.iter().all(|exposure| *exposure == all[0]), "{all:?}");
+    let alone = ["0", "1"].map(|time| exposures(&["--time", time, "-o", "b.png"], None)[0]);
+    assert!((alone[0] - all[0]).abs() < 0.3, "that of the first frame: {alone:?} {all:?}");
+    assert!(alone[0] - alone[1] > 2.0, "the last frame by itself is ten times as bright: {alone:?}");
+    assert_eq!(exposures(&["--frames", "auto/0-2", "-o", "c.#.png"], Some("2")), [all[0]]);
+    // Of frames that are there, those of another command are told.
+    let again = |words: &[&str]| {
+        let words = [&["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"], words].concat();
+        text(&run(here, &words).stderr).matches("of another command").count()
+    };
+    assert_eq!((again(&[]), again(&["--json"]), again(&["--size", "8x6"])), (0, 0, 3));
 }

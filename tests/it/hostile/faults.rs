@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use super::{ball, folder};
 
-/// The library that lets calls fail, or none where there is no compiler.
+/// The library that makes calls fail; none without a compiler.
 static SHIM: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/hostile/shim.rs");
     let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("shim-{}.so", std::process::id()));
@@ -25,7 +25,7 @@ const EAGAIN: i32 = 11;
 const ENOMEM: i32 = 12;
 const ENOSPC: i32 = 28;
 
-/// What came of all runs.
+/// The results of all runs.
 #[derive(Default)]
 struct Outcomes(BTreeMap<String, BTreeMap<i32, u32>>);
 
@@ -81,7 +81,8 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
         for path in left {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if name.ends_with(".part") {
-                // Who cannot remove anything, or ends at once, leaves it; it is removed the next time.
+                // A program that cannot remove anything, or ends at once, leaves it behind; it is removed the next
+                // time.
                 assert!(code != 0 || name_of_call == "unlink", "{what}: left {name}");
                 std::fs::remove_file(path).expect("removed");
             } else if name.contains(".saved") {

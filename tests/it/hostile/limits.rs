@@ -119,7 +119,7 @@ fn what_is_too_large_is_a_line() {
     }
 }
 
-/// Limits of the system are met with a message, whoever meets them first.
+/// When a limit of the system is reached there is a message, whichever part reaches it first.
 #[test]
 #[cfg(target_os = "linux")]
 fn limits_of_the_system_are_no_abort() {
@@ -234,7 +234,7 @@ fn bad_names_are_found_at_once() {
         let arguments = ["scene.ron", "--size", "4096x4096", "-s", "4096", "-q", "-o", &output];
         expect(&run(here, &arguments), 3, &["cannot write"]);
     }
-    // The name of what it is called without noise is longer.
+    // The name of the denoised image is longer.
     let output = format!("{}.png", "a".repeat(248));
     let arguments = ["scene.ron", "--size", "4096x4096", "-s", "4096", "-q", "--denoise", "-o", &output];
     expect(&run(here, &arguments), 3, &["cannot write"]);

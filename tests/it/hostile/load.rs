@@ -28,7 +28,7 @@ fn sixty_four_at_once_all_get_their_image() {
     assert!(images.iter().all(|image| *image == images[0]));
 }
 
-/// Whoever is last wins, and nobody sees half of anything.
+/// The last writer wins, and nobody sees half of anything.
 #[test]
 fn two_renderings_to_one_output_leave_one_of_them() {
     let folder = folder(&ball("kr: 0.2"));
@@ -49,7 +49,7 @@ fn two_renderings_to_one_output_leave_one_of_them() {
     assert_eq!(std::fs::read_dir(here).expect("a folder").count(), 2, "nothing else is left");
 }
 
-/// Requests of people who mean no good, each different.
+/// Malicious requests, each different.
 fn bad_request(number: usize, token: &str) -> Vec<u8> {
     let long = "a".repeat(number * 67 % 20_000);
     let host = "Host: localhost\r\nConnection: close\r\n\r\n";

@@ -79,7 +79,7 @@ fn expect(output: &Output, code: i32, words: &[&str]) -> String {
     error
 }
 
-/// What is not UTF-8 can be a file's name.
+/// A file name need not be UTF-8.
 #[test]
 fn paths_are_any_bytes() {
     let name = |end: &str| OsString::from_vec([b"b\xff.", end.as_bytes()].concat());
@@ -123,7 +123,7 @@ fn paths_are_any_bytes() {
 
 const SECRET: &str = "root:$6$salt$hash:19000:0:99999:7:::";
 
-/// A folder `inner` with a scene of every kind that refers to what lies beside it.
+/// A folder `inner` with a scene of every kind that refers to things next to the folder.
 fn prying() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
@@ -184,7 +184,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
             "{file}: {said}"
         );
     }
-    // What somebody has named may lie anywhere, and a mark makes a larger folder the scene's.
+    // Files named on the command line may lie anywhere, and a mark makes a larger folder the scene's.
     let output =
         run(&inner, &["library.obj", "--env", "../secret.png", "--size", "8x6", "-s", "1", "-o", "a.png"]);
     expect(&output, 0, &[]);

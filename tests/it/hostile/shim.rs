@@ -1,5 +1,5 @@
-//! Stands between the program and the system (LD_PRELOAD) and has one call fail: RAYFRONT_FAULT=NAME:N:ERRNO is the
-//! N-th call of a function, from 0. Calls are counted from where the program has begun to look after itself.
+//! Stands between the program and the system (LD_PRELOAD) and makes one call fail: RAYFRONT_FAULT=NAME:N:ERRNO is the
+//! N-th call of a function, counted from 0. Counting begins where the program has begun to look after itself.
 
 use std::ffi::{c_char, c_int, c_long, c_uint, c_void};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};

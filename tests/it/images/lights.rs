@@ -101,7 +101,7 @@ fn a_profile_divides_a_lamps_power_between_directions() {
     assert_eq!(floor_under(below), 0.0);
 }
 
-/// Whatever a profile's numbers count, beside another light too, of which one is chosen for each path.
+/// Whatever unit a profile is in, also next to another light, if one of them is chosen for each path.
 #[test]
 fn a_profile_has_no_scale() {
     let seen = |profile: &str| {

@@ -240,7 +240,7 @@ fn whitted_knows_the_second_set_of_coordinates() {
     same(seen(world, [0.3, 0.4], POINT), [0.35, 0.7, 0.0], 1e-3);
 }
 
-/// Gives back all light evenly.
+/// Reflects all light evenly.
 pub fn matte() -> Principled {
     let none = ScalarInput::constant(0.0);
     Principled { metallic: none, specular: none, ..Principled::default() }

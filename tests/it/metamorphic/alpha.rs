@@ -1,5 +1,5 @@
-//! What is partly there lets the rest through: of what is seen, of shadows, and of the light that
-//! it gives off itself.
+//! A partly transparent surface lets the rest through: of what is seen, of shadows, and of the light that it emits
+//! itself.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{

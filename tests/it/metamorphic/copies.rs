@@ -73,7 +73,7 @@ fn copies_and_instances_look_as_if_moved_by_hand() {
     }
 }
 
-/// The same with tangents of their own, for what asks for them.
+/// The same with their own tangents, for materials that need them.
 #[test]
 fn given_tangents_are_placed_with_the_mesh() {
     let mut all = Relations::default();

@@ -85,7 +85,7 @@ fn a_sheet_for_each_side_is_a_sheet_with_two_sides() {
     }
 }
 
-/// What pixels see first besides light is behind what is not there, too.
+/// What pixels see first, besides light, also lies behind what is not there.
 #[test]
 fn first_hits_are_those_of_the_sheet_with_two_sides() {
     let mut all = Relations::default();
@@ -204,7 +204,7 @@ fn coincident_veils_shade_by_their_product() {
     }
 }
 
-/// What lies in one place with something that is not there is seen and casts its shadow.
+/// Something in the same place as a thing that is not there is seen, and casts its shadow.
 #[test]
 fn nothing_hides_what_lies_in_the_same_place() {
     let mut all = Relations::default();

@@ -107,7 +107,7 @@ fn size_and_direction_mean_nothing() {
     }
 }
 
-/// A sphere takes along what lies on it when it is turned with all else: bumps and brushes, too.
+/// A sphere that is turned with everything else takes what lies on it along, including bumps and brushes.
 #[test]
 fn a_sphere_is_turned_with_its_bumps() {
     let mut all = Relations::default();
@@ -193,8 +193,8 @@ fn a_sheet_in_two_is_the_sheet() {
     }
 }
 
-/// What is far away and seen by nobody takes no light: a film's unit goes by what lamps are near to, not by how far the
-/// scene reaches.
+/// Something far away that nobody sees takes no light away: a film's unit depends on what is near the lamps, not on
+/// how far the scene reaches.
 #[test]
 fn what_is_far_away_dims_nothing() {
     for transport in stage::BOTH {

@@ -207,7 +207,7 @@ fn a_constant_normal_map_is_a_tilted_normal() {
     }
 }
 
-/// A thin film of the index of the body that it lies on is not there when its thickness is none.
+/// A thin film with the index of its body does nothing if it has no thickness.
 #[test]
 fn a_film_without_thickness_is_none() {
     let mut all = Relations::default();

@@ -65,7 +65,7 @@ impl Seen {
     }
 }
 
-/// A picture that is noisier than this part of it tells nothing, but where both are as good as equal.
+/// A picture that is noisier than this fraction of it proves nothing, unless both are practically equal.
 const CLEAR: f64 = 0.016;
 
 /// Collects the relations of a test that do not hold, and says all of them at its end.
@@ -120,7 +120,7 @@ impl Relations {
         self.holds(clear, || format!("{what}: {found:.5} is too noisy, σ {sigma:.5}"));
     }
 
-    /// No light at all.
+    /// Checks that there is no light at all.
     pub fn dark(&mut self, seen: &Seen, what: &str) {
         self.holds(seen.mean() == 0.0, || format!("{what}: {:.5}, not 0", seen.mean()));
     }

@@ -1,5 +1,5 @@
-//! Which side a surface shows: its corners say so, and neither normals, nor who starts counting
-//! them, nor a mirror in its transform.
+//! Which side a surface shows: its corners decide, not normals, nor the corner at which counting starts, nor a mirror
+//! in its transform.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{
@@ -54,7 +54,7 @@ fn normals_that_point_away_change_nothing() {
     }
 }
 
-/// Which corner is the first one means nothing.
+/// It does not matter which corner is the first.
 #[test]
 fn corners_go_around_from_any_of_them() {
     let mut all = Relations::default();
@@ -165,8 +165,8 @@ fn under(mesh: Mesh, scale: Vec3, instances: bool) -> World {
     world
 }
 
-/// What shines on its front alone lights what its front sees, whatever its normals say and
-/// however it is mirrored, and does so for sampled light as for found light.
+/// A surface that emits only on its front lights what its front sees, whatever its normals say and however it is
+/// mirrored; for sampled light as well as for light that is hit.
 #[test]
 fn a_front_lights_what_it_sees() {
     let mut all = Relations::default();

@@ -186,7 +186,7 @@ pub fn principled(change: impl FnOnce(&mut Principled)) -> Material {
     Material::Principled(Box::new(material))
 }
 
-/// Black, but for what it gives off on its front alone.
+/// Black, except for what it emits on its front.
 pub fn front_lamp(radiance: f32, change: impl FnOnce(&mut Principled)) -> Material {
     principled(|m| {
         m.base_color = grey(0.0);

@@ -212,7 +212,7 @@ fn colours_of_vertices_are_those_of_a_picture() {
     }
 }
 
-/// What a channel says is what a number says, where it is the same everywhere.
+/// A channel means the same as a number, if it is the same everywhere.
 #[test]
 fn a_channel_that_is_the_same_everywhere_is_a_number() {
     let mut all = Relations::default();

@@ -64,7 +64,7 @@ pub(in super::super) struct ImageLight {
     pub rotation: [f32; 4],
     #[serde(default = "one", deserialize_with = "finite")]
     pub intensity: f32,
-    /// For each level six images: +X, −X, +Y, −Y, +Z, −Z. The first is not blurred.
+    /// Six images for each level: +X, −X, +Y, −Y, +Z, −Z. The first level is not blurred.
     pub specular_images: Vec<Vec<u32>>,
 }
 

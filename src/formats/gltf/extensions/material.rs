@@ -1,4 +1,4 @@
-//! The extensions of materials; what they mean stands at [`Principled`](crate::world::Principled).
+//! The extensions of materials. [`Principled`](crate::world::Principled) says what they mean.
 
 use serde::Deserialize;
 
@@ -33,7 +33,7 @@ pub(in super::super) struct Transmission {
     pub transmission_texture: Option<Slot>,
 }
 
-/// `KHR_materials_volume`; how thick it is rays find out by themselves.
+/// `KHR_materials_volume`. The thickness is ignored: rays find it themselves.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct Volume {

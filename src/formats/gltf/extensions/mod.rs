@@ -14,7 +14,7 @@ use gltf::json::Root;
 use super::document::Document;
 use crate::error::{LoadError, words};
 
-/// Those that are not merely tolerated, besides those of [`is_known`].
+/// The extensions that every build knows; [`is_known`] adds those that depend on features.
 const KNOWN: [&str; 27] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
@@ -38,7 +38,7 @@ const KNOWN: [&str; 27] = [
     "KHR_materials_volume_scatter",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
-    // Of no matter to an image, as descriptions are.
+    // These have no effect on an image.
     "KHR_node_hoverability",
     "KHR_node_selectability",
     "KHR_node_visibility",
@@ -47,12 +47,22 @@ const KNOWN: [&str; 27] = [
     "KHR_xmp_json_ld",
 ];
 
-/// Refuses a file that cannot be read rightly, and names in a warning what it loses.
+/// Refuses a file that cannot be read correctly, and warns about extensions that are ignored.
 pub(super) fn check(document: &Document, warnings: &mut Vec<String>) -> Result<(), LoadError> {
     let Root { extensions_required, extensions_used, .. } = &document.root;
     let unknown = list(extensions_required);
     if !unknown.is_empty() {
-        return Err(document.error("/extensionsRequired", format!("not supported: {unknown}")));
+        let lacks = |feature: &str, extension: &str, has: bool| {
+            let is_missing = !has && extensions_required.iter().any(|name| name == extension);
+            let remedy = format!(
+                " ({extension} comes with the feature {feature}: cargo install with --features {feature})"
+            );
+            is_missing.then_some(remedy)
+        };
+        let basisu = lacks("basisu", "KHR_texture_basisu", cfg!(feature = "basisu"));
+        let draco = lacks("draco", "KHR_draco_mesh_compression", cfg!(feature = "draco"));
+        let hint = [basisu, draco].into_iter().flatten().collect::<String>();
+        return Err(document.error("/extensionsRequired", format!("not supported: {unknown}{hint}")));
     }
     let unknown = list(extensions_used);
     if !unknown.is_empty() {

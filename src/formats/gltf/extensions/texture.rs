@@ -15,7 +15,7 @@ pub(in super::super) struct Slot {
     pub index: Index<json::Texture>,
     #[serde(default)]
     pub tex_coord: u32,
-    /// Of normal maps alone.
+    /// Only normal maps have one.
     #[serde(default = "one", deserialize_with = "finite")]
     pub scale: f32,
     pub extensions: Option<Map<String, Value>>,

@@ -5,7 +5,7 @@ use super::ByteSource;
 
 /// Elements that share a number of bits.
 const GROUP: usize = 16;
-/// Bytes of a block of elements, and elements, that it has at most.
+/// The most bytes and the most elements in a block.
 const MOST_BYTES: usize = 8192;
 const MOST_ELEMENTS: usize = 256;
 
@@ -71,7 +71,7 @@ fn column(source: &mut ByteSource, column: &mut [u8], count: usize, control: Opt
     Some(())
 }
 
-/// Sixteen differences of `width` bits. All bits set mean a whole byte behind them.
+/// Sixteen differences of `width` bits each. All bits set means that a whole byte follows later.
 fn read_group(source: &mut ByteSource, group: &mut [u8], width: u32) -> Option<()> {
     match width {
         0 => group.fill(0),
@@ -81,7 +81,7 @@ fn read_group(source: &mut ByteSource, group: &mut [u8], width: u32) -> Option<(
             let (a_byte, whole) = (8 / width as usize, (1 << width) - 1);
             for (number, value) in group.iter_mut().enumerate() {
                 let (byte, place) = (packed[number / a_byte], (number % a_byte) as u32 * width);
-                // Single bits come least first, all others greatest first.
+                // Single bits are stored least significant first, all others most significant first.
                 let shift = if width == 1 { place } else { 8 - width - place };
                 *value = byte >> shift & whole;
                 if *value == whole {

@@ -55,7 +55,7 @@ fn octahedral([x, y, one, w]: [f32; 4], largest: f32) -> [f32; 4] {
     [(x * scale).round(), (y * scale).round(), (z * scale).round(), w]
 }
 
-/// A unit quaternion whose largest component was left out; which it was stands in two bits.
+/// A unit quaternion whose largest component was left out; two bits say which one.
 fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
     let largest = usize::from(scale as u16 & 3);
     let unit = std::f32::consts::FRAC_1_SQRT_2 / f32::from(scale | 3);
@@ -68,7 +68,7 @@ fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
     quaternion
 }
 
-/// Eight bits of exponent, 24 of mantissa, both signed.
+/// A signed exponent of 8 bits and a signed mantissa of 24.
 fn exponential(number: i32) -> f32 {
     let (exponent, mantissa) = (number >> 24, number << 8 >> 8);
     libm::ldexp(f64::from(mantissa), exponent) as f32

@@ -25,14 +25,14 @@ impl<T: Copy + Default> Recent<T> {
     }
 }
 
-/// What is known between triangles.
+/// What is carried from one triangle to the next.
 struct State<'d> {
     data: ByteSource<'d>,
     edges: Recent<(u32, u32)>,
     vertices: Recent<u32>,
-    /// The first vertex that was never met.
+    /// The first vertex that has not been used yet.
     fresh: u32,
-    /// The last one that was written out.
+    /// The last vertex that was written out in full.
     last: u32,
 }
 
@@ -86,7 +86,7 @@ impl State<'_> {
     fn fresh_triangle(&mut self, first: u8, others: u8) -> Option<[u32; 3]> {
         let kinds = [first, others >> 4, others & 15];
         let mut corners = [0; 3];
-        // Recent ones are meant as they were before this triangle.
+        // "Recent" means recent before this triangle.
         for (corner, kind) in corners.iter_mut().zip(kinds) {
             *corner = match kind {
                 0 => self.another(),

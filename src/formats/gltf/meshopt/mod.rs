@@ -8,7 +8,7 @@ mod indices;
 
 use serde::Deserialize;
 
-/// Of a buffer view.
+/// The extension of a buffer view.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Compressed {
@@ -32,7 +32,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// How attributes were made small before.
+/// How attributes were transformed before compression.
 #[derive(Deserialize, Clone, Copy, Default, PartialEq)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Filter {
@@ -45,7 +45,7 @@ pub(super) enum Filter {
 }
 
 impl Compressed {
-    /// Bytes of the decoded view, if that is a number.
+    /// How many bytes the decoded view has; none on overflow.
     pub(super) fn decoded_length(&self) -> Option<usize> {
         self.count.checked_mul(self.byte_stride)
     }
@@ -100,7 +100,7 @@ impl<'d> ByteSource<'d> {
         Some(taken)
     }
 
-    /// Seven bits a byte, the least first; the eighth says that there are more.
+    /// A number of seven bits a byte, least significant first; the eighth bit says that more bytes follow.
     fn number(&mut self) -> Option<u32> {
         let mut number = 0u32;
         for place in 0..5 {

@@ -111,7 +111,7 @@ fn memory_is_bounded_by_the_file() {
     let mut file = triangle();
     set(&mut file, "/accessors/0", json!({"componentType": 5126, "count": 1u64 << 40, "type": "VEC3"}));
     assert!(refused(&file).contains("POSITION: what is read up to here is far larger"));
-    // A few bytes of JSON each make a copy of a buffer.
+    // Each copy of a buffer takes only a few bytes of JSON.
     let mut file = triangle();
     let accessor = add_accessor(&mut file, &vec![0; 1 << 18], 5121, "SCALAR", 1 << 18);
     let primitive = json!({"attributes": {"POSITION": 0}, "indices": accessor});
@@ -127,7 +127,7 @@ fn broken_json_is_named_by_line_and_column() {
         "dir/test.gltf:2:12: invalid type: integer `5`, expected struct Asset"
     );
     assert!(message(b"").starts_with("dir/test.gltf:1:0: EOF"));
-    assert!(message(b"{}").contains("this is no glTF"));
+    assert!(message(b"{}").contains("this is not glTF"));
     let bytes = glb(&json!({"asset": {"version": "2.0"}, "nodes": 1}), &[]);
     assert!(message(&bytes).starts_with("dir/test.gltf: JSON chunk, line 1, column "));
 }

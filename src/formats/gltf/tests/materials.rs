@@ -265,13 +265,13 @@ fn a_third_set_of_coordinates_is_told() {
     assert!(read.warnings[0].contains("1 texture uses a third set"), "{:?}", read.warnings);
 }
 
-/// Glass without a volume is a sheet, which is seldom meant where it encloses something.
+/// Glass without a volume is a sheet, which is seldom meant for something closed.
 #[test]
 fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let seen = |generator: &str, faces: &[[usize; 3]], extensions: Value, solid_glass: bool| {
-        // Every face has vertices of its own, as flat shading needs them.
+        // Every face has its own vertices, as flat shading needs.
         let numbers: Vec<f32> = faces.iter().flatten().flat_map(|corner| corners[*corner]).collect();
         let mut file = with(&[
             ("/materials", json!([{"extensions": extensions}])),
@@ -301,7 +301,7 @@ fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
     assert_eq!(seen(blender, &faces, json!({}), true), (false, false), "no glass");
 }
 
-/// A body that faces inwards and has no backs is not what anybody means.
+/// Nobody means a body that faces inwards and is invisible from behind.
 #[test]
 fn closed_meshes_that_are_inside_out_are_told_and_can_be_seen() {
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];

@@ -16,7 +16,7 @@ use crate::error::LoadError;
 use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Assets, Material, Mesh, Principled};
 
-/// What a file became.
+/// What a file was read to.
 #[derive(Debug)]
 struct Read {
     model: Model,

@@ -81,7 +81,7 @@ fn what_is_wrong_with_an_animation_is_told_if_it_is_asked_for() {
     assert!(message(&file).contains("/animations/0/channels/0/target/node: there is no node 5"));
 }
 
-/// The triangle hangs on node 1, half of it; its own node is far away.
+/// Half of the triangle follows node 1; its own node is far away.
 pub(super) fn skinned() -> Value {
     let mut file = triangle();
     let joints = add_accessor(&mut file, &[0u8, 1, 0, 0].repeat(3), 5121, "VEC4", 3);

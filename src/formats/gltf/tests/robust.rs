@@ -1,4 +1,4 @@
-//! Nothing that a file says makes the reader panic.
+//! No file can make the reader panic.
 
 use proptest::prelude::*;
 
@@ -65,7 +65,7 @@ fn everything() -> Vec<u8> {
     glb(&file, &binary)
 }
 
-/// One line that names the file, or a file that was read.
+/// Whether the file is read, or refused in one line that names it.
 fn is_fair(bytes: &[u8]) -> bool {
     let moment = LoadOptions { time_s: Some(0.5), ..LoadOptions::default() };
     [LoadOptions::default(), moment].iter().all(|options| match read_with(bytes, options) {

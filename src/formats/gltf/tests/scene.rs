@@ -115,7 +115,7 @@ fn lights_have_their_real_units() {
     assert_eq!((power_w.r, inner_angle, outer_angle), (4.0 * pi, 0.1, std::f32::consts::FRAC_PI_4));
 }
 
-/// A sun and a lamp in one file, by that program: their irradiance and intensity, and what was said.
+/// A sun and a lamp in one file, written by `generator`: their irradiance and intensity, and the warnings.
 fn sun_and_lamp(generator: &str, lights: [f32; 2], units: LightUnits) -> ([f32; 2], Vec<String>) {
     let node = |index: usize| json!({"extensions": {"KHR_lights_punctual": {"light": index}}});
     let [sun, lamp] = lights;
@@ -136,7 +136,7 @@ fn sun_and_lamp(generator: &str, lights: [f32; 2], units: LightUnits) -> ([f32; 
     ([irradiance.r, power_w.r / (4.0 * std::f32::consts::PI)], read.warnings)
 }
 
-/// Blender multiplies watts by 683, or does not; nobody else is second-guessed.
+/// Blender multiplies watts by 683, or does not; no other program is second-guessed.
 #[test]
 fn lights_of_blender_are_watts_however_they_were_exported() {
     let blender = "Khronos glTF Blender I/O v4.2.57";
@@ -218,7 +218,7 @@ fn a_camera_says_what_shape_the_picture_has() {
     assert_eq!(read.model.aspect, Some(2.0));
 }
 
-/// What Khronos' validator finds no error in.
+/// Files in which Khronos' validator finds no error.
 #[test]
 fn what_is_odd_but_allowed_is_read() {
     let mut file = with(&[("/scenes/0", json!({"name": "empty"}))]);

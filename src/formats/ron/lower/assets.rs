@@ -16,7 +16,7 @@ pub(super) struct AssetCache<'s, 'a> {
     files: &'s mut dyn AssetFiles,
     /// The scene file's.
     folder: PathBuf,
-    /// By the path as it is written in the scene and by the file's one true path.
+    /// By the path as it is written in the scene, and by the file's canonical path.
     meshes: HashMap<PathBuf, MeshId>,
     models: HashMap<PathBuf, Rc<Model>>,
     images: HashMap<PathBuf, ImageId>,
@@ -25,7 +25,7 @@ pub(super) struct AssetCache<'s, 'a> {
     wanted: Vec<ImageId>,
     paths: Vec<PathBuf>,
     textures: HashMap<TextureKey, TextureId>,
-    /// Whether `"#3"` is what the world has already.
+    /// Whether `"#3"` means what the world already holds under that number.
     numbered: bool,
 }
 
@@ -49,7 +49,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         }
     }
 
-    /// What the world has already is known by its numbers.
+    /// Refers by number to what the world already holds.
     pub(super) fn with_numbers(self) -> Self {
         Self { numbered: true, ..self }
     }
@@ -83,7 +83,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         Ok(id)
     }
 
-    /// The number of something that is there.
+    /// The number that a text such as `#3` refers to, if it exists.
     fn number(&self, written: &Path, count: usize) -> Option<u32> {
         let number = written.to_str()?.strip_prefix('#').filter(|_| self.numbered)?;
         number.parse().ok().filter(|number| (*number as usize) < count)
@@ -149,11 +149,10 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         Ok(())
     }
 
-    /// The id of this texture, the same for the same one. (The store's own search
-    /// compares it with every other.)
+    /// The id of this texture; equal textures have the same. (The store's own search compares it with every other.)
     pub(super) fn texture(&mut self, texture: Texture, world: &mut World) -> TextureId {
         if self.numbered {
-            // What was there before is not known here.
+            // This does not know what was there before.
             return world.assets.add_texture(texture);
         }
         let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
@@ -172,7 +171,7 @@ fn path_of<'a>(source: &Source<'a>, raw: Raw<'a>, what: &str) -> Result<PathBuf,
     if path.is_empty() { Err(source.error(raw.0, "the path is empty")) } else { Ok(PathBuf::from(path)) }
 }
 
-/// One path for all the ways to write it; for a file that cannot be found, the path itself.
+/// One path for all the ways to write it; the path itself if the file cannot be found.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.components().collect())
 }

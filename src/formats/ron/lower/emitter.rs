@@ -22,8 +22,7 @@ const DEFAULT_INNER: f64 = 30.0;
 const DEFAULT_OUTER: f64 = 45.0;
 const DEFAULT_HEIGHT_M: f32 = 2.0;
 
-/// An angle as the world keeps it. Degrees are read in f64 so that every f32 of radians
-/// has some that lead to it.
+/// An angle as the world stores it. Degrees are read as f64 so that every f32 of radians can be written in degrees.
 pub(in crate::formats::ron) fn radians(degrees: f64) -> f32 {
     (degrees * (std::f64::consts::PI / 180.0)) as f32
 }

@@ -1,4 +1,4 @@
-//! `entities`, and which is whose parent.
+//! `entities`, and their parents.
 
 use std::collections::HashMap;
 
@@ -42,7 +42,7 @@ impl<'a> Lowering<'_, 'a> {
             let (source, file) = self.assets.model(self.source, *raw, &mut self.world)?;
             let entity = family.entities[*index];
             let _ = self.world.entities.insert_one(entity, Model(file));
-            // Entities are numbered in the order of their birth, and none has died.
+            // Entities are numbered in the order in which they were spawned, and none has been removed.
             let first = self.world.entities.len();
             source.place(&mut self.world, Some(entity));
             if !overrides.is_empty() {
@@ -128,7 +128,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// Every entity's parent, by their places in the file.
+    /// The parent of each entity, by their places in the file.
     fn parents(&self, family: &mut Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
         let mut parents = vec![None; family.entities.len()];
         for (child, raw) in &family.parents {

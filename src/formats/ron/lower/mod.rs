@@ -26,7 +26,7 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::world::{MaterialId, World};
 
-/// What lowering carries along.
+/// The state of lowering.
 struct Lowering<'s, 'a> {
     source: &'s Source<'a>,
     world: World,

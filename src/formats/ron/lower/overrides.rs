@@ -1,4 +1,4 @@
-//! `overrides`: other materials for what a glTF file brought along.
+//! `overrides`: replacements for the materials of a glTF file.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -7,7 +7,7 @@ use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::{MaterialId, Mesh, MeshId, Overrides, Shape};
 
-/// The file's name for a material, where that stands, and what takes its place.
+/// The file's name for a material, where it is written, and the material that replaces it.
 pub(super) struct Override<'a> {
     place: Raw<'a>,
     name: String,
@@ -17,12 +17,12 @@ pub(super) struct Override<'a> {
 /// An entity that shows a mesh, and the material that it has instead of the mesh's own.
 type Placed = (hecs::Entity, MeshId, Option<MaterialId>);
 
-/// What becomes of a mesh.
+/// What happens to a mesh.
 #[derive(Clone, Copy)]
 enum Change {
     /// All of it gets one material.
     Whole(MaterialId),
-    /// A copy has others for some triangles.
+    /// It is replaced by a copy that has other materials for some triangles.
     Copy(MeshId),
 }
 
@@ -97,7 +97,7 @@ impl<'a> Lowering<'_, 'a> {
         })
     }
 
-    /// What the overrides make of a mesh; none: nothing.
+    /// What the overrides change about a mesh; none if nothing.
     fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<Change> {
         let mesh = self.mesh(id)?;
         let of = |old: MaterialId| self.new_one(old, overrides);
@@ -118,7 +118,7 @@ impl<'a> Lowering<'_, 'a> {
         Some(Change::Copy(self.world.assets.add_made_mesh(copy)))
     }
 
-    /// What takes the place of a material.
+    /// The material that replaces another.
     fn new_one(&self, old: MaterialId, overrides: &[Override<'a>]) -> Option<MaterialId> {
         let name = self.name(old)?;
         overrides.iter().find(|one| one.name == name).map(|one| one.material)
@@ -133,7 +133,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 }
 
-/// As the entity keeps them.
+/// The overrides as the entity stores them.
 pub(super) fn component(overrides: &[Override]) -> Overrides {
     Overrides(overrides.iter().map(|one| (one.name.clone(), one.material)).collect())
 }

@@ -1,4 +1,4 @@
-//! One component read again, of a world that is there already.
+//! Reads one component again, for a world that exists already.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::formats::ron::query::Kind;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{MaterialId, World};
 
-/// What an entity carries, as far as scene files say it.
+/// A component of an entity that scene files can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     Transform,
@@ -23,7 +23,7 @@ pub enum Component {
 }
 
 impl Component {
-    /// By the keys of scene files.
+    /// All of them, by their keys in scene files.
     pub const ALL: [(&str, Component); 5] = [
         ("transform", Component::Transform),
         ("shape", Component::Shape),
@@ -32,7 +32,7 @@ impl Component {
         ("material", Component::Material),
     ];
 
-    /// The one that a kind means.
+    /// The component that a kind stands for.
     pub fn of(kind: Kind) -> Option<Component> {
         match kind {
             Kind::Transform => Some(Component::Transform),
@@ -44,14 +44,14 @@ impl Component {
         }
     }
 
-    /// As scene files call it.
+    /// Its key in scene files.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, component)| *component == self).map_or("", |(name, _)| name)
     }
 }
 
-/// Reads a component from its text and gives it to an entity, or a material that is there another content. Images of
-/// the text that are numbers of the world's own (`"#3"`) are these.
+/// Reads a component from its text and gives it to an entity, or gives an existing material other content. Images
+/// that the text calls by number (`"#3"`) are those of the world.
 pub fn reread(
     world: &mut World,
     component: Component,
@@ -62,7 +62,7 @@ pub fn reread(
 ) -> Result<(), LoadError> {
     let source = Source::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
     let raw: Raw = source.root()?;
-    // Nothing but an entity's material names materials; a statement may be about a hundred thousand entities.
+    // Only an entity's material refers to materials by name. A statement may change a hundred thousand entities.
     let materials = match (component, material) {
         (Component::Material, None) => material_names(world),
         _ => HashMap::new(),

@@ -9,10 +9,10 @@ use crate::world::{
 };
 
 /// Image width and height in pixels.
-const LARGEST_SIZE: u64 = 65_536;
-/// Of a pixel and of an area light.
-pub(super) const MOST_SAMPLES: u64 = crate::sampling::pattern::MAX_STRATA as u64;
-const LARGEST_DEPTH: u64 = 65_535;
+const LARGEST_SIZE: u64 = Settings::MOST_PIXELS_A_SIDE as u64;
+/// The most samples of a pixel, and of an area light.
+pub(super) const MOST_SAMPLES: u64 = Settings::MOST_SAMPLES as u64;
+const LARGEST_DEPTH: u64 = Settings::MOST_DEPTH as u64;
 
 pub(super) const PATTERNS: &[(&str, Pattern)] = &[
     ("Uniform", Pattern::Uniform),
@@ -41,7 +41,7 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
 const BUILD_QUALITIES: &[(&str, BuildQuality)] =
     &[("Fast", BuildQuality::Fast), ("Default", BuildQuality::Default), ("High", BuildQuality::High)];
 
-/// Whether the image chooses.
+/// The choices, and whether the image decides its exposure.
 const EXPOSURES: &[(&str, bool)] = &[("Fixed", false), ("Auto", true)];
 
 const AOVS: &[(&str, Aov)] = &[
@@ -145,7 +145,7 @@ pub(super) fn settings<'a>(
     Ok((settings, transport))
 }
 
-/// `All`, or a list.
+/// `All`, or a list of channels.
 fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
     if source.variant(raw).is_some_and(|variant| variant.name == "All") {
         return Ok(Aov::ALL.to_vec());
@@ -160,7 +160,7 @@ fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
     Ok(aovs)
 }
 
-/// `Auto`, `Off` or how many pixels.
+/// `Auto`, `Off` or a number of pixels.
 fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> {
     if source.variant(raw).is_some() {
         return source.choice(raw, "sharing", &[("Auto", Sharing::Auto), ("Off", Sharing::Off)]);

@@ -19,7 +19,7 @@ const COLOR_SPACES: &[(&str, ColorSpace)] = &[("Srgb", ColorSpace::Srgb), ("Line
 const CHANNELS: &[(&str, Channel)] =
     &[("Red", Channel::Red), ("Green", Channel::Green), ("Blue", Channel::Blue), ("Alpha", Channel::Alpha)];
 
-/// A texture's parts, before it is known what they are for.
+/// The parts of a texture, before it is known what they are for.
 struct Read<'a> {
     texture: Texture,
     channel: Option<Raw<'a>>,
@@ -27,7 +27,7 @@ struct Read<'a> {
 }
 
 impl<'a> Lowering<'_, 'a> {
-    /// What names a texture, where a constant may stand as well: keys of an animation are one.
+    /// A value that names a texture where a constant would do as well; animation keys are such a constant.
     fn picture(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
         let variant = self.source.variant(raw).filter(|variant| variant.name != "Srgb");
         variant.filter(|_| !self.source.has_keys(raw))
@@ -46,7 +46,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(ColorInput::Texture(self.assets.texture(read.texture, &mut self.world)))
     }
 
-    /// A colour of which nothing is above 1, or a texture.
+    /// A colour with no component above 1, or a texture.
     pub(super) fn reflectance(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
         let input = self.color_input(raw, what)?;
         match input {

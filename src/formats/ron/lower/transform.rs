@@ -12,7 +12,7 @@ use crate::world::{LookAtFault, Transform};
 const UNIT: f64 = 1e-6;
 /// How far |q|² may be from 1 for a quaternion that somebody typed: it is normalised.
 const NEARLY_UNIT: f64 = 1e-2;
-/// |determinant| over the product of the columns' lengths, below which a matrix is flat.
+/// A matrix is flat if |determinant| over the product of the columns' lengths is below this.
 const FLAT: f64 = 1e-8;
 
 pub(super) fn transform<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
@@ -68,7 +68,7 @@ fn scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
         let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
         Ok(Vec3::new(factor(x)?, factor(y)?, factor(z)?))
     })?;
-    // Between two keys of different sign, too.
+    // This also happens between two keys of opposite sign.
     if scale.to_array().into_iter().all(invertible) { Ok(scale) } else { Err(source.error(raw.0, flat)) }
 }
 
@@ -106,7 +106,7 @@ fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, L
     let up = read.up.map(|raw| source.vec3(raw)).transpose()?;
     let up_place = read.up.unwrap_or(read.to);
     let looking = match (Transform::look_at(from, to, up.unwrap_or(Vec3::Y)), up) {
-        // Straight down, or up, and nobody says which way is up in the picture.
+        // Straight down or up, and nothing says which way is up in the image.
         (Err(LookAtFault::Parallel), None) => Transform::look_at(from, to, Vec3::NEG_Z),
         (looking, _) => looking,
     };
@@ -141,7 +141,7 @@ fn matrix<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, Lo
     Ok(Transform::Matrix(matrix))
 }
 
-/// Whether space keeps a volume, and one that f32 can express.
+/// Whether volumes stay above zero, and within the range of f32.
 fn is_invertible(matrix: Mat4) -> bool {
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().as_dvec3());
     let axes = DMat3::from_cols(x, y, z);

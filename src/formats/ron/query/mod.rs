@@ -8,8 +8,9 @@
 //! filters    = "\"name\"" | filter { "," filter }   filter = key ( "=" | "!=" | "~" ) "\"text\""
 //! ```
 //!
-//! Kinds are components and their forms, as scene files call them; keys are `name`, `parent` and `material`; `~` takes
-//! `*` for any text. What a value may be is for the reader of scene files to say, who reads the component again with it.
+//! Kinds are components and their forms, as scene files call them; keys are `name`, `parent` and `material`; after
+//! `~`, `*` stands for any text. What values are allowed is decided by the reader of scene files, which reads the
+//! changed component again.
 
 mod select;
 mod set;
@@ -22,7 +23,7 @@ use crate::formats::ron::locate::{self, find_unclosed};
 pub use select::{Selected, select};
 pub use set::{nothing_meant, set};
 
-/// What of a query is wrong, with the place marked below it.
+/// What is wrong with a query, with the place marked below it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}\n  {text}\n  {}{}", " ".repeat(*.column), "^".repeat((*.width).max(1)))]
 pub struct QueryError {
@@ -42,7 +43,7 @@ impl QueryError {
     }
 }
 
-/// What an atom can be: an entity's component, or one form of it.
+/// What an atom selects by: a component of an entity, or one form of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Every entity.
@@ -53,13 +54,13 @@ pub enum Kind {
     Light,
     /// A camera.
     Camera,
-    /// What has a material of its own; alone, a material itself.
+    /// Entities with a material of their own; alone with filters, the materials themselves.
     Material,
     /// A place.
     Transform,
     /// A glTF file.
     Model,
-    /// What is read from one.
+    /// What was read from a glTF file.
     Placed,
     /// A form of a shape, a light or a camera, by its name.
     Form(&'static str),
@@ -108,7 +109,7 @@ enum Comparison {
     Like,
 }
 
-/// What a name and the like have to be.
+/// A condition on a name or the like.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filter {
     key: Key,
@@ -116,21 +117,21 @@ pub struct Filter {
     text: String,
 }
 
-/// What is meant of a scene.
+/// A selection of parts of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Query {
-    /// What is of a kind and passes all filters.
+    /// All of a kind that pass every filter.
     Atom(Kind, Vec<Filter>),
-    /// What is not.
+    /// All that it does not select.
     Not(Box<Query>),
-    /// What is both.
+    /// All that both select.
     And(Box<Query>, Box<Query>),
-    /// What is one of both.
+    /// All that either selects.
     Or(Box<Query>, Box<Query>),
 }
 
 impl Query {
-    /// Reads all of a text.
+    /// Reads a query, which must be all of `text`.
     pub fn parse(text: &str) -> Result<Query, QueryError> {
         let mut reader = Reader::new(text)?;
         let query = reader.either()?;
@@ -163,7 +164,7 @@ impl<'a> Reader<'a> {
         QueryError::new(self.text, part, reason)
     }
 
-    /// Whether the next word begins so; then it is taken.
+    /// Takes `word` if it comes next; returns whether it did.
     fn takes(&mut self, word: &str) -> bool {
         let rest = self.rest.trim_start();
         let found = rest.strip_prefix(word);
@@ -188,7 +189,7 @@ impl<'a> Reader<'a> {
     }
 
     fn one(&mut self) -> Result<Query, QueryError> {
-        // No recursion for a row of these: somebody may type a million.
+        // No recursion for a row of these: somebody may type a million of them.
         let mut negated = false;
         while self.takes("!") {
             negated = !negated;
@@ -280,9 +281,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// In bytes: queries are read, asked and dropped by recursion.
+/// The longest query, in bytes: queries are parsed, evaluated and dropped by recursion.
 const LONGEST: usize = 4096;
-/// Opening brackets, for the same reason.
+/// The most nested brackets, for the same reason.
 const DEEPEST: usize = 100;
 
 fn named(text: String) -> Filter {

@@ -1,14 +1,14 @@
-//! What of a world is meant.
+//! What a query selects from a world.
 
 use super::{Comparison, Filter, Key, Kind, Query, is_like};
 use crate::world::{Camera, Light, MaterialId, Model, Parent, Placed, Shape, Transform, World};
 
-/// What a query means.
+/// What a query selects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Selected {
-    /// Entities, in their order.
+    /// Entities, in the world's order.
     Entities(Vec<hecs::Entity>),
-    /// Materials: the query is about these alone.
+    /// Materials: the query is only about these.
     Materials(Vec<MaterialId>),
 }
 
@@ -27,7 +27,7 @@ impl Selected {
     }
 }
 
-/// What a query means of a world.
+/// What a query selects from a world.
 pub fn select(world: &World, query: &Query) -> Selected {
     if let Query::Atom(Kind::Material, filters) = query
         && !filters.is_empty()
@@ -42,7 +42,7 @@ pub fn select(world: &World, query: &Query) -> Selected {
 }
 
 impl Query {
-    /// Whether an entity is meant.
+    /// Whether the query selects an entity.
     pub fn takes(&self, world: &World, entity: hecs::Entity) -> bool {
         match self {
             Query::Atom(kind, filters) => {
@@ -55,10 +55,10 @@ impl Query {
         }
     }
 
-    /// Whether an entity is meant, or what it hangs on.
+    /// Whether the query selects an entity or one of its ancestors.
     pub fn takes_with_parents(&self, world: &World, entity: hecs::Entity) -> bool {
         let mut at = Some(entity);
-        // A circle ends where there are no more entities.
+        // A cycle ends after as many steps as there are entities.
         for _ in 0..=world.entities.len() {
             let Some(entity) = at else { return false };
             if self.takes(world, entity) {
@@ -114,7 +114,7 @@ pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str
 }
 
 impl Key {
-    /// What an entity has for it.
+    /// The entity's text for this key.
     fn of(self, world: &World, entity: hecs::Entity) -> Option<String> {
         match self {
             Key::Name => Some(world.name_of(entity)),

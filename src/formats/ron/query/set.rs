@@ -11,7 +11,7 @@ use crate::formats::ron::lower::reread::{Component, reread, reread_settings};
 use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
-/// `=` and what changes a number by another.
+/// `=`, and the operators that change a number by another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operator {
     Set,
@@ -30,7 +30,7 @@ const OPERATORS: [(&str, Operator); 5] = [
     ("=", Operator::Set),
 ];
 
-/// What is changed of one thing.
+/// A thing that is changed.
 #[derive(Clone, Copy)]
 enum Target {
     Entity(Entity, Component),
@@ -50,16 +50,15 @@ struct Statement<'a> {
 pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
     let mut reader = Reader::new(text)?;
     if reader.takes("settings.") {
-        // The dot is the path's.
+        // The dot belongs to the path.
         reader.rest = &text[locate::offset_of(text, reader.rest).unwrap_or(1) - 1..];
         return statement(text, reader)?.change_settings(world);
     }
     let query = reader.either()?;
+    let query_text = text[..text.len() - reader.rest.len()].trim();
     let mut statement = statement(text, reader)?;
     let selected = select(world, &query);
     if selected.is_empty() {
-        let end = text.len() - text.trim_start().len();
-        let query_text = &text[end..text.find('.').unwrap_or(text.len())];
         return Err(QueryError::new(text, query_text, nothing_meant(world, &query)));
     }
     let targets: Vec<Target> = match selected {
@@ -75,7 +74,7 @@ pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<
     Ok(targets.len())
 }
 
-/// Why nothing is meant, and what there is.
+/// Why a query selects nothing, and what there is to select.
 pub fn nothing_meant(world: &World, query: &Query) -> String {
     let names: Vec<String> = match query {
         Query::Atom(super::Kind::Material, _) => {
@@ -91,7 +90,7 @@ pub fn nothing_meant(world: &World, query: &Query) -> String {
     format!("nothing in the scene is that{hint}: see rayfront ls")
 }
 
-/// What numbers are that files mostly say nothing of.
+/// Defaults of numbers that files mostly leave out.
 fn default_of(name: &str) -> Option<&'static str> {
     match name {
         "translate" => Some("(0, 0, 0)"),
@@ -131,7 +130,7 @@ impl Statement<'_> {
 
     /// Which component the path is in: the one that it begins with, or the query's.
     fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
-        // No component has a field that is called as one.
+        // No component has a field with the name of a component.
         let first = self.path[0];
         if let Some((_, component)) = Component::ALL.iter().find(|(name, _)| *name == first) {
             self.path.remove(0);
@@ -147,7 +146,7 @@ impl Statement<'_> {
         Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
     }
 
-    /// How the scene is rendered; that is one thing.
+    /// Changes the settings, which count as one thing.
     fn change_settings(&self, world: &mut World) -> Result<usize, QueryError> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
         let new = self.edited(&settings_text(world).map_err(whole)?)?;
@@ -222,9 +221,8 @@ impl Statement<'_> {
                         .filter_map(|item| locate::key_and_value(item).map(|(key, _)| key))
                         .collect();
                     let hint = did_you_mean(name, keys.iter().copied());
-                    let reason = format!(
-                        "nothing is said of \"{name}\" here{hint}: it is at its default; say what it shall be, with ="
-                    );
+                    let reason =
+                        format!("\"{name}\" is not set here{hint}, so it has its default: set it with =");
                     return Err(self.error(name, reason));
                 }
             }
@@ -232,7 +230,7 @@ impl Statement<'_> {
         Ok(self.value.to_owned())
     }
 
-    /// Why a value that is not there cannot be changed: there is none of that name, or it is at its default.
+    /// Why a value that is not written cannot be changed: the name is unknown, or the value is at its default.
     fn not_there(
         &self,
         world: &mut World,
@@ -287,7 +285,7 @@ impl Statement<'_> {
         Ok(if texts.len() == 1 { texts[0].clone() } else { format!("({})", texts.join(", ")) })
     }
 
-    /// What the reader of scene files says, at the place in the statement that it is about.
+    /// The message of the scene file reader, at the place in the statement that it is about.
     fn explained(&self, error: &LoadError) -> QueryError {
         let (part, reason) = match error {
             LoadError::At { reason, .. } if reason.contains("unknown field") => {

@@ -6,7 +6,7 @@ use super::{Fake, read};
 use crate::error::LoadError;
 use crate::formats::ron::load;
 
-/// The text's mistake is where `^` stands, which is taken out before it is read.
+/// The mistake in the text is at `^`, which is removed before reading.
 fn fails(marked: &str, reason: &str) {
     let place = marked.find('^').expect("a mark");
     let text = marked.replacen('^', "", 1);
@@ -183,7 +183,7 @@ fn syntax() {
     entity_fails("name ^\"a\"", "expected a comma or a closing bracket, found a string");
     entity_fails("name: ^, shape: Sphere", "expected a value, found \",\"");
     entity_fails("name: \"a\",^, shape: Sphere", "expected the name of a field, found \",\"");
-    entity_fails("shape: Sphere(radius_m: ^1.2.3)", "this is no number");
+    entity_fails("shape: Sphere(radius_m: ^1.2.3)", "this is not a number");
     fails(
         "(entities: [\n (shape: Sphere(radius_m: 1),\n ^(name: \"b\"),\n])",
         "expected the name of a field, found \"(\"; \"(\" of 2:2 is not closed",
@@ -330,7 +330,7 @@ fn shapes_that_are_none() {
     let reason =
         "the plane is not convex at this corner: give the corners in order around it, or use two triangles";
     entity_fails("shape: Plane(corners: ((0, 0, 0), (4, 0, 0), ^(1, 1, 0), (0, 4, 0)))", reason);
-    // A corner too many on an edge is no corner.
+    // An extra corner on an edge does not make an area.
     entity_fails("shape: Plane(corners: ((0, 0, 0), ^(1, 0, 0), (2, 0, 0), (0, 1, 0)))", reason);
     let no_area = "the plane has no area: give its corners in order around it";
     entity_fails("shape: Plane(corners: ^((0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)))", no_area);
@@ -355,7 +355,7 @@ fn names_that_nothing_has() {
         "unknown parent \"bal\" (did you mean \"ball\"?)",
     );
     entity_fails("material: ^\"wood\"", "unknown material \"wood\"");
-    // Too long to be compared with anything, in the message too.
+    // Too long to be compared with anything, and to be shown in full.
     let long = "x".repeat(1_000_000);
     let reason = format!("unknown material \"{}…\"", "x".repeat(48));
     entity_fails(&format!("material: ^\"{long}\""), &reason);

@@ -63,7 +63,7 @@ fn transforms_move() {
     let (before, _, _) = parts(&entity_at(-1.0, keys));
     let (after, _, stepped) = parts(&entity_at(99.0, keys));
     assert_eq!((before, after, stepped), (Vec3::ZERO, Vec3::new(4.0, 8.0, 2.0), Vec3::new(3.0, 1.0, 1.0)));
-    // Each number by itself, and smooth: half of the way at half of the time.
+    // Each number on its own; smooth: half of the way at half of the time.
     let smooth = "transform: (translate: (7, Keys([(0, 0), (2, 10)], Smooth), 0))";
     assert_eq!(parts(&entity_at(1.0, smooth)).0, Vec3::new(7.0, 5.0, 0.0));
     assert!(parts(&entity_at(0.1, smooth)).0.y < 0.1, "it sets off slowly");

@@ -61,7 +61,7 @@ fn its_mistakes_are_reported_where_it_is_named() {
     let message = |text: &str| read(text).err().unwrap().to_string();
     assert_eq!(
         message("(entities: [\n  (gltf: \"missing.glb\"),\n])"),
-        "scenes/test.ron:2:10: scenes/missing.glb: this is no glTF: it has no \"asset\""
+        "scenes/test.ron:2:10: scenes/missing.glb: this is not glTF: it has no \"asset\""
     );
     assert!(message("(entities: [(gltf: \"\")])").ends_with("1:20: the path is empty"));
 }

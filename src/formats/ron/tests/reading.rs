@@ -88,7 +88,7 @@ fn materials_are_read_and_default() {
         }
     );
     assert_eq!(named("floor").highlight, Highlight::Phong);
-    // A bare one that says nothing is the default one.
+    // An empty one is the default material.
     assert_eq!(only::<MaterialId>(&read_entity("material: ()")), MaterialId::DEFAULT);
     let bare = read_entity("material: (diffuse: 0.5)");
     let inline = &bare.assets.materials[only::<MaterialId>(&bare).0 as usize];

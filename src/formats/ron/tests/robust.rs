@@ -1,4 +1,4 @@
-//! Nothing that a file says may panic, whatever happened to it.
+//! No file may make the reader panic, whatever happened to it.
 
 use std::path::Path;
 

@@ -28,7 +28,7 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
             Material::BlinnPhong(BlinnPhong { diffuse, specular, kr, emission, .. }) => {
                 [*diffuse, *specular, *kr, *emission]
             }
-            // Of numbers' textures only the ids are compared.
+            // Of textures for numbers, only the ids are compared.
             Material::Principled(material) => {
                 let Principled { base_color, specular_color, sheen_color, emission, .. } = **material;
                 [base_color, specular_color, sheen_color, emission]
@@ -397,7 +397,7 @@ fn settings() -> impl Strategy<Value = Settings> {
 
 type Parts = (Transform, Option<Shape>, Option<(Option<bool>, BlinnPhong)>, Option<Light>, Option<Camera>);
 
-/// A world whose entities' odd ones are children of the one before.
+/// A world in which every odd entity is a child of the one before.
 fn world() -> impl Strategy<Value = (Settings, Vec<(String, Parts)>)> {
     let material = (prop::option::of(any::<bool>()), material());
     let parts = (

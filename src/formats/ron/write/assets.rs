@@ -12,7 +12,7 @@ pub(super) struct AssetPaths<'a> {
     folder: PathBuf,
     /// How many meshes came from one file.
     meshes_of: HashMap<&'a Path, usize>,
-    /// Whether files are left out, and what the world has is known by its numbers, as `"#3"`.
+    /// Whether the world's assets are referred to by number, as `"#3"`, and not by file.
     numbered: bool,
 }
 
@@ -25,7 +25,7 @@ impl<'a> AssetPaths<'a> {
         Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of, numbered: false }
     }
 
-    /// What the world has is known by its numbers.
+    /// Refers to the world's assets by number.
     pub(super) fn numbers(assets: &'a Assets) -> Self {
         Self { assets, folder: PathBuf::new(), meshes_of: HashMap::new(), numbered: true }
     }

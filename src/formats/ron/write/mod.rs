@@ -77,12 +77,12 @@ pub(super) fn component_text(
     })
 }
 
-/// `settings` as a scene file would have them.
+/// `settings` as in a scene file.
 pub(super) fn settings_text(world: &World) -> Result<String, String> {
     settings::settings(&world.settings, world.fitting_transport())
 }
 
-/// What a scene file would say, part by part, for people to read and compare.
+/// The parts of a scene file, for people to read and compare.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Portrait {
     /// `settings`.
@@ -93,12 +93,12 @@ pub struct Portrait {
     pub entities: Vec<(String, Vec<(&'static str, String)>)>,
 }
 
-/// All that a world is, as the scene file at `scene_path` would have it; what has no file of its own is known by its
-/// number.
+/// Everything in a world, as the scene file at `scene_path` would say it. Assets without a file of their own are
+/// referred to by number.
 pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
     let files = AssetPaths::new(&world.assets, scene_path);
     let numbers = AssetPaths::numbers(&world.assets);
-    // What cannot be written at all is shown as it is not.
+    // If it cannot be written at all, the reason is shown instead.
     let best = |text: &dyn Fn(&AssetPaths) -> Written| {
         text(&files).or_else(|_| text(&numbers)).unwrap_or_else(|reason| format!("({reason})"))
     };
@@ -142,17 +142,17 @@ pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<Strin
     components::camera(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
 }
 
-/// The transform of what stands somewhere and looks at something, as a scene file has it.
+/// The transform of something that stands at one point and looks at another, as in a scene file.
 pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<String, String> {
     components::look_at(from, to, up)
 }
 
-/// Inside, an error is its reason.
+/// In here an error is only its reason.
 type Written<T = String> = Result<T, String>;
 
 fn text(world: &World, scene_path: &Path) -> Written {
     let mut order = world.in_order();
-    // What came with a glTF file will come with it again.
+    // What came with a glTF file will come with it again, so it must not have been changed.
     let placed = |entity: hecs::Entity| world.entities.get::<&Placed>(entity).ok().map(|placed| placed.0);
     if let Some(changed) = order.iter().find(|e| placed(**e).is_some_and(|was| was != world.fingerprint(**e)))
     {
@@ -216,7 +216,7 @@ fn one_entity(
     if let Ok(model) = world.entities.get::<&Model>(entity) {
         keys.push(format!("gltf: {}", paths.model(&model.0).map_err(within)?));
     }
-    // By its name in the file, or all of it.
+    // The material's name in the file, or all of it.
     let written = |id: MaterialId| match materials.get(&id) {
         Some(name) => quote(name),
         None => {
@@ -239,7 +239,7 @@ fn one_entity(
         keys.push(format!("camera: {}", components::camera(&camera, paths).map_err(within)?));
     }
     if keys.is_empty() {
-        // An entity needs one, and this is what the default would be.
+        // An entity needs a key, and this one is at its default anyway.
         keys.push("transform: ()".to_owned());
     }
     let line = keys.join(", ");
@@ -300,7 +300,7 @@ fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, 
             Some(_) if users == 0 && of_meshes.contains(&id) => continue,
             Some(name) if given.insert(name.clone()) => name.clone(),
             Some(name) => free_name(name, &taken),
-            // Whatever is the default is written in two characters.
+            // A default material takes only two characters to write.
             None if users > 1 && *material != NamedMaterial::default() => {
                 free_name(&format!("material {index}"), &taken)
             }

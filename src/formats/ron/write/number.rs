@@ -57,7 +57,7 @@ pub(super) fn pairs(pairs: &[Vec2]) -> Written {
     Ok(format!("({})", written.join(", ")))
 }
 
-/// Whether nothing at all would change: 0 and −0 compare equal and are not the same.
+/// Whether they are bitwise the same: 0 and −0 compare equal, but are not the same.
 pub(super) fn same(a: &[f32], b: &[f32]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }

@@ -4,7 +4,7 @@ use super::Written;
 use super::number::{Keys, color, number, same};
 use crate::world::{Aov, Background, PixelFilter, Settings, Sharing, Transport};
 
-/// `fitting` is the transport that a file which says nothing of it gets.
+/// `fitting` is the transport that a file gets if it does not name one.
 pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
     let Settings {
         size: [width, height],

@@ -53,7 +53,7 @@ impl Textures<'_> {
         texture.ok_or_else(|| format!("there is no texture of number {}", id.0))
     }
 
-    /// What says how it is looked up; values are usually in `space`.
+    /// The keys that say how a texture is looked up. Values are in `space` unless these say otherwise.
     fn lookup(&self, id: TextureId, space: ColorSpace) -> Written<Keys> {
         let Texture { filter, wrap: [u, v], scale, rotation, offset, uv_set, color_space, .. } =
             self.get(id)?;
@@ -71,7 +71,7 @@ impl Textures<'_> {
         Ok(keys)
     }
 
-    /// The short form if there is nothing else to say.
+    /// The short form, if there are no keys.
     fn finish(&self, id: TextureId, mut keys: Keys, channel: Option<Channel>) -> Written {
         let image = self.paths.image(self.get(id)?.image)?;
         if keys.is_empty() {

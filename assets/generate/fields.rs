@@ -1,0 +1,84 @@
+//! Strips of small pictures that show what the fields of a scene do, for the guide to writing scenes.
+
+mod materials;
+mod pictures;
+mod scenes;
+
+use std::error::Error;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{Rgb, RgbImage, imageops};
+use rayfront::compile::compile;
+use rayfront::formats;
+use rayfront::render::{Options, Session};
+use rayfront::world::World;
+
+/// Width and height of a picture, in pixels.
+const SIDE: u32 = 140;
+/// Pixels between two pictures.
+const GAP: u32 = 4;
+
+/// Pictures side by side, of one scene with different values.
+pub struct Strip {
+    pub name: &'static str,
+    /// The parts of the scene, in which `VALUE` stands for one of the values.
+    pub scene: &'static [&'static str],
+    pub values: &'static [&'static str],
+    /// Width and height of a rendered pixel in the picture: more than 1 shows pixels enlarged.
+    pub zoom: u32,
+}
+
+/// Renders all strips into `fields/` in the folder of the scenes.
+pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
+    let folder = scenes.join("fields");
+    std::fs::create_dir_all(&folder)?;
+    pictures::save_all(&folder)?;
+    for strip in strips() {
+        let count = strip.values.len() as u32;
+        let mut joined = RgbImage::from_pixel(count * (SIDE + GAP) - GAP, SIDE, Rgb([255; 3]));
+        for (number, value) in (0..).zip(strip.values) {
+            let picture = strip.render(&folder, value)?;
+            imageops::replace(&mut joined, &picture, number * i64::from(SIDE + GAP), 0);
+        }
+        // Noise that nobody sees would take up a third of the file.
+        joined
+            .pixels_mut()
+            .flat_map(|pixel| &mut pixel.0)
+            .for_each(|level| *level = level.saturating_add(1) / 3 * 3);
+        let file = BufWriter::new(File::create(folder.join(format!("{}.png", strip.name)))?);
+        let encoder = PngEncoder::new_with_quality(file, CompressionType::Best, FilterType::Adaptive);
+        joined.write_with_encoder(encoder)?;
+        println!("{}", strip.name);
+    }
+    Ok(())
+}
+
+/// All of them.
+pub fn strips() -> impl Iterator<Item = &'static Strip> {
+    scenes::STRIPS.iter().chain(materials::STRIPS)
+}
+
+impl Strip {
+    /// Reads the scene with a value, as if it were a file of the folder.
+    pub fn load(&self, folder: &Path, value: &str) -> Result<World, Box<dyn Error>> {
+        let mut file = tempfile::Builder::new().suffix(".ron").tempfile_in(folder)?;
+        file.write_all(self.scene.concat().replace("VALUE", value).as_bytes())?;
+        formats::load(file.path()).map_err(|error| format!("{} with \"{value}\": {error}", self.name).into())
+    }
+
+    fn render(&self, folder: &Path, value: &str) -> Result<RgbImage, Box<dyn Error>> {
+        let mut world = self.load(folder, value)?;
+        let side = SIDE / self.zoom;
+        world.settings.size = [side; 2];
+        let mut session = Session::new(compile(&world, None)?, &world.settings, Options::default());
+        session.finish(|_| ());
+        let pixels = formats::rgba8(session.film(), &world.settings, &formats::ImageOptions::default());
+        Ok(RgbImage::from_fn(SIDE, SIDE, |x, y| {
+            let [r, g, b, _] = pixels[(y / self.zoom * side + x / self.zoom) as usize];
+            Rgb([r, g, b])
+        }))
+    }
+}

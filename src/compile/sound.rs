@@ -1,0 +1,494 @@
+//! Checks a world: what it refers to must be there, and its numbers must be numbers that they can be. Readers of
+//! files make no other worlds. Programs may, and whatever comes after this relies on it.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use hecs::Entity;
+
+use crate::error::CompileError;
+use crate::math::Rgb;
+use crate::world::transforms::entity_error;
+use crate::world::{
+    Anisotropy, Assets, BlinnPhong, BumpMap, Camera, ColorInput, Image, Iridescence, Light, Material,
+    MaterialId, Mesh, NormalMap, Overrides, Parent, PixelFilter, Principled, ScalarInput, Settings, Shape,
+    Texels, TextureId, World,
+};
+
+/// Errors: the first thing that is wrong.
+pub(super) fn check(world: &World, order: &[Entity]) -> Result<(), CompileError> {
+    check_settings(&world.settings)?;
+    check_assets(&world.assets)?;
+    for &entity in order {
+        check_entity(world, entity).map_err(|reason| entity_error(world, entity, reason))?;
+    }
+    Ok(())
+}
+
+fn invalid(place: impl Into<String>, reason: impl Into<String>) -> CompileError {
+    CompileError::Invalid { place: place.into(), reason: reason.into() }
+}
+
+fn check_settings(settings: &Settings) -> Result<(), CompileError> {
+    let [width, height] = settings.size;
+    let limits = [
+        ("width", width, 1, Settings::MOST_PIXELS_A_SIDE),
+        ("height", height, 1, Settings::MOST_PIXELS_A_SIDE),
+        ("samples", settings.samples, 1, Settings::MOST_SAMPLES),
+        ("max_depth", settings.max_depth, 0, Settings::MOST_DEPTH),
+        ("copied_triangles", settings.copied_triangles, 0, Settings::MOST_COPIED_TRIANGLES),
+    ];
+    let wrong = limits.into_iter().find(|(_, value, least, most)| !(least..=most).contains(&value));
+    if let Some((name, value, least, most)) = wrong {
+        return Err(invalid("settings", format!("{name} is {value}: it must be {least} to {most}")));
+    }
+    let numbers = || {
+        within("min_throughput", settings.min_throughput, 0.0, f32::MAX)?;
+        within("exposure_ev", settings.exposure_ev, -64.0, 64.0)?;
+        settings.clamp.map_or(Ok(()), |clamp| above("clamp", clamp, 0.0))?;
+        match settings.filter {
+            PixelFilter::Box => Ok(()),
+            PixelFilter::Tent { radius }
+            | PixelFilter::Gaussian { radius }
+            | PixelFilter::BlackmanHarris { radius } => above("the filter's radius", radius, 0.0),
+        }
+    };
+    numbers().map_err(|reason: String| invalid("settings", reason))
+}
+
+fn check_assets(assets: &Assets) -> Result<(), CompileError> {
+    let in_place = |what: &'static str, number: usize, name: &str| {
+        let name = if name.is_empty() { String::new() } else { format!(" \"{name}\"") };
+        move |reason: String| invalid(format!("{what} {number}{name}"), reason)
+    };
+    if assets.materials.is_empty() {
+        return Err(invalid("materials", "the default one is missing: it is the first"));
+    }
+    for (number, mesh) in assets.meshes.iter().enumerate() {
+        check_mesh(mesh, assets.materials.len()).map_err(in_place("mesh", number, &mesh.name))?;
+    }
+    for (number, image) in assets.images.iter().enumerate() {
+        check_image(image).map_err(in_place("image", number, ""))?;
+    }
+    for (number, texture) in assets.textures.iter().enumerate() {
+        let id = texture.image.0;
+        let place = in_place("texture", number, "");
+        exists("image", id, assets.images.len()).map_err(&place)?;
+        if texture.uv_set > 1 {
+            return Err(place(format!("uv_set is {}: it must be 0 or 1", texture.uv_set)));
+        }
+    }
+    for (number, named) in assets.materials.iter().enumerate() {
+        let place = in_place("material", number, named.name.as_deref().unwrap_or(""));
+        let mut textures = textures_of(&named.material).into_iter().flatten();
+        textures.try_for_each(|id| exists("texture", id.0, assets.textures.len())).map_err(&place)?;
+        check_material(&named.material).map_err(place)?;
+    }
+    Ok(())
+}
+
+fn exists(what: &str, id: u32, count: usize) -> Result<(), String> {
+    if (id as usize) < count {
+        return Ok(());
+    }
+    Err(format!("{what} {id} does not exist: there are {count}, and the first has the number 0"))
+}
+
+fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
+    let Mesh {
+        name: _,
+        source: _,
+        positions,
+        normals,
+        uvs,
+        uvs1,
+        tangents,
+        colors,
+        alphas,
+        triangles,
+        triangle_materials,
+    } = mesh;
+    let vertices = positions.len();
+    let columns = [
+        ("normals", normals.len(), vertices),
+        ("uvs", uvs.len(), vertices),
+        ("uvs1", uvs1.len(), vertices),
+        ("tangents", tangents.len(), vertices),
+        ("colors", colors.len(), vertices),
+        ("alphas", alphas.len(), vertices),
+        ("triangle_materials", triangle_materials.len(), triangles.len()),
+    ];
+    if let Some((what, given, wanted)) =
+        columns.iter().find(|(_, given, wanted)| *given != 0 && given != wanted)
+    {
+        return Err(format!("{what} has {given} elements: it must have {wanted}, or none"));
+    }
+    // The largest index alone is compared: that is quick for millions.
+    let largest = triangles.iter().flatten().copied().max();
+    if largest.is_some_and(|index| index as usize >= vertices) {
+        let outside = |triangle: &&[u32; 3]| triangle.iter().any(|index| *index as usize >= vertices);
+        let triangle = triangles.iter().find(outside).copied().unwrap_or_default();
+        return Err(format!("a triangle has the vertices {triangle:?}, but there are {vertices} vertices"));
+    }
+    let is_finite = positions.iter().all(|p| p.is_finite())
+        && normals.iter().all(|n| n.is_finite())
+        && uvs.iter().chain(uvs1).all(|uv| uv.is_finite())
+        && tangents.iter().all(|t| t.is_finite());
+    if !is_finite {
+        return Err("positions, normals, tangents and texture coordinates must be finite".into());
+    }
+    let largest = triangle_materials.iter().map(|id| id.0).max();
+    largest.map_or(Ok(()), |id| exists("material", id, materials))
+}
+
+fn check_image(image: &Image) -> Result<(), String> {
+    let Image { source: _, width, height, texels } = image;
+    let count = match texels {
+        Texels::Rgba8(texels) => texels.len(),
+        Texels::Rgb32(texels) => texels.len(),
+    };
+    if *width == 0 || *height == 0 || count != *width as usize * *height as usize {
+        return Err(format!(
+            "it has {count} texels: {width} x {height} pixels take as many, and at least one"
+        ));
+    }
+    Ok(())
+}
+
+/// Numbers by which light is multiplied.
+fn check_material(material: &Material) -> Result<(), String> {
+    let color = |what: &str, input: &ColorInput| match input {
+        ColorInput::Constant(color) => check_color(what, *color),
+        ColorInput::Texture(_) => Ok(()),
+    };
+    match material {
+        Material::BlinnPhong(m) => {
+            color("diffuse", &m.diffuse)?;
+            color("specular", &m.specular)?;
+            color("kr", &m.kr)?;
+            color("emission", &m.emission)?;
+            check_color("kt", m.kt)?;
+            within("shininess", m.shininess, 0.0, f32::MAX)?;
+            m.ior.map_or(Ok(()), |ior| above("ior", ior, 0.0))
+        }
+        Material::Principled(m) => {
+            color("base_color", &m.base_color)?;
+            color("emission", &m.emission)?;
+            color("specular_color", &m.specular_color)?;
+            color("diffuse_transmission_color", &m.diffuse_transmission_color)?;
+            color("sheen_color", &m.sheen_color)?;
+            within("ior", m.ior, 0.0, f32::MAX)?;
+            within("dispersion", m.dispersion, 0.0, f32::MAX)?;
+            let factors = [
+                ("alpha", m.alpha),
+                ("metallic", m.metallic),
+                ("roughness", m.roughness),
+                ("specular", m.specular),
+                ("transmission", m.transmission),
+                ("diffuse_transmission", m.diffuse_transmission),
+                ("clearcoat", m.clearcoat),
+                ("clearcoat_roughness", m.clearcoat_roughness),
+                ("sheen_roughness", m.sheen_roughness),
+                ("iridescence", m.iridescence.factor),
+            ];
+            factors.into_iter().try_for_each(|(what, input)| within(what, input.factor, 0.0, 1.0))
+        }
+    }
+}
+
+/// Those that a material looks up.
+fn textures_of(material: &Material) -> Vec<Option<TextureId>> {
+    let color = |input: &ColorInput| match input {
+        ColorInput::Constant(_) => None,
+        ColorInput::Texture(id) => Some(*id),
+    };
+    let scalar = |input: &ScalarInput| input.texture.map(|(id, _)| id);
+    let normal = |map: &Option<NormalMap>| map.map(|map| map.texture);
+    match material {
+        Material::BlinnPhong(BlinnPhong {
+            diffuse,
+            specular,
+            shininess: _,
+            highlight: _,
+            kr,
+            kt: _,
+            ior: _,
+            emission,
+        }) => [diffuse, specular, kr, emission].map(color).to_vec(),
+        Material::Principled(principled) => {
+            let Principled {
+                base_color,
+                alpha,
+                alpha_mode: _,
+                metallic,
+                roughness,
+                normal: normals,
+                bump,
+                emission,
+                double_sided: _,
+                unlit: _,
+                ior: _,
+                specular,
+                specular_color,
+                transmission,
+                volume: _,
+                dispersion: _,
+                diffuse_transmission,
+                diffuse_transmission_color,
+                clearcoat,
+                clearcoat_roughness,
+                clearcoat_normal,
+                sheen_color,
+                sheen_roughness,
+                anisotropy: Anisotropy { strength: _, rotation: _, texture: brushed },
+                iridescence:
+                    Iridescence { factor, ior: _, thickness_minimum: _, thickness_maximum: _, thickness },
+            } = &**principled;
+            let colors =
+                [base_color, emission, specular_color, diffuse_transmission_color, sheen_color].map(color);
+            let scalars = [
+                alpha,
+                metallic,
+                roughness,
+                specular,
+                transmission,
+                diffuse_transmission,
+                clearcoat,
+                clearcoat_roughness,
+                sheen_roughness,
+                factor,
+            ]
+            .map(scalar);
+            let bump = bump.map(|BumpMap { texture, .. }| texture);
+            let others =
+                [normal(normals), normal(clearcoat_normal), bump, *brushed, thickness.map(|(id, _)| id)];
+            [&colors[..], &scalars, &others].concat()
+        }
+    }
+}
+
+fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
+    let World { entities, assets, .. } = world;
+    if let Ok(parent) = entities.get::<&Parent>(entity)
+        && !entities.contains(parent.0)
+    {
+        return Err("its parent is not an entity of this world".into());
+    }
+    let material = |id: MaterialId| exists("material", id.0, assets.materials.len());
+    if let Ok(id) = entities.get::<&MaterialId>(entity) {
+        material(*id)?;
+    }
+    if let Ok(overrides) = entities.get::<&Overrides>(entity) {
+        overrides.0.iter().try_for_each(|(_, id)| material(*id))?;
+    }
+    if let Ok(shape) = entities.get::<&Shape>(entity) {
+        check_shape(&shape, assets)?;
+    }
+    if let Ok(light) = entities.get::<&Light>(entity) {
+        check_light(&light, assets)?;
+    }
+    entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_camera(&camera, assets))
+}
+
+/// An angle or a number that must not be outside a range, but for rounding.
+fn within(what: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
+    let slack = 1e-6 * most.abs().min(1e6);
+    if least - slack <= value && value <= most + slack {
+        return Ok(());
+    }
+    match (least, most) {
+        (0.0, f32::MAX) => Err(format!("{what} is {value}: it must be at least 0, and finite")),
+        (_, f32::MAX) => Err(format!("{what} is {value}: it must be finite")),
+        _ => Err(format!("{what} is {value}: it must be {least} to {most}")),
+    }
+}
+
+/// A number that must be above a limit, and finite.
+fn above(what: &str, value: f32, limit: f32) -> Result<(), String> {
+    if value > limit && value.is_finite() {
+        return Ok(());
+    }
+    Err(format!("{what} is {value}: it must be above {limit}, and finite"))
+}
+
+fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
+    let all_finite = |mut points: std::slice::Iter<crate::math::Vec3>| {
+        let finite = points.all(|point| point.is_finite());
+        finite.then_some(()).ok_or_else(|| "its corners and normals must be finite".to_owned())
+    };
+    match shape {
+        Shape::Sphere { radius_m } => above("radius_m", *radius_m, 0.0),
+        Shape::Triangle { vertices, normals, uvs } => {
+            all_finite(vertices.iter())?;
+            all_finite(normals.as_ref().map_or([].iter(), |normals| normals.iter()))?;
+            let finite = uvs.is_none_or(|uvs| uvs.iter().all(|uv| uv.is_finite()));
+            finite.then_some(()).ok_or_else(|| "its texture coordinates must be finite".to_owned())
+        }
+        Shape::Plane { corners } => all_finite(corners.iter()),
+        Shape::Mesh(id) => exists("mesh", id.0, assets.meshes.len()),
+    }
+}
+
+/// Light that there can be.
+fn check_color(what: &str, color: Rgb) -> Result<(), String> {
+    let is_light = |part: &f32| *part >= 0.0 && part.is_finite();
+    if color.to_array().iter().all(is_light) {
+        return Ok(());
+    }
+    Err(format!("{what} is {:?}: it must be nowhere below 0, and finite", color.to_array()))
+}
+
+fn check_light(light: &Light, assets: &Assets) -> Result<(), String> {
+    match light {
+        Light::Point { power_w, falloff: _ } => check_color("power_w", *power_w),
+        Light::Spot { power_w, inner_angle, outer_angle, falloff: _ } => {
+            check_color("power_w", *power_w)?;
+            within("inner_angle", *inner_angle, 0.0, *outer_angle)?;
+            within("outer_angle", *outer_angle, 0.0, FRAC_PI_2)
+        }
+        Light::Photometric { power_w, profile } => {
+            check_color("power_w", *power_w)?;
+            exists("texture", profile.0, assets.textures.len())
+        }
+        Light::Directional { irradiance, angle } => {
+            check_color("irradiance", *irradiance)?;
+            within("angle", *angle, 0.0, PI)
+        }
+        Light::Environment { radiance, image } => {
+            check_color("radiance", *radiance)?;
+            image.map_or(Ok(()), |id| exists("image", id.0, assets.images.len()))
+        }
+        Light::Sky { elevation, azimuth, haze, radiance } => {
+            check_color("radiance", *radiance)?;
+            within("elevation", *elevation, -FRAC_PI_2, FRAC_PI_2)?;
+            within("azimuth", *azimuth, -f32::MAX, f32::MAX)?;
+            within("haze", *haze, 0.0, 100.0)
+        }
+        Light::Area { power_w, size_m, outline: _, samples, pattern: _, visible: _ } => {
+            check_color("power_w", *power_w)?;
+            above("its width", size_m.x, 0.0)?;
+            above("its height", size_m.y, 0.0)?;
+            (1..=Settings::MOST_SAMPLES)
+                .contains(samples)
+                .then_some(())
+                .ok_or_else(|| format!("samples is {samples}: it must be 1 to {}", Settings::MOST_SAMPLES))
+        }
+    }
+}
+
+fn check_camera(camera: &Camera, assets: &Assets) -> Result<(), String> {
+    let angle = |fov: f32| {
+        let is_angle = fov > 0.0 && fov < PI;
+        is_angle
+            .then_some(())
+            .ok_or_else(|| format!("vertical_fov is {fov}: it must be above 0 and below pi, in radians"))
+    };
+    match camera {
+        Camera::Pinhole { vertical_fov } => angle(*vertical_fov),
+        Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, aperture, pattern: _ } => {
+            angle(*vertical_fov)?;
+            within("lens_radius_m", *lens_radius_m, 0.0, f32::MAX)?;
+            above("focus_distance_m", *focus_distance_m, 0.0)?;
+            aperture.map_or(Ok(()), |id| exists("image", id.0, assets.images.len()))
+        }
+        Camera::Orthographic { height_m } => above("height_m", *height_m, 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compile::compile;
+    use crate::math::{Vec2, Vec3};
+    use crate::world::{Falloff, ImageId, MeshId, Texture, Transform};
+
+    fn world() -> World {
+        let mut world = World::default();
+        world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], name: "sheet".into(), ..Mesh::default() };
+        let mesh = world.assets.add_mesh(mesh);
+        world.entities.spawn((Shape::Mesh(mesh), Transform::IDENTITY, MaterialId::DEFAULT));
+        let texels = Texels::Rgba8(vec![[9; 4]; 6]);
+        let image = world.assets.add_image(Image { source: None, width: 3, height: 2, texels });
+        world.assets.add_texture(Texture::new(image));
+        world
+    }
+
+    /// Whatever is wrong is told with the place, and nothing panics.
+    #[test]
+    fn what_a_program_says_wrongly_is_told() {
+        assert!(compile(&world(), None).is_ok());
+        type Mistake = (&'static str, fn(&mut World));
+        fn of_mesh(world: &mut World) -> &mut Mesh {
+            std::sync::Arc::make_mut(&mut world.assets.meshes[0])
+        }
+        fn sheen(world: &mut World, id: u32) {
+            let sheen_color = ColorInput::Texture(TextureId(id));
+            let material = Principled { sheen_color, ..Principled::default() };
+            world.assets.add_material(Some("velvet".into()), Material::Principled(Box::new(material)));
+        }
+        fn spawn<T: hecs::Component>(world: &mut World, component: T) {
+            world.entities.spawn((component, Transform::IDENTITY));
+        }
+        let mistakes: [Mistake; 26] = [
+            ("settings: width is 0", |w| w.settings.size[0] = 0),
+            ("settings: samples is 0", |w| w.settings.samples = 0),
+            ("materials: the default one", |w| w.assets.materials.clear()),
+            ("mesh 0 \"sheet\": a triangle has the vertices [0, 1, 3]", |w| of_mesh(w).triangles[0][2] = 3),
+            ("mesh 0 \"sheet\": normals has 1", |w| of_mesh(w).normals = vec![Vec3::X]),
+            ("mesh 0 \"sheet\": uvs1 has 2", |w| of_mesh(w).uvs1 = vec![Vec2::X; 2]),
+            ("must be finite", |w| of_mesh(w).positions[1].y = f32::NAN),
+            ("material 7 does not exist", |w| of_mesh(w).triangle_materials = vec![MaterialId(7)]),
+            ("image 0: it has 6 texels", |w| std::sync::Arc::make_mut(&mut w.assets.images[0]).width = 4),
+            ("texture 0: image 5 does not exist", |w| w.assets.textures[0].image = ImageId(5)),
+            ("texture 0: uv_set is 2", |w| w.assets.textures[0].uv_set = 2),
+            ("material 1 \"velvet\": texture 1 does not exist", |w| sheen(w, 1)),
+            ("material 1: base_color is [NaN", |w| {
+                let base_color = ColorInput::Constant(Rgb::splat(f32::NAN));
+                let paint = Principled { base_color, ..Principled::default() };
+                w.assets.add_material(None, Material::Principled(Box::new(paint)));
+            }),
+            ("material 1: roughness is 2", |w| {
+                let paint = Principled { roughness: ScalarInput::constant(2.0), ..Principled::default() };
+                w.assets.add_material(None, Material::Principled(Box::new(paint)));
+            }),
+            ("settings: the filter's radius is 0", |w| w.settings.filter = PixelFilter::Tent { radius: 0.0 }),
+            ("entity 2: haze is -1", |w| {
+                spawn(w, Light::Sky { elevation: 0.5, azimuth: 0.0, haze: -1.0, radiance: Rgb::WHITE })
+            }),
+            ("entity 2: mesh 1 does not exist", |w| spawn(w, Shape::Mesh(MeshId(1)))),
+            ("entity 2: radius_m is -1", |w| spawn(w, Shape::Sphere { radius_m: -1.0 })),
+            ("entity 2: material 1 does not exist", |w| spawn(w, MaterialId(1))),
+            ("entity 2: vertical_fov is 45", |w| spawn(w, Camera::Pinhole { vertical_fov: 45.0 })),
+            ("entity 2: height_m is 0", |w| spawn(w, Camera::Orthographic { height_m: 0.0 })),
+            ("entity 2: power_w is [-1.0", |w| {
+                spawn(w, Light::Point { power_w: Rgb::splat(-1.0), falloff: Falloff::Constant })
+            }),
+            ("entity 2: texture 4 does not exist", |w| {
+                spawn(w, Light::Photometric { power_w: Rgb::WHITE, profile: TextureId(4) })
+            }),
+            ("entity 2: image 4 does not exist", |w| {
+                spawn(w, Light::Environment { radiance: Rgb::WHITE, image: Some(ImageId(4)) })
+            }),
+            ("entity 2: inner_angle is 1: it must be 0 to 0.5", |w| {
+                let (power_w, falloff) = (Rgb::WHITE, Falloff::Constant);
+                spawn(w, Light::Spot { power_w, inner_angle: 1.0, outer_angle: 0.5, falloff })
+            }),
+            ("its parent is not an entity", |w| {
+                let gone = w.entities.spawn(());
+                let _ = w.entities.despawn(gone);
+                spawn(w, Parent(gone));
+            }),
+        ];
+        for (message, mistake) in mistakes {
+            let mut wrong = world();
+            mistake(&mut wrong);
+            let told = compile(&wrong, None).err().map(|error| error.to_string());
+            assert!(told.as_ref().is_some_and(|told| told.contains(message)), "{message}: {told:?}");
+        }
+        // A texture that is there.
+        let mut right = world();
+        sheen(&mut right, 0);
+        assert!(compile(&right, None).is_ok());
+    }
+}
