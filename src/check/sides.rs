@@ -38,8 +38,13 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         counts.entry(first.entity).or_default()[usize::from(!(first.back && passes))] += 1;
     }
     let worth = WORTH * (columns * rows) as f32;
+    // Many that are each small in the image count if they are most of what is there.
+    let most = counts.values().map(|[missed, met]| (missed + met) as f32).sum::<f32>() / 2.0;
+    let from_behind = |[missed, met]: [u32; 2]| missed > 10 * met;
+    let all: f32 =
+        counts.values().filter(|count| from_behind(**count)).map(|[missed, _]| *missed as f32).sum();
     for (entity, [missed, met]) in counts {
-        if missed as f32 > worth && missed > 10 * met {
+        if (missed as f32 > worth || all > most) && from_behind([missed, met]) {
             findings.push(Finding::new(
                 Some(&checked.name(entity)),
                 "it is seen from behind, and its surfaces are there from their front alone",

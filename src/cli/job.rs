@@ -21,6 +21,7 @@ use super::{Failure, aov, command_line, usage};
 use crate::check::{self, Finding};
 use crate::film::Region;
 use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
+use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::render::{OnProgress, Options, Progress, Session, adaptive};
@@ -75,7 +76,10 @@ impl Job {
         if !quiet {
             let all = compiled.scene.warnings.iter().cloned().chain(findings.iter().cloned());
             let new = all.filter(|warning| reuse.told.insert(warning.clone()));
-            new.for_each(|warning| output::tell(format_args!("warning: {warning}")));
+            new.for_each(|line| {
+                let kind = if is_usual(&line) { "note" } else { "warning" };
+                output::tell(format_args!("{kind}: {line}"));
+            });
         }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
@@ -435,6 +439,10 @@ fn passes(
         looking.passed(session);
     }
     looking.finish(session);
+    if interrupt.exit_code() != 0 && wanted.watched.is_none() && !wanted.work.quiet {
+        let (done, all) = session.samples_done();
+        output::tell(format_args!("interrupted after {done} of {all} samples: what there is has been saved"));
+    }
     if let Some(missed) = rules.missed(session).filter(|_| !wanted.work.quiet) {
         output::tell(missed);
     }

@@ -170,6 +170,15 @@ pub fn is_of_another_command(image: &Path, command: &[String]) -> bool {
     reproduce::record(image).is_ok_and(|header| header.note.command != command)
 }
 
+/// Whether an image says that its rendering was interrupted: it does not have all samples.
+pub fn lacks_samples(image: &Path) -> bool {
+    let unfinished = |header: Header| {
+        let all = [[0, header.settings.samples]];
+        header.begun.is_some() || header.settings.adaptive == Adaptive::Off && header.samples != all
+    };
+    reproduce::record(image).is_ok_and(unfinished)
+}
+
 /// The path of a denoised image: next to the one with noise.
 pub fn denoised_name(image: &Path) -> PathBuf {
     let mut extension = std::ffi::OsString::from("denoised.");

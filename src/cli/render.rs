@@ -88,11 +88,18 @@ fn all_frames(
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
         let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
-        if are_there && !arguments.output.overwrite {
+        // With --until and the like an image may have fewer samples, and be as it was meant.
+        let are_whole = arguments.stop.is_unlimited();
+        let lacks_samples = |image: &PathBuf| are_whole && output::lacks_samples(image);
+        if are_there && !arguments.output.overwrite && outputs.images.iter().any(lacks_samples) {
+            if !arguments.work.quiet {
+                output::tell(format_args!("frame {frame} was interrupted: it is rendered again"));
+            }
+        } else if are_there && !arguments.output.overwrite {
             let of_another = |image: &PathBuf| output::is_of_another_command(image, &command);
             if outputs.images.iter().any(of_another) {
                 output::tell(format_args!(
-                    "warning: frame {frame} is there, of another command: it stays (--overwrite renders it again)"
+                    "warning: frame {frame} was rendered by another command and is kept (--overwrite renders it again)"
                 ));
             } else if !arguments.work.quiet {
                 output::tell(format_args!("frame {frame} is there (--overwrite renders it again)"));

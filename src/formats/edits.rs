@@ -36,7 +36,7 @@ pub struct Edits {
     /// By how many degrees cameras turn about what they look at: to the right, and up. They never pass straight up or
     /// straight down.
     pub orbit: Option<[f64; 2]>,
-    /// How many times nearer cameras come to what they look at, from 0.001 to 1000 (values beyond are clamped). An
+    /// How many times nearer cameras come to what they look at, from 0.001 to 1000. An
     /// orthographic camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
     /// Whether a large grey floor is added under everything.
@@ -56,6 +56,12 @@ impl Edits {
 
     /// Carries out the edits that do not depend on where things are. Errors: what is no query, or selects nothing.
     pub(crate) fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
+        if self.zoom.is_some_and(|zoom| !(1e-3..=1e3).contains(&zoom)) {
+            return Err(LoadError::option("zoom", "it must be 0.001 to 1000: 2 is twice as near"));
+        }
+        if self.orbit.is_some_and(|angles| !angles.iter().all(|angle| angle.is_finite())) {
+            return Err(LoadError::option("orbit", "its angles must be finite"));
+        }
         if let Some([from, to]) = &self.look_at {
             let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
             set(world, &statement, files).map_err(|error| LoadError::option("look_at", error))?;

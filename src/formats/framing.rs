@@ -14,6 +14,18 @@ use crate::world::{
     Transform, Transport, World,
 };
 
+/// What is said of a scene that has no camera of its own.
+pub(crate) const CAMERA_ADDED: &str = "there is no camera: one that sees everything was added";
+/// What is said of a model without light.
+const STUDIO_ADDED: &str = "there is no light: a studio was put around it";
+/// What is said of a mesh, which has no light.
+const LIGHT_ADDED: &str = "there is no light: key, fill and ambient light were added";
+
+/// Whether a line among a world's warnings only says what every scene of its kind is told.
+pub(crate) fn is_usual(warning: &str) -> bool {
+    [CAMERA_ADDED, STUDIO_ADDED, LIGHT_ADDED, World::PATH_IS_CHOSEN].contains(&warning)
+}
+
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(
     path: &Path,
@@ -62,7 +74,7 @@ pub(super) fn load_model(
         let name = TakenNames::of(&world).unique("studio");
         let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
         world.entities.spawn((name, light, Transform::IDENTITY));
-        world.warnings.push("there is no light: a studio was put around it".into());
+        world.warnings.push(STUDIO_ADDED.into());
     }
     Ok(world)
 }
@@ -117,7 +129,7 @@ pub(super) fn add_camera(world: &mut World) {
     let camera = Camera::Pinhole { vertical_fov: (2.0 * HALF_FOV_DEGREES).to_radians() as f32 };
     let name = TakenNames::of(world).unique("camera");
     world.entities.spawn((name, camera, place, Added(place)));
-    world.warnings.push("there is no camera: one that sees everything was added".into());
+    world.warnings.push(CAMERA_ADDED.into());
 }
 
 const HALF_FOV_DEGREES: f64 = 20.0;
@@ -136,7 +148,7 @@ fn add_light(world: &mut World) {
     world.settings.ambient = Rgb::splat(0.15);
     world.settings.background =
         Background::Gradient { bottom: Rgb::splat(0.25), top: Rgb::new(0.55, 0.6, 0.65) };
-    world.warnings.push("there is no light: key, fill and ambient light were added".into());
+    world.warnings.push(LIGHT_ADDED.into());
 }
 
 /// Stands at `place` and looks at the origin along −Z, with +Y up.

@@ -62,6 +62,23 @@ impl LoadOptions {
     }
 }
 
+/// Someone who only places a model need not know where to look from.
+fn add_camera_for_models(world: &mut World) {
+    if world.entities.query::<&Model>().iter().next().is_some() {
+        framing::add_camera(world);
+    }
+}
+
+/// Does for a world that was read from a text what [`load`] does for files: chooses its transport, and adds a camera if
+/// it only places models.
+#[cfg(feature = "python")]
+pub(crate) fn complete(world: &mut World) -> Result<(), LoadError> {
+    add_camera_for_models(world);
+    world.choose_transport();
+    // Nothing is asked for that needs the scene at rest.
+    shot::arrange(world, &LoadOptions::default(), || Ok(World::default()))
+}
+
 /// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) says candela and lux; powers here
 /// are in watts, so a factor is needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -109,10 +126,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             let mut files = Files { options: common, sources: sources.clone() };
             let mut world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
-            // Someone who only places a model need not know where to look from.
-            if world.entities.query::<&Model>().iter().next().is_some() {
-                framing::add_camera(&mut world);
-            }
+            add_camera_for_models(&mut world);
             Ok(world)
         }
         "gltf" | "glb" => framing::load_model(path, options, sources),

@@ -5,7 +5,7 @@ pub(crate) mod asset_files;
 mod edits;
 mod extent;
 pub(crate) mod film_file;
-mod framing;
+pub(crate) mod framing;
 pub(crate) mod gltf;
 pub(crate) mod load;
 mod names;
@@ -27,6 +27,7 @@ use std::path::Path;
 
 pub(crate) use asset_files::{AssetFiles, Files};
 pub use edits::Edits;
+pub(crate) use framing::is_usual;
 pub(crate) use load::load_again;
 pub use load::{LightUnits, LoadOptions, load, load_with};
 pub use picture::PngBits;

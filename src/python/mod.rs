@@ -36,6 +36,10 @@ fn of_file(error: LoadError) -> PyErr {
                 file.display()
             ))
         }
+        // As the argument is called here.
+        LoadError::Option { option, reason } => {
+            PyValueError::new_err(format!("{}: {reason}", option.trim_end_matches("_s")))
+        }
         error => PyValueError::new_err(error.to_string()),
     }
 }

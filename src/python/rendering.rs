@@ -8,6 +8,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use super::{of_output, wrong};
 use crate::denoise::Denoised;
+use crate::film::exposure::exposure_ev;
 use crate::film::{Channel, Film, Values};
 use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
@@ -20,6 +21,10 @@ pub struct Rendering {
     layers: Vec<Channel>,
     denoised: Option<Denoised>,
     /// Oddities that are no errors.
+    /// What every scene of its kind is told.
+    #[pyo3(get)]
+    notes: Vec<String>,
+    /// What is probably not as it was meant.
     #[pyo3(get)]
     warnings: Vec<String>,
 }
@@ -30,9 +35,9 @@ impl Rendering {
         settings: Settings,
         layers: Vec<Channel>,
         denoised: Option<Denoised>,
-        warnings: Vec<String>,
+        [notes, warnings]: [Vec<String>; 2],
     ) -> Self {
-        Self { film, settings, layers, denoised, warnings }
+        Self { film, settings, layers, denoised, notes, warnings }
     }
 
     fn options(&self, bits: u8, denoised: bool) -> PyResult<ImageOptions<'_>> {
@@ -125,6 +130,18 @@ impl Rendering {
     #[getter]
     fn samples(&self) -> f64 {
         self.film.samples_per_pixel()
+    }
+
+    /// Stops by which pictures are exposed, whoever chose them.
+    #[getter]
+    fn exposure(&self) -> f32 {
+        exposure_ev(&self.settings, &self.film.radiance())
+    }
+
+    /// The noise that is left, as a part of the image's brightness; none after one sample.
+    #[getter]
+    fn noise(&self) -> Option<f64> {
+        self.film.relative_noise()
     }
 
     /// The pixels for a screen, exposed and tone mapped as the scene says: (height, width, 3), sRGB.

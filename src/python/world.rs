@@ -16,17 +16,54 @@ use crate::compile::{camera_names, compile};
 use crate::error::LoadError;
 use crate::film::Region;
 use crate::film::exposure::exposure_ev;
-use crate::formats::{AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, load_with, ron};
+use crate::formats::framing::CAMERA_ADDED;
+use crate::formats::{
+    AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, is_usual, load, load_again, ron,
+};
 use crate::integrator::Frame;
 use crate::math::{Vec2, Vec3};
 use crate::render::{Options, Schedule, Session, ThreadError, on_threads};
-use crate::world::{Aov, Assets, Image, Mesh, Settings, Sharing, Tonemap};
+use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap};
 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
 
 #[pyclass(module = "rayfront._native", frozen)]
-pub struct World(crate::world::World);
+pub struct World {
+    world: crate::world::World,
+    source: Source,
+}
+
+/// Where a world came from: it is read again for an image of another shape if its camera was added for the shape that it had.
+enum Source {
+    Text { text: String, folder: PathBuf, meshes: HashMap<String, Arc<Mesh>> },
+    File { path: PathBuf, options: Box<LoadOptions>, kept: Kept },
+}
+
+impl Source {
+    fn read(&self, size: Option<[u32; 2]>) -> Result<crate::world::World, LoadError> {
+        match self {
+            Source::Text { text, folder, meshes } => {
+                let mut given = Given { files: Files::default(), meshes: meshes.clone() };
+                let path = folder.join("World");
+                given.files.sources.confine(&path);
+                let mut world = ron::parse(text, &path, &mut given)?;
+                world.settings.size = size.unwrap_or(world.settings.size);
+                load::complete(&mut world)?;
+                Ok(world)
+            }
+            Source::File { path, options, kept } => {
+                let options = LoadOptions { size: size.or(options.size), ..(**options).clone() };
+                load_again(path, &options, &SourceFiles::with(kept.clone()))
+            }
+        }
+    }
+
+    fn world(self) -> PyResult<World> {
+        let world = self.read(None).map_err(of_file)?;
+        Ok(World { world, source: self })
+    }
+}
 
 /// What a finding is about, what it is, and what mends it.
 type Parts = (Option<String>, String, Option<String>);
@@ -121,15 +158,8 @@ impl World {
         for given in &arrays {
             meshes.insert(given.0.clone(), Arc::new(mesh(given)?));
         }
-        py.detach(|| {
-            let mut given = Given { files: Files::default(), meshes };
-            let path = folder.join("World");
-            given.files.sources.confine(&path);
-            let mut world = ron::parse(text, &path, &mut given)?;
-            world.choose_transport();
-            Ok(World(world))
-        })
-        .map_err(of_file)
+        let source = Source::Text { text: text.to_owned(), folder, meshes };
+        py.detach(|| source.world())
     }
 
     #[staticmethod]
@@ -145,6 +175,7 @@ impl World {
         hide: Vec<String>,
         only: Vec<String>,
         look_at: Option<[[f64; 3]; 2]>,
+        orbit: Option<[f64; 2]>,
         zoom: Option<f64>,
         ground: bool,
         light_units: &str,
@@ -165,20 +196,21 @@ impl World {
         };
         let place = |[x, y, z]: [f64; 3]| format!("{x}, {y}, {z}");
         let look_at = look_at.map(|places| places.map(place));
-        let edits = Edits { set, only, hide, look_at, orbit: None, zoom, ground };
+        let edits = Edits { set, only, hide, look_at, orbit, zoom, ground };
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
         let options = LoadOptions { light_units, solid_glass, double_sided, ..common };
-        py.detach(|| load_with(&path, &options)).map(World).map_err(of_file)
+        let source = Source::File { path, options: Box::new(options), kept: Kept::keeping() };
+        py.detach(|| source.world())
     }
 
     /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
     fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
-        let own = &self.0.settings;
+        let own = &self.world.settings;
         let settings = Settings { size: size.unwrap_or(own.size), sharing: Sharing::Off, ..own.clone() };
         let found = py.detach(|| {
-            let frame = Frame::new(compile(&self.0, camera)?, &settings);
-            Ok(check::check(&self.0, &frame, true))
+            let frame = Frame::new(compile(&self.world, camera)?, &settings);
+            Ok(check::check(&self.world, &frame, true))
         });
         let parts = |Finding { about, what, remedy }| (about, what, remedy);
         Ok(found.map_err(of_scene)?.into_iter().map(parts).collect())
@@ -186,17 +218,17 @@ impl World {
 
     #[getter]
     fn cameras(&self) -> Vec<String> {
-        camera_names(&self.0)
+        camera_names(&self.world)
     }
 
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.0.warnings.clone()
+        self.world.warnings.clone()
     }
 
     #[getter]
     fn size(&self) -> [u32; 2] {
-        self.0.settings.size
+        self.world.settings.size
     }
 
     #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
@@ -231,16 +263,18 @@ impl World {
         if noise.is_some_and(|noise| noise.is_nan() || noise <= 0.0) {
             return Err(wrong("noise must be above 0: 0.01 is a hundredth of the image's brightness"));
         }
+        let again = self.for_shape(py, settings.size)?;
+        let world = again.as_ref().unwrap_or(&self.world);
         let (frame, findings) = py
             .detach(|| {
-                let scene = compile(&self.0, camera)?;
-                let frame = Arc::new(Frame::new(scene, &settings));
-                let findings = check::check(&self.0, &frame, false);
+                let frame = Arc::new(Frame::new(compile(world, camera)?, &settings));
+                let findings = check::check(world, &frame, false);
                 Ok((frame, findings))
             })
             .map_err(of_scene)?;
         // They include those of the world.
-        let mut warnings = frame.scene.warnings.clone();
+        let (notes, mut warnings): (Vec<_>, Vec<_>) =
+            frame.scene.warnings.iter().cloned().partition(|line| is_usual(line));
         warnings.extend(findings.iter().map(Finding::to_string));
         let variance = aovs.contains(&Aov::Variance);
         let options = Options { schedule, variance, region, ..Options::default() };
@@ -263,10 +297,16 @@ impl World {
                     check::of_image(&frame, settings.tonemap, stops, film, told)
                         .map(|finding| finding.to_string()),
                 );
+                let reached = session.film().relative_noise();
+                if let Some((is, most)) = reached.zip(noise).filter(|(is, most)| is > most) {
+                    warnings.push(format!(
+                        "the noise is {is:.4}, not {most}, after all samples: a higher spp lowers it"
+                    ));
+                }
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
-                Rendering::new(session.film().clone(), settings.clone(), layers, denoised, warnings)
+                Rendering::new(session.film().clone(), settings.clone(), layers, denoised, [notes, warnings])
             })
         };
         rendered(py, work, &stop, &done, progress.as_ref())
@@ -274,6 +314,16 @@ impl World {
 }
 
 impl World {
+    /// The world for an image of a shape, if a camera was added for another one.
+    fn for_shape(&self, py: Python<'_>, [width, height]: [u32; 2]) -> PyResult<Option<crate::world::World>> {
+        let [was_wide, was_high] = self.world.settings.size;
+        let is_same = u64::from(width) * u64::from(was_high) == u64::from(was_wide) * u64::from(height);
+        if is_same || !self.world.warnings.iter().any(|line| line == CAMERA_ADDED) {
+            return Ok(None);
+        }
+        py.detach(|| self.source.read(Some([width, height]))).map(Some).map_err(of_file)
+    }
+
     /// The scene's settings, with what was said for this rendering instead.
     fn settings(
         &self,
@@ -284,7 +334,7 @@ impl World {
         exposure: Option<Exposure>,
         tonemap: Option<&str>,
     ) -> PyResult<Settings> {
-        let mut settings = self.0.settings.clone();
+        let mut settings = self.world.settings.clone();
         settings.size = size.unwrap_or(settings.size);
         settings.samples = spp.unwrap_or(settings.samples);
         settings.seed = seed.unwrap_or(settings.seed);
@@ -356,6 +406,7 @@ enum Exposure {
 
 /// A tone curve by its name on the command line.
 fn tone_curve(name: &str) -> PyResult<Tonemap> {
+    let plain = |name: &str| name.replace(['-', '_'], "").to_lowercase();
     let known = [
         ("clamp", Tonemap::Clamp),
         ("scale-by-maximum", Tonemap::ScaleByMaximum),
@@ -365,7 +416,7 @@ fn tone_curve(name: &str) -> PyResult<Tonemap> {
         ("pbr-neutral", Tonemap::PbrNeutral),
     ];
     let names = || known.map(|(name, _)| name).join(", ");
-    let found = known.iter().find(|(known, _)| *known == name);
+    let found = known.iter().find(|(known, _)| plain(known) == plain(name));
     found
         .map(|(_, curve)| *curve)
         .ok_or_else(|| wrong(format!("unknown tonemap {name:?}; there are: {}", names())))

@@ -86,7 +86,11 @@ def test_pictures_are_as_screens_show_them(tmp_path):
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     assert np.abs(shown - 255 * curve).max() < 0.51
     assert (image.srgb(denoised=True) != shown).any()
+    assert image.exposure == 0
     brighter = ball().render(exposure=1)
+    assert brighter.exposure == 1
+    chosen = ball().render(exposure="auto").exposure
+    assert chosen != 0 and abs(ball().render(exposure=chosen).exposure - chosen) < 1e-6
     assert brighter.film_hash == image.film_hash and brighter.srgb().mean() > shown.mean()
     assert np.array_equal(ball().render(tonemap="clamp").srgb(), shown)
     assert not np.array_equal(ball().render(tonemap="agx").srgb(), shown)
@@ -111,8 +115,10 @@ def test_parts_and_limits_of_a_rendering():
     with pytest.raises(ValueError, match="x0 < x1 <= 32"):
         ball().render(crop=(8, 4, 40, 16))
     # Noise that is there after the first pass ends it.
-    assert ball().render(spp=512, noise=10.0).samples == 16
-    assert ball().render(spp=32, noise=1e-9).samples == 32
+    early = ball().render(spp=512, noise=10.0)
+    assert early.samples == 16 and 0 < early.noise < 10
+    with pytest.warns(rayfront.SceneWarning, match="a higher spp"):
+        assert ball().render(spp=32, noise=1e-9).samples == 32
     mirror = rayfront.load(ROOT / "scenes" / "figure_05_reflections.ron")
     assert mirror.render(size=(32, 24), spp=1, depth=0).film_hash != mirror.render(size=(32, 24), spp=1).film_hash
 
@@ -143,9 +149,27 @@ def test_models_are_read_as_they_are_meant(tmp_path):
     assert plain.size == (32, 32)
     hashes = {
         rayfront.load(tmp_path / "model.ply", size=(32, 32), **how).render(spp=1).film_hash
-        for how in ({}, {"ground": True}, {"zoom": 2}, {"look_at": ((0, 0, 3), (0, 0, 0))}, {"env": "studio"})
+        for how in (
+            {},
+            {"ground": True},
+            {"zoom": 2},
+            {"orbit": (30, 10)},
+            {"look_at": ((0, 0, 3), (0, 0, 0))},
+            {"env": "studio"},
+        )
     }
-    assert len(hashes) == 5
+    assert len(hashes) == 6
+    # A camera that is added makes room for an image of any shape.
+    loaded = rayfront.load(tmp_path / "model.ply")
+    upright = loaded.render(size=(16, 64), spp=1)
+    assert upright.film_hash == rayfront.load(tmp_path / "model.ply", size=(16, 64)).render(spp=1).film_hash
+    assert any("no camera" in note for note in upright.notes) and not upright.warnings
+    placed = rayfront.World([{"shape": rayfront.Mesh("model.ply")}], folder=tmp_path)
+    with pytest.raises(ValueError, match="no camera"):
+        placed.render(size=(8, 8), spp=1)
+    for wrong, says in [({"zoom": -1}, "zoom: "), ({"look_at": (1, 2, 3)}, "two places"), ({"orbit": 3}, "two angles")]:
+        with pytest.raises(ValueError, match=says):
+            rayfront.load(tmp_path / "model.ply", **wrong)
     with pytest.raises(ValueError, match="light_units"):
         rayfront.load(tmp_path / "model.ply", light_units="lumen")
     with pytest.raises(ValueError, match="solid_glass: this is for .gltf"):
@@ -178,6 +202,17 @@ def test_meshes_of_arrays_are_seen():
 
     class Duck:
         vertices, faces = TRIANGLE
+
+    moved = np.eye(4)
+    moved[:3, 3] = 0, 0, 3
+    by_matrix = rayfront.World(
+        [
+            {"camera": rayfront.Orthographic(height_m=2), "transform": moved},
+            {"shape": mesh, "material": rayfront.BlinnPhong(emission=1, diffuse=[0, 0, 0])},
+        ],
+        settings={"size": (64, 64), "samples": 16},
+    )
+    assert by_matrix.render().film_hash == world.render().film_hash
 
     again = rayfront.World(
         [
@@ -321,7 +356,10 @@ def test_slips_are_told():
         (lambda: scene.any(np.zeros((2, 1)), [1, 1, 1]), r"\(N, 3\)"),
         (lambda: ball().render(size=64), "a width and a height"),
         (lambda: ball().render(size=(64.5, 36)), "a width and a height"),
-        (lambda: ball().render(spp=-1), "spp must not be below 0"),
+        (lambda: ball().render(spp=-1), "spp must be a whole number, not below 0"),
+        (lambda: ball().render(spp=2.5), "spp must be a whole number"),
+        (lambda: ball().render(camera=0), "camera is a name"),
+        (lambda: ball().render(crop=5), "crop is"),
     ]:
         with pytest.raises((TypeError, ValueError), match=says):
             wrong()
@@ -333,7 +371,7 @@ def test_the_guide_is_right(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "src" / "python" / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", text, re.S)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     (tmp_path / "model.ply").write_text(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"

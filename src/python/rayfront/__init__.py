@@ -172,11 +172,15 @@ class World:
             layers = (layers,)
         size = None if size is None else _size(size)
         for what, value in (("spp", spp), ("seed", seed), ("threads", threads), ("depth", depth)):
-            if value is not None and value < 0:
-                raise ValueError(f"{what} must not be below 0, as {value} is")
-        if crop is not None and (len(crop) != 4 or min(crop) < 0):
-            raise ValueError(f"crop is (x0, y0, x1, y1) in pixels, not {crop!r}")
-        crop = None if crop is None else [int(side) for side in crop]
+            if value is not None and (isinstance(value, bool) or not hasattr(value, "__index__") or value < 0):
+                raise ValueError(f"{what} must be a whole number, not below 0: it is {value!r}")
+        if camera is not None and not isinstance(camera, str):
+            raise ValueError(f"camera is a name, one of {self.cameras}, not {camera!r}")
+        if crop is not None:
+            sides = list(crop) if isinstance(crop, (tuple, list, np.ndarray)) else []
+            if len(sides) != 4 or any(side != int(side) or side < 0 for side in sides):
+                raise ValueError(f"crop is (x0, y0, x1, y1) in pixels, not {crop!r}")
+            crop = [int(side) for side in sides]
         rendering = self._native.render(
             size, spp, seed, camera, list(layers), schedule, threads, denoise, crop, noise, depth, exposure, tonemap, progress
         )
@@ -201,6 +205,7 @@ def load(
     hide=(),
     only=(),
     look_at=None,
+    orbit=None,
     zoom=None,
     ground=False,
     light_units="auto",
@@ -212,15 +217,23 @@ def load(
 
     time: the moment of animations, in seconds. variant, scene: of a glTF file. env: what is around it, a picture, "studio",
     "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries of
-    what is left out, or alone left. look_at: from where to where, ((x, y, z), (x, y, z)). zoom: how many times nearer. ground:
-    a grey floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: how glTF files are meant. size: of the
+    what is removed, or of what alone is kept. look_at: from where to where, ((x, y, z), (x, y, z)). orbit: by how many degrees cameras
+    turn about what they look at, (right, up). zoom: how many times nearer. ground: a grey floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: how glTF files are meant. size: of the
     image, for which a camera that is added makes room.
     """
     scene = None if scene is None else str(scene)
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
-    look_at = None if look_at is None else [[float(x) for x in place] for place in look_at]
+    if look_at is not None:
+        places = np.asarray(look_at, dtype=np.float64) if not isinstance(look_at, str) else np.zeros(0)
+        if places.shape != (2, 3):
+            raise ValueError(f"look_at is two places, ((x, y, z), (x, y, z)), not {look_at!r}")
+        look_at = places.tolist()
+    if orbit is not None:
+        orbit = np.asarray(orbit, dtype=np.float64).tolist()
+        if not isinstance(orbit, list) or len(orbit) != 2:
+            raise ValueError(f"orbit is two angles in degrees, (right, up), not {orbit!r}")
     size = None if size is None else _size(size)
-    how = (look_at, zoom, ground, light_units, solid_glass, double_sided, size)
+    how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)
     return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists, *how))
 
 
@@ -395,6 +408,8 @@ def _ron(value, meshes, by_name=False):
         name, _ = meshes.setdefault(id(value), (f"array-{len(meshes)}.ply", value))
         return f'Mesh("{name}")'
     if isinstance(value, Variant):
+        if value._name == "Matrix" and len(value._values) == 1:
+            return _matrix(value._values[0], meshes)
         if value._fields is None and not value._values:
             return value._name
         inside = [_ron(item, meshes) for item in value._values]
@@ -412,11 +427,23 @@ def _ron(value, meshes, by_name=False):
         return repr(float(value))
     if isinstance(value, (str, os.PathLike)):
         return _string(os.fspath(value))
+    if isinstance(value, np.ndarray) and value.shape in ((3, 4), (4, 4)):
+        return _matrix(value, meshes)
+    # No list of a scene holds numbers: what looks like one is a vector.
+    if isinstance(value, list) and value and all(isinstance(item, (int, float, np.number)) for item in value):
+        value = tuple(value)
     if isinstance(value, list):
         return "[" + ", ".join(_ron(item, meshes) for item in value) + "]"
     if isinstance(value, (tuple, np.ndarray)):
         return "(" + ", ".join(_ron(item, meshes) for item in value) + ")"
     raise TypeError(f"{value!r} has no place in a scene")
+
+
+def _matrix(rows, meshes):
+    rows = np.asarray(rows, dtype=np.float64)
+    if rows.shape not in ((3, 4), (4, 4)) or (len(rows) == 4 and rows[3].tolist() != [0, 0, 0, 1]):
+        raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), and 0, 0, 0, 1 as its fourth row, not {rows.tolist()}")
+    return f"Matrix({_ron(tuple(map(tuple, rows[:3])), meshes)})"
 
 
 def _fields(fields, meshes):

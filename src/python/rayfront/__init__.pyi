@@ -55,8 +55,17 @@ class Rendering:
     def samples(self) -> float:
         """Samples a pixel, on average."""
     @property
+    def exposure(self) -> float:
+        """Stops by which pictures are exposed: `render(exposure=…)` gives another rendering the same."""
+    @property
+    def noise(self) -> float | None:
+        """The noise that is left, as a part of the image's brightness; None after one sample."""
+    @property
     def warnings(self) -> list[str]:
-        """What is odd but no error."""
+        """What is probably not as it was meant."""
+    @property
+    def notes(self) -> list[str]:
+        """What every scene of its kind is told, such as that a camera was added."""
     def srgb(self, denoised: bool = ...) -> NDArray[np.uint8]:
         """As screens show it, exposed and tone mapped as the scene says: (height, width, 3)."""
     def save(self, path: _Path, bits: Literal[8, 16] = ..., denoised: bool = ...) -> None:
@@ -114,6 +123,7 @@ def load(
     hide: str | Iterable[str] = ...,
     only: str | Iterable[str] = ...,
     look_at: Sequence[Sequence[float]] | None = ...,
+    orbit: Sequence[float] | None = ...,
     zoom: float | None = ...,
     ground: bool = ...,
     light_units: Literal["auto", "candela", "watt"] = ...,

@@ -387,10 +387,17 @@ fn frames_do_not_flicker() {
     assert!((alone[0] - all[0]).abs() < 0.3, "that of the first frame: {alone:?} {all:?}");
     assert!(alone[0] - alone[1] > 2.0, "the last frame by itself is ten times as bright: {alone:?}");
     assert_eq!(exposures(&["--frames", "auto/0-2", "-o", "c.#.png"], Some("2")), [all[0]]);
+    // A frame that was interrupted is no frame yet.
+    let words = ["fade.ron", "--fps", "2", "--time", "1", "--samples", "0..2", "-o", "a.2.png"];
+    stdout(here, &words);
+    let told =
+        text(&run(here, &["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"]).stderr).to_owned();
+    let told_of = |what: &str| told.matches(what).count();
+    assert_eq!((told_of("is there (--overwrite"), told_of("frame 2 was interrupted")), (2, 1), "{told}");
     // Of frames that are there, those of another command are told.
     let again = |words: &[&str]| {
         let words = [&["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"], words].concat();
-        text(&run(here, &words).stderr).matches("of another command").count()
+        text(&run(here, &words).stderr).matches("by another command").count()
     };
     assert_eq!((again(&[]), again(&["--json"]), again(&["--size", "8x6"])), (0, 0, 3));
 }

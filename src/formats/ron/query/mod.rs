@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
         let Some((_, kind)) = KINDS.iter().find(|(known, _)| *known == name) else {
             let known = KINDS.map(|(known, _)| known);
             let (part, hint) = (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known));
-            let reason = format!("expected what is meant{hint}: {}", known.join(", "));
+            let reason = format!("expected a query{hint}: a name in quotes, or one of {}", known.join(", "));
             return Err(self.error(part, reason));
         };
         self.rest = rest;

@@ -87,7 +87,7 @@ pub fn nothing_meant(world: &World, query: &Query) -> String {
         _ => String::new(),
     };
     let hint = did_you_mean(&wanted, names.iter().map(String::as_str));
-    format!("nothing in the scene is that{hint}: see rayfront ls")
+    format!("nothing in the scene matches this{hint}: rayfront ls lists what there is")
 }
 
 /// Defaults of numbers that files mostly leave out.
