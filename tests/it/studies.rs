@@ -151,7 +151,7 @@ fn there_is_no_such_pixel_or_sample() {
     let folder = folder();
     for (arguments, code, wanted) in [
         (&["explain", "scene.ron", "16,3"][..], 2, "columns end at 15, rows at 11"),
-        (&["explain", "scene.ron", "3,3", "--sample", "4"], 2, "the last is 3"),
+        (&["explain", "scene.ron", "3,3", "--sample", "4"], 2, "the last one is 3"),
         (&["explain", "scene.ron", "3"], 2, "a column and a row"),
         (&["explain", "none.ron", "3,3"], 1, "none.ron"),
         (&["verify", "scene.ron", "--size", "0x3"], 2, "width x height"),
