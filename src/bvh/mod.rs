@@ -114,7 +114,10 @@ impl<'a> Rays<'a> {
 
     /// Some of them.
     pub(crate) fn range(&self, range: std::ops::Range<usize>) -> Self {
-        let part = |column: &'a [f32]| &column[range.clone()];
+        let part = |column: &'a [f32]| {
+            let end = range.end.min(column.len());
+            &column[range.start.min(end)..end]
+        };
         Self {
             origin: self.origin.map(part),
             direction: self.direction.map(part),
@@ -127,23 +130,10 @@ impl<'a> Rays<'a> {
     /// Views of all rays in order, `size` at a time; the last one may be shorter. A `size` of 0 counts as 1. For
     /// several threads, each with its part of the hits ([`HitsMut::chunks`]) and a tracer of its own.
     pub fn chunks(self, size: usize) -> impl Iterator<Item = Rays<'a>> {
-        let Self { origin, direction, t_min, t_max, asker } = self;
-        let all = origin.into_iter().chain(direction).chain([t_min, t_max]);
-        // Where some are shorter the parts' columns differ, too, and a query says so.
+        let all = self.origin.into_iter().chain(self.direction).chain([self.t_min, self.t_max]);
+        // If some columns are shorter, those of the parts are, too, and a query says so.
         let (size, count) = (size.max(1), all.map(<[f32]>::len).max().unwrap_or(0));
-        (0..count).step_by(size).map(move |from| {
-            let part = |column: &'a [f32]| {
-                let end = from.saturating_add(size).min(column.len());
-                &column[from.min(end)..end]
-            };
-            Rays {
-                origin: origin.map(part),
-                direction: direction.map(part),
-                t_min: part(t_min),
-                t_max: part(t_max),
-                asker: asker.after(from),
-            }
-        })
+        (0..count).step_by(size).map(move |from| self.range(from..from.saturating_add(size)))
     }
 
     /// Whether there is none.

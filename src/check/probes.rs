@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use crate::bvh::{self, Asker, Stack};
-use crate::film::{Features, Film, Region};
+use crate::film::{Features, Film};
 use crate::integrator::Frame;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
-use crate::world::Adaptive;
 
 /// Longer side, in pixels, of the small image that is examined.
 const LONGER_SIDE: u32 = 24;
@@ -27,12 +26,8 @@ pub struct Probes {
 impl Probes {
     /// As the frame's camera sees it.
     pub fn new(frame: &Frame) -> Probes {
-        let [width, height] = frame.size;
-        let by = width.max(height).div_ceil(LONGER_SIDE).max(1);
-        let size = [width.div_ceil(by), height.div_ceil(by)];
-        let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..frame.clone() };
-        let options = Options { region: Some(Region::whole(size)), ..Options::default() };
-        let mut session = Session::of(Arc::new(small), SAMPLES, options);
+        let small = Arc::new(frame.small(LONGER_SIDE));
+        let mut session = Session::of(small, SAMPLES, Options::default());
         session.advance(SAMPLES);
         let features = session.features();
         Probes { features, film: session.film().clone() }

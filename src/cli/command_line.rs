@@ -1,6 +1,7 @@
 //! What to type, made of what was typed.
 
 use std::ffi::{OsStr, OsString};
+use std::iter::Peekable;
 use std::ops::Range;
 use std::path::Path;
 
@@ -15,21 +16,8 @@ pub fn understood(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut meant = Vec::new();
     while let Some(word) = words.next() {
         if word == "--look-at" {
-            let places =
-                words.next_if(|next| next.to_str().is_some_and(|next| next.split_whitespace().count() == 2));
             meant.push(word);
-            let places_are_two = places.is_some();
-            let places = places.iter().filter_map(|places| places.to_str()).flat_map(str::split_whitespace);
-            meant.extend(places.map(OsString::from));
-            if places_are_two {
-                continue;
-            }
-            meant.extend(words.next());
-            let is_place = |next: &OsString| next.to_str().is_some_and(|next| parse_place(next).is_ok());
-            if words.peek().is_some_and(|next| !is_place(next)) {
-                // What is missing is told, not what becomes of the words after it.
-                meant.push(OsString::new());
-            }
+            meant.extend(places(&mut words));
             continue;
         }
         let attached = word.to_str().and_then(|word| word.strip_prefix("--samples="));
@@ -40,6 +28,18 @@ pub fn understood(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
         });
     }
     meant
+}
+
+/// Two places: both in one word, or a word each. For the second one, if it is missing, an empty word stands: so that is
+/// reported, not what would become of the words after it.
+fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString> {
+    let Some(first) = words.next() else { return Vec::new() };
+    let parts: Vec<&str> = first.to_str().unwrap_or_default().split_whitespace().collect();
+    if let [from, to] = parts[..] {
+        return vec![from.into(), to.into()];
+    }
+    let is_place = |word: &OsString| word.to_str().is_some_and(|word| parse_place(word).is_ok());
+    vec![first, words.next_if(is_place).unwrap_or_default()]
 }
 
 /// What was typed behind the program's name, each option under its own name: what is made of it, and the record in

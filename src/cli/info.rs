@@ -236,7 +236,7 @@ fn text(facts: &Value) -> String {
         lines.push(format!("mesh       {}{file}: {} triangles", plain(&mesh["name"]), mesh["triangles"]));
     }
     for image in list(&facts["images"]) {
-        let file = if image["file"].is_null() { "of the model".to_owned() } else { plain(&image["file"]) };
+        let file = if image["file"].is_null() { "without a file".to_owned() } else { plain(&image["file"]) };
         lines.push(format!("image      {file}: {} x {}", image["width"], image["height"]));
     }
     for model in list(&facts["models"]) {

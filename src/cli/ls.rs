@@ -32,7 +32,6 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
     let query = Query::parse(arguments.query.as_deref().unwrap_or("Entity"))
         .map_err(|error| Failure::command_line(error.to_string()))?;
     let Portrait { materials, entities, .. } = portrait(&world, &arguments.scene);
-    let named = materials.clone();
     let mut found: Vec<(String, Vec<(&str, String)>)> = match select(&world, &query) {
         Selected::Materials(ids) => {
             let of = |id: crate::world::MaterialId| {
@@ -48,7 +47,7 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
         }
     };
     if arguments.query.is_none() {
-        found.extend(named.into_iter().map(|(name, text)| (name, vec![("material", text)])));
+        found.extend(materials.into_iter().map(|(name, text)| (name, vec![("material", text)])));
     }
     if found.is_empty() && arguments.query.is_some() && !arguments.json {
         output::tell(nothing_meant(&world, &query));

@@ -10,11 +10,10 @@ use super::interrupt::Interrupt;
 use super::job::Job;
 use super::loading::Reuse;
 use super::{Failure, output};
-use crate::film::{self, Allocation, Region};
+use crate::film::{self, Allocation};
 use crate::formats::film_file::{self, Header, View};
-use crate::integrator::Frame;
 use crate::render::{Options, Session, adaptive};
-use crate::world::{Adaptive, World};
+use crate::world::World;
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
 pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
@@ -61,12 +60,8 @@ pub fn exposure_ev(
         return Ok(None);
     }
     let (longer_side, samples) = EXPOSING;
-    let [width, height] = settings.size;
-    let by = width.max(height).div_ceil(longer_side);
-    let size = [width.div_ceil(by), height.div_ceil(by)];
-    let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..(*job.frame).clone() };
-    let options = Options { region: Some(Region::whole(size)), ..Options::default() };
-    let mut session = Session::of(Arc::new(small), samples, options);
+    let small = Arc::new(job.frame.small(longer_side));
+    let mut session = Session::of(small, samples, Options::default());
     session.finish(|_| ());
     Ok(Some(film::exposure::exposure_ev(settings, &session.film().radiance())))
 }

@@ -22,3 +22,5 @@ pub use camera::camera_names;
 pub use compiled::compile;
 pub(crate) use compiled::{Compiled, compile_after};
 pub(crate) use lights::light_names;
+#[cfg(feature = "python")]
+pub(crate) use sound::{check_mesh, check_settings};

@@ -28,7 +28,8 @@ fn invalid(place: impl Into<String>, reason: impl Into<String>) -> CompileError 
     CompileError::Invalid { place: place.into(), reason: reason.into() }
 }
 
-fn check_settings(settings: &Settings) -> Result<(), CompileError> {
+/// Errors: the first setting that is out of its range.
+pub fn check_settings(settings: &Settings) -> Result<(), CompileError> {
     let [width, height] = settings.size;
     let limits = [
         ("width", width, 1, Settings::MOST_PIXELS_A_SIDE),
@@ -93,7 +94,8 @@ fn exists(what: &str, id: u32, count: usize) -> Result<(), String> {
     Err(format!("{what} {id} does not exist: there are {count}, and the first has the number 0"))
 }
 
-fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
+/// Errors: what is wrong with a mesh of a world that has so many materials.
+pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
     let Mesh {
         name: _,
         source: _,

@@ -15,7 +15,7 @@ use crate::world::{
 };
 
 /// What is said of a scene that has no camera of its own.
-pub(crate) const CAMERA_ADDED: &str = "there is no camera: one that sees everything was added";
+const CAMERA_ADDED: &str = "there is no camera: one that sees everything was added";
 /// What is said of a model without light.
 const STUDIO_ADDED: &str = "there is no light: a studio was put around it";
 /// What is said of a mesh, which has no light.

@@ -5,7 +5,7 @@ pub(crate) mod asset_files;
 mod edits;
 mod extent;
 pub(crate) mod film_file;
-pub(crate) mod framing;
+mod framing;
 pub(crate) mod gltf;
 pub(crate) mod load;
 mod names;
@@ -33,6 +33,8 @@ pub use load::{LightUnits, LoadOptions, load, load_with};
 pub use picture::PngBits;
 pub(crate) use saving::DENOISED;
 pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};
+#[cfg(feature = "python")]
+pub(crate) use shot::has_added_camera;
 pub use surroundings::{Sky, Surroundings};
 
 fn extension(path: &Path) -> String {

@@ -15,6 +15,11 @@ pub(super) struct Added(pub Transform);
 /// How far a floor extends to each side, in diameters of what stands on it.
 const FLOOR: f64 = 100.0;
 
+/// Whether a camera was added, which stands where the shape of the image wants it.
+pub(crate) fn has_added_camera(world: &World) -> bool {
+    world.entities.query::<&Added>().iter().next().is_some()
+}
+
 /// Puts cameras and a floor where they are wanted. What moves does not move them: `at_rest` reads the scene as it is
 /// without time.
 pub(super) fn arrange(
@@ -23,8 +28,7 @@ pub(super) fn arrange(
     at_rest: impl FnOnce() -> Result<World, LoadError>,
 ) -> Result<(), LoadError> {
     let Edits { orbit, zoom, ground, .. } = options.edits;
-    let is_added = world.entities.query::<&Added>().iter().next().is_some();
-    if !is_added && orbit.is_none() && zoom.is_none() && !ground {
+    if !has_added_camera(world) && orbit.is_none() && zoom.is_none() && !ground {
         return Ok(());
     }
     let moves = world.moves && options.time_s.is_some();

@@ -74,6 +74,14 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The same in a small image, whose longer side has at most so many pixels: for a first look.
+    pub fn small(&self, longer_side: u32) -> Self {
+        let [width, height] = self.size;
+        let by = width.max(height).div_ceil(longer_side).max(1);
+        let size = [width.div_ceil(by), height.div_ceil(by)];
+        Self { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..self.clone() }
+    }
+
     /// A scene with the settings to render it by.
     pub fn new(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Self {
         let scene = scene.into();

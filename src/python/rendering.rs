@@ -20,11 +20,10 @@ pub struct Rendering {
     settings: Settings,
     layers: Vec<Channel>,
     denoised: Option<Denoised>,
-    /// Oddities that are no errors.
     /// What every scene of its kind is told.
     #[pyo3(get)]
     notes: Vec<String>,
-    /// What is probably not as it was meant.
+    /// What is probably not as intended.
     #[pyo3(get)]
     warnings: Vec<String>,
 }

@@ -12,13 +12,13 @@ use pyo3::prelude::*;
 use super::rendering::Rendering;
 use super::{of_file, of_scene, wrong};
 use crate::check::{self, Finding};
-use crate::compile::{camera_names, compile};
+use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
 use crate::film::Region;
 use crate::film::exposure::exposure_ev;
-use crate::formats::framing::CAMERA_ADDED;
 use crate::formats::{
-    AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, is_usual, load, load_again, ron,
+    AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
+    load_again, ron,
 };
 use crate::integrator::Frame;
 use crate::math::{Vec2, Vec3};
@@ -128,25 +128,13 @@ fn mesh((name, vertices, faces, normals, uvs): &Arrays) -> PyResult<Mesh> {
     }
     let positions = points(rows("vertices", vertices, 3)?);
     let triangles: Vec<[u32; 3]> = faces.as_slice()?.as_chunks::<3>().0.to_vec();
-    let count = positions.len();
-    if let Some((face, _)) =
-        triangles.iter().enumerate().find(|(_, t)| t.iter().any(|i| *i as usize >= count))
-    {
-        return Err(wrong(format!("face {face} names a vertex that is not there: there are {count}")));
-    }
-    if !positions.iter().all(|position| position.is_finite()) {
-        return Err(wrong("vertices must be finite"));
-    }
     let normals = normals.as_ref().map(|normals| rows("normals", normals, 3)).transpose()?.map(points);
     let uvs = uvs.as_ref().map(|uvs| rows("uvs", uvs, 2)).transpose()?;
     let uvs = uvs.map(|uvs| uvs.chunks_exact(2).map(Vec2::from_slice).collect::<Vec<_>>());
     let (normals, uvs) = (normals.unwrap_or_default(), uvs.unwrap_or_default());
-    for (what, given) in [("normals", normals.len()), ("uvs", uvs.len())] {
-        if given != 0 && given != count {
-            return Err(wrong(format!("{given} {what} for {count} vertices")));
-        }
-    }
-    Ok(Mesh { name: name.clone(), positions, triangles, normals, uvs, ..Mesh::default() })
+    let mesh = Mesh { name: name.clone(), positions, triangles, normals, uvs, ..Mesh::default() };
+    check_mesh(&mesh, 1).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+    Ok(mesh)
 }
 
 #[pymethods]
@@ -206,11 +194,13 @@ impl World {
 
     /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
     fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
-        let own = &self.world.settings;
-        let settings = Settings { size: size.unwrap_or(own.size), sharing: Sharing::Off, ..own.clone() };
+        let settings = self.settings(size, None, None, None, None, None)?;
+        let settings = Settings { sharing: Sharing::Off, ..settings };
+        let again = self.for_shape(py, settings.size)?;
+        let world = again.as_ref().unwrap_or(&self.world);
         let found = py.detach(|| {
-            let frame = Frame::new(compile(&self.world, camera)?, &settings);
-            Ok(check::check(&self.world, &frame, true))
+            let frame = Frame::new(compile(world, camera)?, &settings);
+            Ok(check::check(world, &frame, true))
         });
         let parts = |Finding { about, what, remedy }| (about, what, remedy);
         Ok(found.map_err(of_scene)?.into_iter().map(parts).collect())
@@ -318,7 +308,7 @@ impl World {
     fn for_shape(&self, py: Python<'_>, [width, height]: [u32; 2]) -> PyResult<Option<crate::world::World>> {
         let [was_wide, was_high] = self.world.settings.size;
         let is_same = u64::from(width) * u64::from(was_high) == u64::from(was_wide) * u64::from(height);
-        if is_same || !self.world.warnings.iter().any(|line| line == CAMERA_ADDED) {
+        if is_same || !has_added_camera(&self.world) {
             return Ok(None);
         }
         py.detach(|| self.source.read(Some([width, height]))).map(Some).map_err(of_file)
@@ -341,9 +331,6 @@ impl World {
         settings.max_depth = depth.unwrap_or(settings.max_depth);
         settings.tonemap = tonemap.map_or(Ok(settings.tonemap), tone_curve)?;
         match exposure {
-            Some(Exposure::Stops(stops)) if !stops.is_finite() || stops.abs() > 64.0 => {
-                return Err(wrong(format!("exposure must be -64 to 64 stops, or \"auto\", not {stops}")));
-            }
             Some(Exposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
             Some(Exposure::Named(name)) if name == "auto" => {
                 (settings.auto_exposure, settings.exposure_ev) = (true, 0.0);
@@ -353,16 +340,7 @@ impl World {
             }
             None => {}
         }
-        for (what, value, least, most) in [
-            ("width", settings.size[0], 1, Settings::MOST_PIXELS_A_SIDE),
-            ("height", settings.size[1], 1, Settings::MOST_PIXELS_A_SIDE),
-            ("spp", settings.samples, 1, Settings::MOST_SAMPLES),
-            ("depth", settings.max_depth, 0, Settings::MOST_DEPTH),
-        ] {
-            if !(least..=most).contains(&value) {
-                return Err(wrong(format!("{what} must be {least} to {most}, not {value}")));
-            }
-        }
+        check_settings(&settings).map_err(of_scene)?;
         Ok(settings)
     }
 }

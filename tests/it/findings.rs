@@ -168,6 +168,16 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["fan", "it is seen from behind", "double_sided: true"],
         ),
         (
+            "sheets seen from behind, each of which is small in the image",
+            scene(&[
+                EYE,
+                LAMP,
+                "(name: \"left\", shape: Triangle(vertices: ((-2, -0.5, 0), (-1.5, 0.5, 0), (-1, -0.5, 0))), material: Principled(double_sided: false))",
+                "(name: \"right\", shape: Triangle(vertices: ((1, -0.5, 0), (1.5, 0.5, 0), (2, -0.5, 0))), material: Principled(double_sided: false))",
+            ]),
+            vec!["right", "it is seen from behind", "double_sided: true"],
+        ),
+        (
             "alpha zero everywhere",
             scene(&[EYE, FLOOR, LAMP, &ball_of("Principled(alpha: 0, alpha_mode: Blend)")]),
             vec!["its alpha is 0 everywhere", "alpha_mode: Opaque"],

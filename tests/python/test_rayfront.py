@@ -103,6 +103,7 @@ def test_pictures_are_as_screens_show_them(tmp_path):
         (lambda: brighter.srgb(denoised=True), "denoise=True"),
         (lambda: ball().render(tonemap="filmic"), "there are: clamp"),
         (lambda: ball().render(exposure="dark"), '"auto"'),
+        (lambda: ball().render(exposure=65), "exposure_ev is 65"),
     ]:
         with pytest.raises(ValueError, match=says):
             wrong()
@@ -237,11 +238,11 @@ def test_mistakes_are_errors_that_say_what_is_wrong(tmp_path):
         rayfront.load(tmp_path / "nothing.ron")
     with pytest.raises(ValueError, match="there is no camera"):
         ball().render(camera="left")
-    with pytest.raises(ValueError, match="spp must be"):
+    with pytest.raises(ValueError, match="samples is 0: it must be 1 to"):
         ball().render(spp=0)
     with pytest.raises(ValueError, match="unknown layer"):
         ball().render(layers=["dept"])
-    with pytest.raises(ValueError, match="a vertex that is not there"):
+    with pytest.raises(ValueError, match=r"vertices \[0, 1, 3\], but there are 3"):
         rayfront.World([{"shape": rayfront.Mesh(TRIANGLE[0], [[0, 1, 3]])}])
     with pytest.raises(TypeError):
         rayfront.World([{"shape": object()}])
