@@ -1,12 +1,13 @@
 //! `--aov`: output variables in addition to the image, in an OpenEXR file.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde_json::{Map, Value};
 
-use crate::film::{Channel, Values};
+use crate::film::Channel;
+use crate::render::names_of_ids;
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
@@ -91,21 +92,11 @@ pub fn manifest(
     scene: &CompiledScene,
 ) -> Option<String> {
     let mut tables = Map::new();
-    for Channel { name, values } in channels {
-        let Values::Whole(ids) = values else { continue };
-        let name_of = |number: u32| match *name {
-            "entity.id" => entities.get(&number),
-            "material.id" => scene.material_names.get(number as usize),
-            _ => None,
-        };
-        let ids: BTreeSet<u32> = ids.iter().copied().filter(|id| *id > 0).collect();
-        let table: Map<String, Value> = ids
-            .into_iter()
-            .filter_map(|id| Some((id.to_string(), name_of(id - 1)?.clone().into())))
-            .collect();
-        if ["entity.id", "material.id"].contains(name) {
-            tables.insert((*name).to_owned(), table.into());
-        }
+    for channel in channels {
+        let Some(names) = names_of_ids(channel, entities, scene) else { continue };
+        let table: Map<String, Value> =
+            names.into_iter().map(|(id, name)| (id.to_string(), name.into())).collect();
+        tables.insert(channel.name.to_owned(), table.into());
     }
     (!tables.is_empty()).then(|| ascii(&Value::from(tables).to_string()))
 }

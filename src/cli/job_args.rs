@@ -164,13 +164,6 @@ fn parse_checkpoint(text: &str) -> Result<CheckpointEvery, String> {
     }
 }
 
-impl StopOptions {
-    /// Whether nothing but an interruption ends it before all samples are there.
-    pub fn is_unlimited(&self) -> bool {
-        self.until.is_none() && self.max_time.is_none()
-    }
-}
-
 fn parse_until(text: &str) -> Result<f64, String> {
     let number = text.strip_prefix("noise=").map(|rest| match rest.strip_suffix('%') {
         Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),

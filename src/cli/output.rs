@@ -145,7 +145,7 @@ impl<'a> Picture<'a> {
         entries.extend(limits);
         // Nobody needs to know whose machine it was, and the same image must be the same file.
         let command = without_trace(&self.header.note.command);
-        let note = Note { command, ..Note::default() };
+        let note = Note { command, stopped_by: self.header.note.stopped_by.clone(), ..Note::default() };
         let record = serde_json::to_string(&Header { note, ..self.header.clone() });
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries
@@ -170,11 +170,12 @@ pub fn is_of_another_command(image: &Path, command: &[String]) -> bool {
     reproduce::record(image).is_ok_and(|header| header.note.command != command)
 }
 
-/// Whether an image says that its rendering was interrupted: it does not have all samples.
+/// Whether an image says that its rendering was interrupted: it does not have all samples, and no rule stopped it.
 pub fn lacks_samples(image: &Path) -> bool {
     let unfinished = |header: Header| {
         let all = [[0, header.settings.samples]];
-        header.begun.is_some() || header.settings.adaptive == Adaptive::Off && header.samples != all
+        let lacks = header.settings.adaptive == Adaptive::Off && header.samples != all;
+        header.begun.is_some() || lacks && header.note.stopped_by.is_none()
     };
     reproduce::record(image).is_ok_and(unfinished)
 }

@@ -88,8 +88,8 @@ fn all_frames(
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
         let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
-        // Of --until, --shard and the like, an image may have fewer samples and be as intended.
-        let wants_all = arguments.stop.is_unlimited() && shard.is_none() && arguments.part.samples.is_none();
+        // Of --shard and the like, an image may have fewer samples and be as intended.
+        let wants_all = shard.is_none() && arguments.part.samples.is_none();
         let lacks_samples = |image: &PathBuf| wants_all && output::lacks_samples(image);
         if are_there && !arguments.output.overwrite && outputs.images.iter().any(lacks_samples) {
             if !arguments.work.quiet {

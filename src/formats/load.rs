@@ -14,7 +14,7 @@ pub struct LoadOptions {
     /// The moment at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes
     /// stand as their file says, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
     pub time_s: Option<f32>,
-    /// The name of a variant of the model's materials (KHR_materials_variants). For `.gltf` and `.glb` files.
+    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0 if it has none. For `.gltf` and `.glb` files.
     pub variant: Option<String>,
     /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
     /// `.glb` files.
@@ -94,6 +94,10 @@ pub enum LightUnits {
     Watt,
 }
 
+/// Scenes and meshes of other programs, which the usual way to glTF is through Blender.
+const ELSEWHERE: [&str; 12] =
+    ["stl", "fbx", "dae", "3ds", "blend", "usd", "usda", "usdc", "usdz", "abc", "x3d", "wrl"];
+
 /// Reads a scene as it is: [`load_with`] the default options.
 pub fn load(path: impl AsRef<Path>) -> Result<World, LoadError> {
     load_with(path, &LoadOptions::default())
@@ -137,6 +141,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             let whole = whole.filter(|_| other.is_empty()).find(|path| path.is_file());
             let hint = match whole {
                 Some(path) => format!(" (did you mean \"{}\"?)", path.display()),
+                None if ELSEWHERE.contains(&other) => ": Blender imports it and exports .glb".to_owned(),
                 None => did_you_mean(other, known),
             };
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");

@@ -25,6 +25,7 @@ pub(crate) mod triangulate;
 use std::io::{self, Read};
 use std::path::Path;
 
+pub use crate::files::allow_outside;
 pub(crate) use asset_files::{AssetFiles, Files};
 pub use edits::Edits;
 pub(crate) use framing::is_usual;

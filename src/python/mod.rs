@@ -3,6 +3,7 @@
 
 #![allow(missing_docs, reason = "documented in rayfront/__init__.pyi")]
 
+mod messages;
 mod rays;
 mod rendering;
 mod world;
@@ -10,6 +11,7 @@ mod world;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
+use self::messages::as_arguments;
 use crate::error::{CompileError, LoadError, SaveError};
 
 #[pymodule]
@@ -21,6 +23,12 @@ mod _native {
     #[pymodule_export]
     use super::world::World;
     use pyo3::prelude::*;
+
+    /// From now on, scenes of this process may refer to files outside their folders: for scenes that you trust.
+    #[pyfunction]
+    fn allow_outside() {
+        crate::formats::allow_outside();
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -38,14 +46,14 @@ fn of_file(error: LoadError) -> PyErr {
         }
         // As the argument is called here.
         LoadError::Option { option, reason } => {
-            PyValueError::new_err(format!("{}: {reason}", option.trim_end_matches("_s")))
+            wrong(format!("{}: {}", option.trim_end_matches("_s"), as_arguments(&reason)))
         }
-        error => PyValueError::new_err(error.to_string()),
+        error => wrong(as_arguments(&error.to_string())),
     }
 }
 
 fn of_scene(error: CompileError) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    wrong(as_arguments(&error.to_string()))
 }
 
 fn of_output(error: SaveError) -> PyErr {

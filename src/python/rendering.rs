@@ -1,5 +1,6 @@
 //! The results of rendering, as arrays and files.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use numpy::{IntoPyArray, PyArrayMethods};
@@ -14,11 +15,16 @@ use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
 use crate::world::Settings;
 
+/// By layer and number.
+type Names = BTreeMap<&'static str, BTreeMap<u32, String>>;
+
 #[pyclass(module = "rayfront._native", frozen)]
 pub struct Rendering {
     film: Film,
     settings: Settings,
     layers: Vec<Channel>,
+    /// What the numbers in layers stand for.
+    names: Names,
     denoised: Option<Denoised>,
     /// What every scene of its kind is told.
     #[pyo3(get)]
@@ -33,10 +39,11 @@ impl Rendering {
         film: Film,
         settings: Settings,
         layers: Vec<Channel>,
+        names: Names,
         denoised: Option<Denoised>,
         [notes, warnings]: [Vec<String>; 2],
     ) -> Self {
-        Self { film, settings, layers, denoised, notes, warnings }
+        Self { film, settings, layers, names, denoised, notes, warnings }
     }
 
     fn options(&self, bits: u8, denoised: bool) -> PyResult<ImageOptions<'_>> {
@@ -111,6 +118,12 @@ impl Rendering {
             layers.set_item(name, array)?;
         }
         Ok(layers)
+    }
+
+    /// What the numbers in the layers `entity` and `material` stand for, as far as they are in the image.
+    #[getter]
+    fn names(&self) -> Names {
+        self.names.clone()
     }
 
     /// A hash of the exact sums of all samples: equal films have equal hashes.

@@ -10,20 +10,21 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::rendering::Rendering;
-use super::{of_file, of_scene, wrong};
+use super::{as_arguments, of_file, of_scene, wrong};
 use crate::check::{self, Finding};
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
 use crate::film::Region;
 use crate::film::exposure::exposure_ev;
+use crate::formats::ron::query::{Query, list};
 use crate::formats::{
     AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
     load_again, ron,
 };
 use crate::integrator::Frame;
-use crate::math::{Vec2, Vec3};
-use crate::render::{Options, Schedule, Session, ThreadError, on_threads};
-use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap};
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::render::{Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
+use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap, Transport};
 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
@@ -106,16 +107,17 @@ impl AssetFiles for Given {
     }
 }
 
-/// Name, vertices, faces, normals and texture coordinates of a mesh.
+/// Name, vertices, faces, normals, texture coordinates and linear colours of a mesh.
 type Arrays<'py> = (
     String,
     PyReadonlyArray2<'py, f32>,
     PyReadonlyArray2<'py, u32>,
     Option<PyReadonlyArray2<'py, f32>>,
     Option<PyReadonlyArray2<'py, f32>>,
+    Option<PyReadonlyArray2<'py, f32>>,
 );
 
-fn mesh((name, vertices, faces, normals, uvs): &Arrays) -> PyResult<Mesh> {
+fn mesh((name, vertices, faces, normals, uvs, colors): &Arrays) -> PyResult<Mesh> {
     let rows = |what: &str, array: &PyReadonlyArray2<f32>, width: usize| {
         if array.shape()[1] != width {
             return Err(wrong(format!("{what} have the shape (N, {width}), not {:?}", array.shape())));
@@ -132,7 +134,9 @@ fn mesh((name, vertices, faces, normals, uvs): &Arrays) -> PyResult<Mesh> {
     let uvs = uvs.as_ref().map(|uvs| rows("uvs", uvs, 2)).transpose()?;
     let uvs = uvs.map(|uvs| uvs.chunks_exact(2).map(Vec2::from_slice).collect::<Vec<_>>());
     let (normals, uvs) = (normals.unwrap_or_default(), uvs.unwrap_or_default());
-    let mesh = Mesh { name: name.clone(), positions, triangles, normals, uvs, ..Mesh::default() };
+    let colors = colors.as_ref().map(|colors| rows("colors", colors, 3)).transpose()?.unwrap_or_default();
+    let colors = colors.as_chunks::<3>().0.iter().copied().map(Rgb::from).collect();
+    let mesh = Mesh { name: name.clone(), positions, triangles, normals, uvs, colors, ..Mesh::default() };
     check_mesh(&mesh, 1).map_err(|reason| wrong(format!("{name}: {reason}")))?;
     Ok(mesh)
 }
@@ -194,7 +198,7 @@ impl World {
 
     /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
     fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
-        let settings = self.settings(size, None, None, None, None, None)?;
+        let settings = self.settings(size, None, None, None, None, [None; 2])?;
         let settings = Settings { sharing: Sharing::Off, ..settings };
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
@@ -202,7 +206,9 @@ impl World {
             let frame = Frame::new(compile(world, camera)?, &settings);
             Ok(check::check(world, &frame, true))
         });
-        let parts = |Finding { about, what, remedy }| (about, what, remedy);
+        let parts = |Finding { about, what, remedy }| {
+            (about, as_arguments(&what), remedy.map(|remedy| as_arguments(&remedy)))
+        };
         Ok(found.map_err(of_scene)?.into_iter().map(parts).collect())
     }
 
@@ -213,7 +219,22 @@ impl World {
 
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.world.warnings.clone()
+        self.world.warnings.iter().map(|line| as_arguments(line)).collect()
+    }
+
+    /// Names, with keys and what they say, of what a query selects; of all entities and materials if there is none.
+    fn parts(
+        &self,
+        py: Python<'_>,
+        text: Option<&str>,
+    ) -> PyResult<Vec<(String, HashMap<&'static str, String>)>> {
+        let query = text.map(Query::parse).transpose().map_err(wrong)?;
+        let path = match &self.source {
+            Source::Text { folder, .. } => folder.join("World"),
+            Source::File { path, .. } => path.clone(),
+        };
+        let found = py.detach(|| list(&self.world, query.as_ref(), &path));
+        Ok(found.into_iter().map(|(name, keys)| (name, keys.into_iter().collect())).collect())
     }
 
     #[getter]
@@ -238,6 +259,7 @@ impl World {
         depth: Option<u32>,
         exposure: Option<Exposure>,
         tonemap: Option<&str>,
+        transport: Option<&str>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Rendering> {
         let aovs = layers.iter().map(|name| layer(name)).collect::<PyResult<Vec<Aov>>>()?;
@@ -248,7 +270,7 @@ impl World {
                 return Err(wrong(format!("unknown schedule {other:?}: use \"wavefront\" or \"recursive\"")));
             }
         };
-        let settings = self.settings(size, spp, seed, depth, exposure, tonemap)?;
+        let settings = self.settings(size, spp, seed, depth, exposure, [tonemap, transport])?;
         let region = crop.map(|crop| region(crop, settings.size)).transpose()?;
         if noise.is_some_and(|noise| noise.is_nan() || noise <= 0.0) {
             return Err(wrong("noise must be above 0: 0.01 is a hundredth of the image's brightness"));
@@ -267,6 +289,7 @@ impl World {
             frame.scene.warnings.iter().cloned().partition(|line| is_usual(line));
         warnings.extend(findings.iter().map(Finding::to_string));
         let variance = aovs.contains(&Aov::Variance);
+        let names = if aovs.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
         let options = Options { schedule, variance, region, ..Options::default() };
         let (stop, done) = (AtomicBool::new(false), AtomicU32::new(0));
         let work = || {
@@ -296,7 +319,14 @@ impl World {
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
-                Rendering::new(session.film().clone(), settings.clone(), layers, denoised, [notes, warnings])
+                let ids = layers.iter().filter_map(|layer| {
+                    let (name, _) = layer.name.split_once('.')?;
+                    Some((name, names_of_ids(layer, &names, &frame.scene)?))
+                });
+                let names = ids.collect();
+                let told =
+                    [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
+                Rendering::new(session.film().clone(), settings.clone(), layers, names, denoised, told)
             })
         };
         rendered(py, work, &stop, &done, progress.as_ref())
@@ -322,7 +352,7 @@ impl World {
         seed: Option<u64>,
         depth: Option<u32>,
         exposure: Option<Exposure>,
-        tonemap: Option<&str>,
+        [tonemap, transport]: [Option<&str>; 2],
     ) -> PyResult<Settings> {
         let mut settings = self.world.settings.clone();
         settings.size = size.unwrap_or(settings.size);
@@ -330,6 +360,17 @@ impl World {
         settings.seed = seed.unwrap_or(settings.seed);
         settings.max_depth = depth.unwrap_or(settings.max_depth);
         settings.tonemap = tonemap.map_or(Ok(settings.tonemap), tone_curve)?;
+        settings.transport = match transport {
+            None => settings.transport,
+            Some("auto") => self.world.fitting_transport(),
+            Some("path") => Transport::Path,
+            Some("whitted") => Transport::Whitted,
+            Some(other) => {
+                return Err(wrong(format!(
+                    "unknown transport {other:?}: use \"path\", \"whitted\" or \"auto\""
+                )));
+            }
+        };
         match exposure {
             Some(Exposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
             Some(Exposure::Named(name)) if name == "auto" => {

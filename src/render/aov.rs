@@ -1,5 +1,7 @@
 //! Arbitrary output variables of a rendering as the columns of an image file.
 
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
 use rayon::prelude::*;
 
 use super::{Gathered, Session};
@@ -7,6 +9,7 @@ use crate::denoise::{Denoised, Noisy, denoise};
 use crate::film::{Channel, Features, Values};
 use crate::integrator::wavefront::first_hits::FirstHits;
 use crate::math::Rgb;
+use crate::scene::CompiledScene;
 use crate::world::Aov;
 
 impl Session {
@@ -92,6 +95,24 @@ impl Session {
             Aov::Samples | Aov::Variance => film_channels(self.gathered(), &[aov]),
         }
     }
+}
+
+/// The names that the ids in a column stand for; none if it holds no ids. `entities` says the names of entities by
+/// their numbers from 0; ids count from 1, and 0 is where nothing was hit.
+pub fn names_of_ids(
+    channel: &Channel,
+    entities: &HashMap<u32, String>,
+    scene: &CompiledScene,
+) -> Option<BTreeMap<u32, String>> {
+    let Values::Whole(ids) = &channel.values else { return None };
+    let name_of = |id: u32| match channel.name {
+        "entity.id" => entities.get(&(id - 1)),
+        _ => scene.material_names.get(id as usize - 1),
+    };
+    let ids: BTreeSet<u32> = ids.iter().copied().filter(|id| *id > 0).collect();
+    ["entity.id", "material.id"]
+        .contains(&channel.name)
+        .then(|| ids.into_iter().filter_map(|id| Some((id, name_of(id)?.clone()))).collect())
 }
 
 /// The columns of those variables that are the film's own: how many samples there are, and their variance,

@@ -36,7 +36,7 @@ pub(crate) mod session;
 pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Level;
-pub(crate) use aov::film_channels;
+pub(crate) use aov::{film_channels, names_of_ids};
 pub(crate) use gathered::{Gathered, Pass};
 pub(crate) use observed::Span;
 pub use session::{DEFAULT_WAVE, Options, Session, ThreadError, on_threads};

@@ -9,6 +9,7 @@ import threading
 import time
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,6 +50,18 @@ def test_films_are_those_of_the_program(scene, tmp_path):
 
 
 @pytest.mark.skipif(not PROGRAM, reason="RAYFRONT_PROGRAM names no program")
+def test_parts_are_those_that_the_program_lists():
+    path = ROOT / "scenes" / "cornell.ron"
+    world = rayfront.load(path)
+    for query in (None, "Light", 'Material["w*"]'):
+        words = [PROGRAM, "ls", path, *([query] if query else []), "--json"]
+        told = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)["found"]
+        assert world.parts(query) == [(part["name"], part["keys"]) for part in told] and told
+    with pytest.raises(ValueError, match="unknown kind"):
+        world.parts("Lihgt")
+
+
+@pytest.mark.skipif(not PROGRAM, reason="RAYFRONT_PROGRAM names no program")
 def test_a_world_is_the_scene_file_that_it_says(tmp_path):
     world = ball()
     path = tmp_path / "ball.ron"
@@ -66,6 +79,8 @@ def test_images_are_arrays_pictures_and_files(tmp_path):
     assert image.layers["depth"].shape == (18, 32) and image.layers["depth"].dtype == np.float32
     assert image.layers["normal"].shape == (18, 32, 3)
     assert image.layers["entity"].dtype == np.uint32 and image.layers["entity"][9, 16] == 4
+    assert set(image.names) == {"entity"} and list(image.names["entity"]) == [4]
+    assert ball().render(layers=["material"]).names == {"material": {2: "red"}}
     assert image.denoised.shape == pixels.shape
     assert image._repr_png_().startswith(b"\x89PNG")
     image.save(tmp_path / "a.png")
@@ -223,6 +238,58 @@ def test_meshes_of_arrays_are_seen():
         settings={"size": (64, 64), "samples": 16},
     )
     assert again.render().film_hash == world.render().film_hash
+
+
+def test_colours_of_meshes_multiply_those_of_materials():
+    vertices = np.array([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], dtype=np.float32)
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+
+    def middle(*arrays, **colors):
+        world = rayfront.World(
+            settings={"size": (32, 32), "samples": 1},
+            materials={"white": rayfront.Principled(base_color=0.8, metallic=0)},
+            entities=[
+                {"camera": rayfront.Pinhole(vertical_fov_degrees=40), "transform": {"translate": (0, 0, 4)}},
+                {"light": rayfront.Sky(elevation_degrees=60)},
+                {"shape": rayfront.Mesh(*arrays, **colors), "material": "white"},
+            ],
+        )
+        return world.render(layers="albedo").layers["albedo"][16, [4, 28]]
+
+    of_faces = np.array([[255, 0, 0], [0, 128, 255]], dtype=np.uint8)
+    left, right = middle(vertices, faces, colors=of_faces)
+    assert np.allclose(left, [0, 0.8 * 0.2158605, 0.8], atol=1e-3) and np.allclose(right, [0.8, 0, 0], atol=1e-3)
+    of_vertices = np.full((4, 3), 0.5, dtype=np.float32)
+    assert np.allclose(middle(vertices, faces, colors=of_vertices), 0.4, atol=1e-3)
+    # What trimesh gives: four channels.
+    mesh = SimpleNamespace(vertices=vertices, faces=faces)
+    mesh.visual = SimpleNamespace(kind="face", face_colors=np.column_stack([of_faces, [255, 255]]).astype(np.uint8))
+    assert np.allclose(middle(mesh), [left, right])
+    mesh.visual = SimpleNamespace(kind="texture")
+    with pytest.warns(rayfront.SceneWarning, match="texture of the mesh is not taken"):
+        middle(mesh)
+    with pytest.raises(ValueError, match="3 colors for 4 vertices and 2 faces"):
+        rayfront.Mesh(vertices, faces, colors=np.ones((3, 3)))
+
+
+def test_messages_name_arguments(tmp_path):
+    dark = rayfront.World(
+        settings={"size": (16, 9)},
+        entities=[
+            {"camera": rayfront.Pinhole(vertical_fov_degrees=40), "transform": {"translate": (0, 0, 4)}},
+            {"shape": rayfront.Sphere(radius_m=1)},
+        ],
+    )
+    assert any('or env="studio"' in (found.remedy or "") for found in dark.check())
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "a.ply").write_text("ply\n")
+    (tmp_path / "inner" / "a.ron").write_text('(entities: [(shape: Mesh("../a.ply"))])')
+    with pytest.raises(ValueError, match=r"rayfront\.allow_outside\(\) lets a scene refer to it"):
+        rayfront.load(tmp_path / "inner" / "a.ron")
+    whitted = ball(transport=rayfront.Whitted)
+    assert ball(transport=rayfront.Path).render().film_hash == whitted.render(transport="path").film_hash
+    with pytest.raises(ValueError, match="unknown transport"):
+        whitted.render(transport="paht")
 
 
 def test_mistakes_are_errors_that_say_what_is_wrong(tmp_path):

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::error::LoadError;
+use crate::formats::extension;
 
 /// JSON, and the binary chunk if there is one.
 pub(super) struct Container<'b> {
@@ -25,6 +26,11 @@ impl<'b> Container<'b> {
     pub(super) fn open(bytes: &'b [u8], path: &Path) -> Result<Self, LoadError> {
         if !bytes.starts_with(MAGIC) {
             let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            if extension(path) == "glb" && json.trim_ascii_start().first() != Some(&b'{') {
+                let reason =
+                    "this is no GLB file: it does not begin with \"glTF\" (was it downloaded whole?)";
+                return Err(LoadError::invalid(path, reason));
+            }
             return Ok(Self { json, binary: None, is_glb: false });
         }
         Self::open_glb(bytes).map_err(|reason| LoadError::invalid(path, reason))

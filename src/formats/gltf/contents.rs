@@ -33,7 +33,7 @@ pub fn contents(path: &Path) -> Result<Contents, LoadError> {
     let (scenes, animations) = (root.scenes.iter().enumerate(), root.animations.iter().enumerate());
     Ok(Contents {
         scenes: scenes.map(|(number, scene)| name(&scene.name, number)).collect(),
-        variants: variants.into_iter().map(|variant| variant.name).collect(),
+        variants: variants.iter().enumerate().map(|(number, variant)| variant.called(number)).collect(),
         animations: animations
             .map(|(number, animation)| (name(&animation.name, number), end(&root, animation)))
             .collect(),

@@ -175,19 +175,21 @@ pub fn parse(
     Ok(Model { nodes, aspect, moves })
 }
 
-/// The number of the variant that was asked for by name.
+/// The number of the variant that was asked for by name, or by number if it has none.
 fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, LoadError> {
     let Some(asked) = asked else { return Ok(None) };
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
     let name = "KHR_materials_variants";
     let read: Option<Variants> = document.extension(others, name, "")?;
     let variants = read.map_or_else(Vec::new, |read| read.variants);
-    let number = variants.iter().position(|variant| variant.name == asked);
+    let called: Vec<String> =
+        variants.iter().enumerate().map(|(number, variant)| variant.called(number)).collect();
+    let number = called.iter().position(|name| name == asked);
     number.map(Some).ok_or_else(|| {
-        let names = presentable(variants.iter().map(|variant| &variant.name[..]));
+        let names = presentable(called.iter().map(|name| &name[..]));
         let all: Vec<String> = names.clone().take(32).map(words).collect();
         let (asked, hint) = (words(asked), did_you_mean(asked, names));
-        let reason = match variants.len() {
+        let reason = match called.len() {
             0 => format!("there is no variant \"{asked}\": the file has none"),
             _ => format!("there is no variant \"{asked}\"{hint}; variants: {}", all.join(", ")),
         };

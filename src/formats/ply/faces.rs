@@ -3,16 +3,24 @@
 use std::collections::HashMap;
 
 use crate::formats::triangulate::Triangulator;
-use crate::math::Vec2;
+use crate::math::{Rgb, Vec2};
 use crate::world::Mesh;
 
 use super::header::{Element, PropertyKind, Scalar};
 use super::source::{NumberFault, NumberSource};
-use super::vertices::uv_from_file;
+use super::vertices::{COLOR, ColorCurve, NAMES, SLOTS, uv_from_file};
 
 enum FaceField {
-    Indices { count: Scalar, item: Scalar },
-    Uvs { count: Scalar, item: Scalar },
+    Indices {
+        count: Scalar,
+        item: Scalar,
+    },
+    Uvs {
+        count: Scalar,
+        item: Scalar,
+    },
+    /// Red, green or blue.
+    Color(usize, Scalar),
     Skip(PropertyKind),
 }
 
@@ -21,6 +29,8 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     let mut has_indices = false;
     let mut steps = Vec::with_capacity(element.properties.len());
     for property in &element.properties {
+        let is_of = |names: &&[&str]| names.contains(&property.name.as_str());
+        let channel = NAMES[COLOR..SLOTS].iter().position(is_of);
         steps.push(match (property.name.as_str(), property.kind) {
             ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }) if !has_indices => {
                 if item.is_float() {
@@ -30,6 +40,9 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
                 FaceField::Indices { count, item }
             }
             ("texcoord", PropertyKind::List { count, item }) => FaceField::Uvs { count, item },
+            (_, PropertyKind::Scalar(scalar)) if channel.is_some() => {
+                FaceField::Color(channel.unwrap_or_default(), scalar)
+            }
             (_, kind) => FaceField::Skip(kind),
         });
     }
@@ -53,6 +66,10 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
     let mut wedges = Wedges::default();
     // Those of the file; faces may add copies.
     let vertices = mesh.positions.len();
+    let has_color =
+        |c: usize| steps.iter().any(|step| matches!(step, FaceField::Color(channel, _) if *channel == c));
+    // Colours of vertices say more than those of faces.
+    let has_colors = (0..3).all(has_color) && mesh.colors.is_empty();
     for i in 0..element.count {
         let place = |reason: String| format!("{} {i}: {reason}", element.name);
         row.read(source, &steps).map_err(|fault| place(source.describe(fault)))?;
@@ -61,8 +78,9 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
             continue;
         }
         row.check_indices(vertices).map_err(place)?;
-        if !row.uvs.is_empty() {
-            wedges.apply(&mut row.corners, &row.uvs, mesh).map_err(place)?;
+        let color = has_colors.then_some(Rgb::from(row.color));
+        if !row.uvs.is_empty() || has_colors {
+            wedges.apply(&mut row.corners, &row.uvs, color, mesh).map_err(place)?;
         }
         let Mesh { positions, triangles, .. } = &mut *mesh;
         if let [a, b, c] = row.corners[..] {
@@ -82,6 +100,9 @@ struct Row {
     indices: Vec<i64>,
     corners: Vec<u32>,
     uvs: Vec<f32>,
+    /// Linear red, green and blue.
+    color: [f32; 3],
+    curve: ColorCurve,
 }
 
 impl Row {
@@ -100,6 +121,10 @@ impl Row {
                     for _ in 0..source.list_length(count, item)? {
                         self.uvs.push(source.float(item)?);
                     }
+                }
+                FaceField::Color(channel, scalar) => {
+                    let value = source.float(scalar)?;
+                    self.color[channel] = self.curve.to_linear(value, Some(scalar));
                 }
                 FaceField::Skip(kind) => source.skip_property(kind)?,
             }
@@ -142,53 +167,84 @@ fn check_index(index: i64, vertices: usize) -> Result<u32, String> {
     }
 }
 
-/// Texture coordinates by face: a vertex that is seen with more than one pair becomes several.
+/// Texture coordinates and colours by face: a vertex that is seen with several becomes several.
 #[derive(Default)]
 struct Wedges {
-    /// For each original vertex, whether a face has given it its uv.
+    /// For each original vertex, whether a face has given it its values.
     taken: Vec<bool>,
-    copies: HashMap<(u32, [u32; 2]), u32>,
+    copies: HashMap<(u32, [u32; 5]), u32>,
 }
 
 impl Wedges {
-    /// Gives each of `corners` its pair of `uvs`. A face whose pairs do not match its corners
-    /// stays as it is.
-    fn apply(&mut self, corners: &mut [u32], uvs: &[f32], mesh: &mut Mesh) -> Result<(), String> {
-        if uvs.len() != 2 * corners.len() {
+    /// Gives each of `corners` its pair of `uvs`, and all of them a colour if there is one. A face whose pairs do not
+    /// match its corners keeps those that are there.
+    fn apply(
+        &mut self,
+        corners: &mut [u32],
+        uvs: &[f32],
+        color: Option<Rgb>,
+        mesh: &mut Mesh,
+    ) -> Result<(), String> {
+        let has_uvs = !uvs.is_empty() && uvs.len() == 2 * corners.len();
+        if !has_uvs && color.is_none() {
             return Ok(());
         }
+        let count = mesh.positions.len();
         if self.taken.is_empty() {
-            self.taken.resize(mesh.positions.len(), false);
-            mesh.uvs.resize(mesh.positions.len(), Vec2::ZERO);
+            self.taken.resize(count, false);
         }
-        for (corner, uv) in corners.iter_mut().zip(uvs.chunks_exact(2)) {
-            let uv = uv_from_file(uv[0], uv[1]);
+        if has_uvs {
+            mesh.uvs.resize(count, Vec2::ZERO);
+        }
+        if color.is_some() {
+            mesh.colors.resize(count, Rgb::WHITE);
+        }
+        for (k, corner) in corners.iter_mut().enumerate() {
             let vertex = *corner as usize;
-            if !self.taken[vertex] {
+            let is_taken = self.taken[vertex];
+            let uv = if has_uvs {
+                Some(uv_from_file(uvs[2 * k], uvs[2 * k + 1]))
+            } else {
+                mesh.uvs.get(vertex).copied()
+            };
+            let color = color.or_else(|| mesh.colors.get(vertex).copied());
+            if !is_taken {
                 self.taken[vertex] = true;
-                mesh.uvs[vertex] = uv;
-            } else if mesh.uvs[vertex] != uv {
-                *corner = self.copy(*corner, uv, mesh)?;
+                set(&mut mesh.uvs, vertex, uv);
+                set(&mut mesh.colors, vertex, color);
+            } else if mesh.uvs.get(vertex).copied() != uv || mesh.colors.get(vertex).copied() != color {
+                *corner = self.copy(*corner, uv, color, mesh)?;
             }
         }
         Ok(())
     }
 
-    fn copy(&mut self, vertex: u32, uv: Vec2, mesh: &mut Mesh) -> Result<u32, String> {
-        let key = (vertex, [uv.x.to_bits(), uv.y.to_bits()]);
+    fn copy(
+        &mut self,
+        vertex: u32,
+        uv: Option<Vec2>,
+        color: Option<Rgb>,
+        mesh: &mut Mesh,
+    ) -> Result<u32, String> {
+        let (Vec2 { x: u, y: v }, Rgb { r, g, b }) = (uv.unwrap_or_default(), color.unwrap_or_default());
+        let key = (vertex, [u, v, r, g, b].map(f32::to_bits));
         if let Some(&copy) = self.copies.get(&key) {
             return Ok(copy);
         }
         let copy = u32::try_from(mesh.positions.len()).map_err(|_| "too many vertices")?;
         mesh.positions.push(mesh.positions[vertex as usize]);
-        mesh.uvs.push(uv);
+        mesh.uvs.extend(uv);
+        mesh.colors.extend(color);
         if let Some(&normal) = mesh.normals.get(vertex as usize) {
             mesh.normals.push(normal);
         }
-        if let Some(&color) = mesh.colors.get(vertex as usize) {
-            mesh.colors.push(color);
-        }
         self.copies.insert(key, copy);
         Ok(copy)
+    }
+}
+
+fn set<T>(values: &mut [T], place: usize, value: Option<T>) {
+    if let Some((to, value)) = values.get_mut(place).zip(value) {
+        *to = value;
     }
 }

@@ -5,7 +5,7 @@
 //! because it knows neither strips nor texture coordinates by face.
 //!
 //! What is read: `vertex` with x, y, z, normals, texture coordinates and colours; `face` with
-//! `vertex_indices` and MeshLab's `texcoord`; `tristrips`. All else is skipped. Integer colours
+//! `vertex_indices`, colours and MeshLab's `texcoord`; `tristrips`. All else is skipped. Integer colours
 //! are taken to be sRGB, floating ones to be linear. PLY's v points up and ours down, so v
 //! becomes 1 − v. Vertices and faces are counted from 0, as in the file's own indices.
 
@@ -46,7 +46,8 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     };
     let (vertices, faces) = (count("vertex"), count("face"));
     let what = format_args!("the mesh of {vertices} vertices and {faces} faces");
-    // Positions, normals, texture coordinates; corners of two triangles. A file can claim more than it holds.
+    // Positions, normals, texture coordinates; corners of two triangles. Vertices that faces make several of are not
+    // known yet. A file can claim more than it holds.
     let bytes = (32 * vertices + 24 * faces).min(12 * body.len() as u64);
     let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
     let mesh = match header.encoding {

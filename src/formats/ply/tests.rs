@@ -138,6 +138,7 @@ fn ascii(vertex_properties: &str, face: &str, vertices: &str, faces: &str) -> St
 
 const FACES: &str = "\nproperty list uchar int vertex_indices";
 const CORNERS: &str = "0 0 0\n4 0 0\n4 4 0\n2 1 0\n0 4 0";
+const WITH_NORMALS: &str = "0 0 0 0 0 1\n4 0 0 0 0 1\n4 4 0 1 0 0\n2 1 0 0 0 1\n0 4 0 0 0 1";
 
 #[test]
 fn concave_polygons_are_cut_into_ears() {
@@ -167,16 +168,7 @@ fn strips_turn_every_second_triangle_and_start_again() {
 fn texture_coordinates_by_face_split_vertices() {
     let face = "face 3\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord";
     let faces = "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 4 6 0 0 .5 .5 0 1\n3 0 1 2 0";
-    let mesh = parse_bytes(
-        ascii(
-            "x y z nx ny nz",
-            face,
-            "0 0 0 0 0 1\n4 0 0 0 0 1\n4 4 0 1 0 0\n2 1 0 0 0 1\n0 4 0 0 0 1",
-            faces,
-        )
-        .as_bytes(),
-    )
-    .unwrap();
+    let mesh = parse_bytes(ascii("x y z nx ny nz", face, WITH_NORMALS, faces).as_bytes()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 5, 4], [0, 1, 2]]);
     assert_eq!(mesh.positions[5], mesh.positions[2]);
     assert_eq!(mesh.normals[5], Vec3::X);
@@ -188,6 +180,32 @@ fn texture_coordinates_by_face_split_vertices() {
         refusal(&ascii("x y z", face, CORNERS, &beyond))
             .ends_with("vertex index 5 is out of range: there are 5 vertices")
     );
+}
+
+#[test]
+fn colours_of_faces_split_vertices() {
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue";
+    let face = format!("face 3{FACES}\n{colors}");
+    let faces = "3 0 1 2 255 0 0\n3 0 2 4 0 0 255\n3 0 1 2 255 0 0";
+    let mesh = parse_bytes(ascii("x y z nx ny nz", &face, WITH_NORMALS, faces).as_bytes()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [5, 6, 4], [0, 1, 2]]);
+    let (red, blue) = (Rgb::new(1.0, 0.0, 0.0), Rgb::new(0.0, 0.0, 1.0));
+    // The fourth vertex is no face's.
+    assert_eq!(mesh.colors, [red, red, red, Rgb::WHITE, blue, blue, blue]);
+    assert_eq!((mesh.positions[6], mesh.normals[6]), (mesh.positions[2], Vec3::X));
+
+    // With texture coordinates by face, both count.
+    let face = format!("face 2{FACES}\nproperty list uchar float texcoord\n{colors}");
+    let faces = "3 0 1 2 6 0 0 1 0 1 1 255 0 0\n3 0 2 4 6 0 0 .5 .5 0 1 255 0 0";
+    let mesh = parse_bytes(ascii("x y z", &face, CORNERS, faces).as_bytes()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 5, 4]]);
+    assert_eq!((mesh.colors[5], mesh.uvs[5]), (red, Vec2::new(0.5, 0.5)));
+
+    // Colours of vertices say more.
+    let vertices = "0 0 0 .5 .5 .5\n4 0 0 .5 .5 .5\n4 4 0 .5 .5 .5";
+    let file =
+        ascii("x y z red green blue", &format!("face 1{FACES}\n{colors}"), vertices, "3 0 1 2 255 0 0");
+    assert_eq!(parse_bytes(file.as_bytes()).unwrap().colors, [Rgb::splat(0.5); 3]);
 }
 
 #[test]

@@ -11,11 +11,11 @@ use super::source::{NumberFault, NumberSource};
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const UV: usize = 6;
-const COLOR: usize = 8;
-const SLOTS: usize = 11;
+pub const COLOR: usize = 8;
+pub const SLOTS: usize = 11;
 
 /// The names that a slot's property may have, the usual one first.
-const NAMES: [&[&str]; SLOTS] = [
+pub const NAMES: [&[&str]; SLOTS] = [
     &["x"],
     &["y"],
     &["z"],
@@ -93,7 +93,7 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
     mesh.normals.reserve_exact(capacity(has_normals));
     mesh.uvs.reserve_exact(capacity(has_uvs));
     mesh.colors.reserve_exact(capacity(has_colors));
-    let colors = ColorCurve::new();
+    let colors = ColorCurve::default();
     let mut row = [0.0; SLOTS];
     for i in 0..count {
         let read = layout.read_row(source, &mut row);
@@ -137,18 +137,20 @@ fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
 }
 
 /// Converts files' colours to linear ones.
-struct ColorCurve {
+pub struct ColorCurve {
     of_byte: [f32; 256],
 }
 
-impl ColorCurve {
-    fn new() -> Self {
+impl Default for ColorCurve {
+    fn default() -> Self {
         Self { of_byte: std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)) }
     }
+}
 
+impl ColorCurve {
     /// Integers are sRGB: of 0 to 65,535 if `ushort`, of 0 to 255 otherwise. Floats are linear;
     /// what is no colour counts as 1, which changes nothing.
-    fn to_linear(&self, value: f32, scalar: Option<Scalar>) -> f32 {
+    pub fn to_linear(&self, value: f32, scalar: Option<Scalar>) -> f32 {
         match scalar {
             Some(Scalar::F32 | Scalar::F64) if value.is_finite() => value.max(0.0),
             Some(Scalar::F32 | Scalar::F64) => 1.0,

@@ -23,7 +23,7 @@ use std::path::Path;
 
 pub use self::edit::with_keys;
 use self::source::Source;
-pub use self::write::{Portrait, camera, look_at, portrait, save, write};
+pub use self::write::{Part, Portrait, camera, look_at, portrait, save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
 use crate::memory;

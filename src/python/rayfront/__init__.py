@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import _native
-from ._native import Rendering, __version__
+from ._native import Rendering, __version__, allow_outside
 
 __all__ = [
     "Finding",
@@ -30,6 +30,7 @@ __all__ = [
     "SceneWarning",
     "Variant",
     "World",
+    "allow_outside",
     "load",
     "__version__",
 ]
@@ -69,17 +70,30 @@ class Mesh(Variant):
     """A mesh: of arrays, or of a file (`.ply`, `.obj`).
 
     vertices (N, 3), faces (F, 3), normals (N, 3) and uvs (N, 2); or one object with `vertices` and `faces`, such as a
-    mesh of trimesh; or a path.
+    mesh of trimesh; or a path. colors: (N, 3), or (F, 3) for faces, linear if they are floats and sRGB if they are uint8;
+    they multiply the material's colour. Those of a trimesh mesh are taken.
     """
 
-    def __init__(self, vertices, faces=None, normals=None, uvs=None):
+    def __init__(self, vertices, faces=None, normals=None, uvs=None, colors=None):
         if isinstance(vertices, (str, os.PathLike)):
             super().__init__("Mesh", (os.fspath(vertices),))
             self.arrays = None
             return
         super().__init__("Mesh")
+        if colors is None and faces is None:
+            colors = _colors_of(vertices)
         vertices, faces = _mesh(vertices, faces)
-        self.arrays = (vertices, faces, _floats(normals), _floats(uvs))
+        normals, uvs, colors = _floats(normals), _floats(uvs), _colors(colors)
+        if colors is not None and len(colors) != len(vertices):
+            if len(colors) != len(faces):
+                raise ValueError(f"there are {len(colors)} colors for {len(vertices)} vertices and {len(faces)} faces")
+            # Each face has corners of its own.
+            colors = np.repeat(colors, 3, axis=0)
+            vertices, normals, uvs = (
+                array if array is None else np.ascontiguousarray(array[faces.ravel()]) for array in (vertices, normals, uvs)
+            )
+            faces = np.arange(3 * len(faces), dtype=np.uint32).reshape(-1, 3)
+        self.arrays = (vertices, faces, normals, uvs, colors)
 
 
 class World:
@@ -133,6 +147,13 @@ class World:
         """What is odd but no error."""
         return self._native.warnings
 
+    def parts(self, query=None):
+        """What a query selects, such as 'Light' or 'Material["gl*"]': (name, components as a scene file has them) each.
+
+        Without a query: all entities and materials.
+        """
+        return self._native.parts(query)
+
     @property
     def size(self):
         """Width and height of the image, unless `render` is told another."""
@@ -154,6 +175,7 @@ class World:
         depth=None,
         exposure=None,
         tonemap=None,
+        transport=None,
         progress=None,
     ):
         """Renders it; what is not said is as the scene says.
@@ -163,7 +185,7 @@ class World:
         each core. denoise: also an image without noise. crop: only the columns x0 to x1 and rows y0 to y1, as (x0, y0, x1, y1).
         noise: stop once it is below that part of the image's brightness, such as 0.01. depth: bounces. exposure (in stops, or
         "auto") and tonemap (clamp, scale-by-maximum, reinhard, aces, agx, pbr-neutral): how pictures show it, not what `numpy`
-        gives. progress: called with the part that is done, 0 to 1.
+        gives. transport: path, whitted or auto. progress: called with the part that is done, 0 to 1.
 
         What is probably not as it was meant, such as a scene without light, is told as a `SceneWarning`. Other Python threads
         go on meanwhile, and Ctrl-C ends it.
@@ -182,7 +204,7 @@ class World:
                 raise ValueError(f"crop is (x0, y0, x1, y1) in pixels, not {crop!r}")
             crop = [int(side) for side in sides]
         rendering = self._native.render(
-            size, spp, seed, camera, list(layers), schedule, threads, denoise, crop, noise, depth, exposure, tonemap, progress
+            size, spp, seed, camera, list(layers), schedule, threads, denoise, crop, noise, depth, exposure, tonemap, transport, progress
         )
         for warning in rendering.warnings:
             _warnings.warn(warning, SceneWarning, stacklevel=2)
@@ -329,6 +351,29 @@ def __getattr__(name):
     if name[:1].isupper():
         return Variant(name)
     raise AttributeError(f"module 'rayfront' has no attribute {name!r}")
+
+
+def _colors(colors):
+    """Linear colours of what may be sRGB."""
+    if colors is None:
+        return None
+    colors = np.asarray(colors)
+    if colors.ndim != 2 or colors.shape[1] not in (3, 4):
+        raise ValueError(f"colors have the shape (N, 3), not {colors.shape}")
+    colors = colors[:, :3]
+    if colors.dtype != np.uint8:
+        return _floats(colors)
+    part = colors / 255
+    return _floats(np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4))
+
+
+def _colors_of(mesh):
+    """The colours that a mesh of trimesh has; its textures cannot be taken."""
+    visual = getattr(mesh, "visual", None)
+    kind = getattr(visual, "kind", None)
+    if kind == "texture":
+        _warnings.warn("the texture of the mesh is not taken: export it as .glb and load that", SceneWarning, stacklevel=3)
+    return {"vertex": lambda: visual.vertex_colors, "face": lambda: visual.face_colors}.get(kind, lambda: None)()
 
 
 def _floats(array):

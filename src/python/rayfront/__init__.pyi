@@ -25,13 +25,14 @@ class Variant:
     def __call__(self, *values: Any, **fields: Any) -> Variant: ...
 
 class Mesh(Variant):
-    arrays: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.float32] | None, NDArray[np.float32] | None] | None
+    arrays: tuple[NDArray[Any] | None, ...] | None
     def __init__(
         self,
         vertices: ArrayLike | _Path | Any,
         faces: ArrayLike | None = ...,
         normals: ArrayLike | None = ...,
         uvs: ArrayLike | None = ...,
+        colors: ArrayLike | None = ...,
     ) -> None: ...
 
 class Rendering:
@@ -45,6 +46,9 @@ class Rendering:
     @property
     def layers(self) -> dict[str, NDArray[Any]]:
         """What else was asked for, by name: (height, width), or (height, width, 3)."""
+    @property
+    def names(self) -> dict[str, dict[int, str]]:
+        """What the numbers in the layers `entity` and `material` stand for: `names["entity"][3]`."""
     @property
     def film_hash(self) -> str:
         """Of the exact sums of all samples: equal films have equal ones, whatever machine made them."""
@@ -92,6 +96,7 @@ class World:
     def warnings(self) -> list[str]: ...
     @property
     def size(self) -> tuple[int, int]: ...
+    def parts(self, query: str | None = ...) -> list[tuple[str, dict[str, str]]]: ...
     def render(
         self,
         size: Sequence[int] | None = ...,
@@ -108,9 +113,13 @@ class World:
         depth: int | None = ...,
         exposure: float | Literal["auto"] | None = ...,
         tonemap: Tonemap | None = ...,
+        transport: Literal["path", "whitted", "auto"] | None = ...,
         progress: Callable[[float], object] | None = ...,
     ) -> Rendering: ...
     def check(self, size: Sequence[int] | None = ..., camera: str | None = ...) -> list[Finding]: ...
+
+def allow_outside() -> None:
+    """From now on, scenes of this process may refer to files outside their folders: for scenes that you trust."""
 
 def load(
     path: _Path,

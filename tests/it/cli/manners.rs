@@ -171,6 +171,15 @@ fn misspelt_commands_and_files_are_recognized() {
     // A file of that name is a file.
     std::fs::write(here.join("chek"), SCENE).expect("a file");
     assert!(text(&run(here, &["chek"]).stderr).contains("scenes are .ron"));
+    // Files of other programs, and what is no model in spite of its name.
+    for (name, content, wanted) in [
+        ("part.stl", "solid part", "Blender imports it and exports .glb"),
+        ("page.glb", "<!DOCTYPE html>", "this is no GLB file"),
+    ] {
+        std::fs::write(here.join(name), content).expect("a file");
+        let told = run(here, &[name]);
+        assert!(text(&told.stderr).contains(wanted), "{}", text(&told.stderr));
+    }
 }
 
 /// A triangle that emits light, with things to choose from.
@@ -394,6 +403,12 @@ fn frames_do_not_flicker() {
         text(&run(here, &["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"]).stderr).to_owned();
     let told_of = |what: &str| told.matches(what).count();
     assert_eq!((told_of("is there (--overwrite"), told_of("frame 2 was interrupted")), (2, 1), "{told}");
+    // One that has as little noise as was asked for is.
+    let words =
+        ["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "d.#.png", "--spp", "64", "--until", "noise=60%"];
+    stdout(here, &words);
+    let told = text(&run(here, &words).stderr).to_owned();
+    assert_eq!(told.matches("is there (--overwrite").count(), 3, "{told}");
     // Of frames that are there, those of another command are told.
     let again = |words: &[&str]| {
         let words = [&["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"], words].concat();

@@ -12,7 +12,14 @@ pub(in super::super) struct Variants {
 #[derive(Deserialize)]
 pub(in super::super) struct Variant {
     #[serde(default)]
-    pub name: String,
+    name: String,
+}
+
+impl Variant {
+    /// Its name, or its number if it has none.
+    pub fn called(&self, number: usize) -> String {
+        if self.name.is_empty() { number.to_string() } else { self.name.clone() }
+    }
 }
 
 /// Of a primitive.

@@ -243,6 +243,15 @@ fn variants_replace_materials_by_name() {
         message.contains("did you mean \"blue\"") && message.contains("variants: red, blue"),
         "{message}"
     );
+
+    // One without a name has its number.
+    set(&mut file, "/extensions/KHR_materials_variants/variants/1", json!({}));
+    let options = LoadOptions { variant: Some("1".into()), ..LoadOptions::default() };
+    let read = read_with(file.to_string().as_bytes(), &options).unwrap();
+    assert_eq!(
+        read.assets.materials[read.mesh().triangle_materials[0].0 as usize].name.as_deref(),
+        Some("b")
+    );
 }
 
 #[test]

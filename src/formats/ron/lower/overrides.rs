@@ -92,7 +92,14 @@ impl<'a> Lowering<'_, 'a> {
         unknown.map_or(Ok(()), |one| {
             let suggestion = suggest(&one.name, known.iter().copied());
             let name = shorten(&one.name);
-            let reason = format!("nothing in the file has a material \"{name}\"{suggestion}");
+            let some: Vec<String> =
+                known.iter().take(16).map(|known| format!("\"{}\"", shorten(known))).collect();
+            let names = match some.len() {
+                0 => ": its materials have no names".to_owned(),
+                count if count < known.len() => format!("; there are: {}, …", some.join(", ")),
+                _ => format!("; there are: {}", some.join(", ")),
+            };
+            let reason = format!("nothing in the file has a material \"{name}\"{suggestion}{names}");
             Err(self.source.error(one.place.0, reason))
         })
     }

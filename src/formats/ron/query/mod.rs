@@ -20,7 +20,7 @@ mod tests;
 use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::locate::{self, find_unclosed};
 
-pub use select::{Selected, select};
+pub use select::{Selected, list, select};
 pub use set::{nothing_meant, set};
 
 /// What is wrong with a query, with the place marked below it.

@@ -1,6 +1,10 @@
 //! What a query selects from a world.
 
+use std::collections::HashSet;
+use std::path::Path;
+
 use super::{Comparison, Filter, Key, Kind, Query, is_like};
+use crate::formats::ron::{Part, Portrait, portrait};
 use crate::world::{Camera, Light, MaterialId, Model, Parent, Placed, Shape, Transform, World};
 
 /// What a query selects.
@@ -39,6 +43,25 @@ pub fn select(world: &World, query: &Query) -> Selected {
     }
     let order = world.in_order().into_iter();
     Selected::Entities(order.filter(|entity| query.takes(world, *entity)).collect())
+}
+
+/// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.
+pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<Part> {
+    let Portrait { materials, entities, .. } = portrait(world, scene_path);
+    let materials = materials.into_iter().map(|(name, text)| (name, vec![("material", text)]));
+    match query.map(|query| select(world, query)) {
+        None => entities.into_iter().chain(materials).collect(),
+        Some(Selected::Materials(ids)) => {
+            let meant: HashSet<u32> = ids.into_iter().map(|id| id.0).collect();
+            // The default material has the number 0 and is not in the list.
+            (1..).zip(materials).filter(|(id, _)| meant.contains(id)).map(|(_, part)| part).collect()
+        }
+        Some(Selected::Entities(ids)) => {
+            let meant: HashSet<_> = ids.into_iter().collect();
+            let order = world.in_order().into_iter().zip(entities);
+            order.filter(|(entity, _)| meant.contains(entity)).map(|(_, part)| part).collect()
+        }
+    }
 }
 
 impl Query {

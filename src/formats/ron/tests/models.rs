@@ -167,7 +167,7 @@ fn overrides_of_nothing_are_refused() {
     let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
     let found = message("gltf: \"room.glb\", overrides: {\"piant\": (diffuse: 1)}");
     assert!(
-        found.ends_with("1:44: nothing in the file has a material \"piant\" (did you mean \"paint\"?)"),
+        found.ends_with("1:44: nothing in the file has a material \"piant\" (did you mean \"paint\"?); there are: \"paint\""),
         "{found}"
     );
     let found = message("shape: Sphere, overrides: {}");
