@@ -3,7 +3,7 @@
 
 use std::ops::{Mul, Sub};
 
-use super::{Float, Mask};
+use super::{Float, Int, Mask};
 
 /// No key.
 pub const NO_KEY: u64 = u64::MAX;
@@ -180,7 +180,13 @@ impl<F: Float> Sixteen for Two<F> {
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-        take_entered(near.le(far), words, out)
+        // Without a branch, where the machine packs lanes without one.
+        let (low, high) = (near.0.le(far.0), near.1.le(far.1));
+        F::Int::load(&words[..8]).compress(low, &mut out[..8]);
+        F::Int::load(&words[8..]).compress(high, &mut out[low.count()..][..8]);
+        let entered = low.bits() | high.bits() << 8;
+        let last = 31 - (entered.leading_zeros() & 31);
+        (words[last as usize & 15], entered.count_ones())
     }
     #[inline(always)]
     fn last_within(keys: &[u64; 8], limit: f32) -> usize {
