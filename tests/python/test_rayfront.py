@@ -57,7 +57,7 @@ def test_parts_are_those_that_the_program_lists():
         words = [PROGRAM, "ls", path, *([query] if query else []), "--json"]
         told = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)["found"]
         assert world.parts(query) == [(part["name"], part["keys"]) for part in told] and told
-    with pytest.raises(ValueError, match="unknown kind"):
+    with pytest.raises(ValueError, match="did you mean \"Light\""):
         world.parts("Lihgt")
 
 
