@@ -4,13 +4,43 @@ use super::probes::{Tracer, directions};
 use super::{Checked, Finding};
 use crate::error::words;
 use crate::math::Vec3;
+use crate::scene::Projection;
 use crate::shading::camera::pixel_width;
 
 /// How many rays go out around the camera.
 const ABOUT: u32 = 64;
 
+/// An angle of view below this, in degrees, was probably meant in radians.
+const NARROW_DEG: f32 = 2.0;
+/// A lens whose radius is more than this part of the distance that it focuses on was probably meant in millimetres.
+const WIDE: f32 = 0.5;
+
+/// What was probably meant in other units.
+fn check_units(checked: &Checked, findings: &mut Vec<Finding>) {
+    let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
+        checked.scene.camera.projection
+    else {
+        return;
+    };
+    let angle = 2.0 * libm::atan(f64::from(tan_half_fov)).to_degrees() as f32;
+    if angle < NARROW_DEG {
+        let what = format!("the camera's angle of view is {angle:.2} degrees: is it in radians?");
+        let meant = angle.to_degrees();
+        findings.push(Finding::new(None, what, format!("vertical_fov_degrees: {meant:.0}")));
+    }
+    if let Projection::ThinLens { lens_radius, focus_distance, .. } = checked.scene.camera.projection
+        && lens_radius > WIDE * focus_distance
+    {
+        let what = format!(
+            "the lens's radius is {lens_radius} m, and it focuses on {focus_distance} m: is it in millimetres?"
+        );
+        findings.push(Finding::new(None, what, format!("lens_radius_m: {}", lens_radius / 1000.0)));
+    }
+}
+
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { scene, probes, .. } = checked;
+    check_units(checked, findings);
     if is_a_dot(checked) {
         let size = scene.bounds.size().length();
         findings.push(Finding::new(
@@ -92,9 +122,12 @@ fn sees_nothing(checked: &Checked) -> Finding {
     let ahead = to.dot(camera.forward);
     let inside = (camera.origin.clamp(bounds.min, bounds.max) - camera.origin).length() == 0.0;
     let where_to = if ahead < 0.0 && !inside { "behind it" } else { "outside its view" };
+    // From the middle, nowhere is the middle: from outside.
+    let is_at_center = to.length() < 0.01 * bounds.size().length();
+    let from = if is_at_center { center - camera.forward * bounds.size().length() } else { camera.origin };
     Finding::new(
         None,
         format!("the camera sees nothing: everything is {where_to}, about {}", text(center)),
-        format!("transform: LookAt(from: {}, to: {})", text(camera.origin), text(center)),
+        format!("transform: LookAt(from: {}, to: {})", text(from), text(center)),
     )
 }

@@ -36,6 +36,16 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         }
         return;
     }
+    let is_whitted = settings.transport == Transport::Whitted;
+    if is_whitted && scene.lights.is_empty() && scene.ambient.is_black() && seen && probes.dark() > 0.5 {
+        let what = "what emits light lights nothing else under Whitted's transport, and there is no lamp";
+        findings.push(Finding::new(
+            None,
+            what,
+            "--transport path, or add an entity with light: Point(power_w: 100)",
+        ));
+        return;
+    }
     let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
     let mut tracer = Tracer::new(scene);
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
@@ -146,7 +156,11 @@ impl Lamp {
             && (is_dark || !is_around_the_camera(checked, tracer, first.entity))
         {
             let what = format!("it is inside \"{name}\", which lets no light out");
-            return Some((what, "move it out, or make that body shine itself: emission".into()));
+            let remedy = match checked.world.settings.transport {
+                Transport::Whitted => "move it out",
+                Transport::Path => "move it out, or make that body shine itself: emission",
+            };
+            return Some((what, remedy.into()));
         }
         let seen: Vec<Vec3> = checked.probes.seen().map(|(_, place)| place).collect();
         let behind = !seen.is_empty()

@@ -11,9 +11,6 @@ use crate::render::names_of_ids;
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
-/// The number of channels in a file with all of them, including light and A.
-pub const MOST_CHANNELS: usize = 21;
-
 /// Names of [`Aov`].
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AovName {

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
-use super::needs::Needs;
 use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Region;
@@ -14,6 +13,7 @@ use crate::formats::gltf::{Contents, contents};
 use crate::integrator::Frame;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
+use crate::render::Needs;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
 use crate::world::{ColorInput, Light, Material, MaterialId, Shape, World};

@@ -11,7 +11,6 @@ use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::loading::{Compiled, Reuse, compiled, prove};
-use super::needs::Needs;
 use super::onlookers::Onlookers;
 use super::output::{self, Picture};
 use super::report::{Phases, RenderReport};
@@ -24,7 +23,7 @@ use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
-use crate::render::{OnProgress, Options, Progress, Session, adaptive};
+use crate::render::{Needs, OnProgress, Options, Progress, Session, adaptive};
 use crate::view::watched::{LOOK, Watched};
 use crate::world::{Adaptive, Aov, SourceFiles, World};
 

@@ -25,7 +25,6 @@ mod loading;
 mod ls;
 mod manual;
 mod merge;
-mod needs;
 mod onlookers;
 mod output;
 mod pilot;
@@ -126,6 +125,6 @@ fn frame(
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
     let frame = crate::integrator::Frame::new(compiled, &world.settings);
     let region = crate::film::Region::whole(world.settings.size);
-    needs::Needs::usual(region).check(&frame, &world.settings)?;
+    crate::render::Needs::usual(region).check(&frame, &world.settings)?;
     Ok(std::sync::Arc::new(frame))
 }

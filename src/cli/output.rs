@@ -1,5 +1,6 @@
 //! What is made of a film: images, and what they say of themselves.
 
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -164,10 +165,37 @@ pub fn command_of_images() -> Vec<String> {
     without_trace(&command_line::typed())
 }
 
-/// Whether an image says that it was made by another command than this one. (About an image that says nothing,
-/// nothing is known.)
-pub fn is_of_another_command(image: &Path, command: &[String]) -> bool {
-    reproduce::record(image).is_ok_and(|header| header.note.command != command)
+/// Finds out whether images are what a command would render.
+#[derive(Default)]
+pub struct Compared {
+    /// By the hashes of the files that scenes were read from: the one that has changed since.
+    changed: HashMap<String, Option<PathBuf>>,
+}
+
+impl Compared {
+    /// How an image says that it was made otherwise than by this command, with so many samples and at that time, in words
+    /// that follow "it was rendered". (About an image that says nothing, nothing is known.)
+    pub fn difference(
+        &mut self,
+        image: &Path,
+        command: &[String],
+        samples: Option<u32>,
+        time_s: f32,
+    ) -> Option<String> {
+        let header = reproduce::record(image).ok()?;
+        if header.note.command != command {
+            return Some("by another command".into());
+        }
+        if samples.is_some_and(|samples| header.settings.samples != samples) {
+            return Some(format!("with {} samples", header.settings.samples));
+        }
+        if header.view.time_s.is_some_and(|before| before != time_s) {
+            return Some("at another time".into());
+        }
+        let changed = self.changed.entry(header.scene.hash.clone());
+        let changed = changed.or_insert_with(|| header.scene.changed()).as_ref()?;
+        Some(format!("before {} was changed", in_one_line(&changed.display().to_string())))
+    }
 }
 
 /// Whether an image says that its rendering was interrupted: it does not have all samples, and no rule stopped it.

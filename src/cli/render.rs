@@ -10,7 +10,7 @@ use super::job::{Job, Wanted, carry_out};
 use super::job_args::{Outputs, Video};
 use super::loading::Reuse;
 use super::onlookers::Onlookers;
-use super::output::default_image;
+use super::output::{Compared, default_image};
 use super::{Failure, hints, output, pilot};
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
@@ -83,6 +83,8 @@ fn all_frames(
     let mut reuse = Reuse::new(several || arguments.frames.shutter.is_some());
     let command = output::command_of_images();
     let mut is_exposed = !several;
+    let time_of = |frame: u32| frame as f32 / arguments.frames.fps;
+    let (mut compared, samples) = (Compared::default(), arguments.picture.spp);
     for frame in frames.numbers() {
         let named = frames::named(outputs, frame, several)?;
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
@@ -96,17 +98,17 @@ fn all_frames(
                 output::tell(format_args!("frame {frame} was interrupted: it is rendered again"));
             }
         } else if are_there && !arguments.output.overwrite {
-            let of_another = |image: &PathBuf| output::is_of_another_command(image, &command);
-            if outputs.images.iter().any(of_another) {
+            let mut difference =
+                |image: &PathBuf| compared.difference(image, &command, samples, time_of(frame));
+            if let Some(how) = outputs.images.iter().find_map(&mut difference) {
                 output::tell(format_args!(
-                    "warning: frame {frame} was rendered by another command and is kept (--overwrite renders it again)"
+                    "warning: frame {frame} was rendered {how} and is kept (--overwrite renders it again)"
                 ));
             } else if !arguments.work.quiet {
                 output::tell(format_args!("frame {frame} is there (--overwrite renders it again)"));
             }
             continue;
         }
-        let time_of = |frame: u32| frame as f32 / arguments.frames.fps;
         if let (false, Some(first)) = (is_exposed, first) {
             let view = view(arguments, Some(time_of(first)));
             reuse.exposure_ev = pilot::exposure_ev(scene, view, &mut reuse, |world| arguments.apply(world))?;

@@ -84,7 +84,10 @@ impl AssetFiles for Files {
                 Ok(self.sources.kept.meshes.same(mesh?, Mesh::hash))
             }
             other => {
-                let hint = did_you_mean(other, ["ply", "obj"]);
+                let hint = match other {
+                    "gltf" | "glb" => " (an entity with gltf: \"…\" places a glTF file)".to_owned(),
+                    _ => did_you_mean(other, ["ply", "obj"]),
+                };
                 Err(LoadError::invalid(
                     path,
                     format!("meshes are .ply or .obj files, not \".{other}\"{hint}"),

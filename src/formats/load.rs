@@ -14,7 +14,7 @@ pub struct LoadOptions {
     /// The moment at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes
     /// stand as their file says, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
     pub time_s: Option<f32>,
-    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0 if it has none. For `.gltf` and `.glb` files.
+    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0. For `.gltf` and `.glb` files.
     pub variant: Option<String>,
     /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
     /// `.glb` files.

@@ -402,8 +402,8 @@ pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
     })?;
     check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
     for experiment in &mut study.experiments {
-        // The reference must also look through the middle of the pixel.
-        if matches!(experiment.x, Axis::LensSamples(_)) {
+        // The reference must also look through the middle of the pixel: edges would make most of the error.
+        if matches!(experiment.x, Axis::LensSamples(_) | Axis::LightSamples(_)) {
             experiment.with.pixel_pattern.get_or_insert(Pattern::Center);
         }
     }

@@ -27,6 +27,7 @@ const WORDS: [&str; 7] = ["auto", "candela", "clamp", "path", "studio", "watt", 
 
 /// A message, with arguments in place of options: `--env studio` becomes `env="studio"`.
 pub fn as_arguments(message: &str) -> String {
+    let message = message.replace("rayfront ls lists", "World.parts() lists");
     let mut parts = message.split("--");
     let mut told = parts.next().unwrap_or_default().to_owned();
     for part in parts {

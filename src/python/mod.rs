@@ -8,7 +8,7 @@ mod rays;
 mod rendering;
 mod world;
 
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 
 use self::messages::as_arguments;
@@ -48,12 +48,16 @@ fn of_file(error: LoadError) -> PyErr {
         LoadError::Option { option, reason } => {
             wrong(format!("{}: {}", option.trim_end_matches("_s"), as_arguments(&reason)))
         }
+        LoadError::TooLarge { .. } => PyMemoryError::new_err(as_arguments(&error.to_string())),
         error => wrong(as_arguments(&error.to_string())),
     }
 }
 
 fn of_scene(error: CompileError) -> PyErr {
-    wrong(as_arguments(&error.to_string()))
+    match error {
+        CompileError::TooLarge(_) => PyMemoryError::new_err(as_arguments(&error.to_string())),
+        error => wrong(as_arguments(&error.to_string())),
+    }
 }
 
 fn of_output(error: SaveError) -> PyErr {

@@ -13,6 +13,7 @@ use crate::film::exposure::exposure_ev;
 use crate::film::{Channel, Film, Values};
 use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
+use crate::scene::{Camera, Projection};
 use crate::world::Settings;
 
 /// By layer and number.
@@ -25,6 +26,7 @@ pub struct Rendering {
     layers: Vec<Channel>,
     /// What the numbers in layers stand for.
     names: Names,
+    camera: Camera,
     denoised: Option<Denoised>,
     /// What every scene of its kind is told.
     #[pyo3(get)]
@@ -40,10 +42,11 @@ impl Rendering {
         settings: Settings,
         layers: Vec<Channel>,
         names: Names,
+        camera: Camera,
         denoised: Option<Denoised>,
         [notes, warnings]: [Vec<String>; 2],
     ) -> Self {
-        Self { film, settings, layers, names, denoised, notes, warnings }
+        Self { film, settings, layers, names, camera, denoised, notes, warnings }
     }
 
     fn options(&self, bits: u8, denoised: bool) -> PyResult<ImageOptions<'_>> {
@@ -124,6 +127,31 @@ impl Rendering {
     #[getter]
     fn names(&self) -> Names {
         self.names.clone()
+    }
+
+    /// From the camera's space, in which it looks along −Z and up is +Y, to the world's: (4, 4).
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let Camera { right, up, forward, origin, .. } = self.camera;
+        let columns = [right.normalize(), up.normalize(), -forward.normalize(), origin];
+        let rows = (0..3).flat_map(|row| columns.map(|column| column[row])).chain([0.0, 0.0, 0.0, 1.0]);
+        Ok(rows.collect::<Vec<f32>>().into_pyarray(py).reshape([4, 4])?.into_any())
+    }
+
+    /// Focal lengths and the principal point in pixels, from the image's upper left corner: (3, 3). None of an
+    /// orthographic camera.
+    #[getter]
+    fn intrinsics<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
+            self.camera.projection
+        else {
+            return Ok(None);
+        };
+        let [width, height] = self.settings.size.map(|side| side as f32);
+        let (focal, region) = (0.5 * height / tan_half_fov, self.film.region());
+        let (x, y) = (0.5 * width - region.x0 as f32, 0.5 * height - region.y0 as f32);
+        let matrix = vec![focal, 0.0, x, 0.0, focal, y, 0.0, 0.0, 1.0];
+        Ok(Some(matrix.into_pyarray(py).reshape([3, 3])?.into_any()))
     }
 
     /// A hash of the exact sums of all samples: equal films have equal hashes.

@@ -23,7 +23,7 @@ use crate::formats::{
 };
 use crate::integrator::Frame;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::render::{Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
+use crate::render::{Needs, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
 use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap, Transport};
 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
@@ -277,9 +277,13 @@ impl World {
         }
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
+        let whole = region.unwrap_or(Region::whole(settings.size));
+        let needs = Needs { denoises: denoise, schedule, ..Needs::usual(whole) };
+        let needed = Settings { aov: aovs.clone(), ..settings.clone() };
         let (frame, findings) = py
             .detach(|| {
                 let frame = Arc::new(Frame::new(compile(world, camera)?, &settings));
+                needs.check(&frame, &needed)?;
                 let findings = check::check(world, &frame, false);
                 Ok((frame, findings))
             })
@@ -323,10 +327,18 @@ impl World {
                     let (name, _) = layer.name.split_once('.')?;
                     Some((name, names_of_ids(layer, &names, &frame.scene)?))
                 });
-                let names = ids.collect();
+                let (names, camera) = (ids.collect(), frame.scene.camera);
                 let told =
                     [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
-                Rendering::new(session.film().clone(), settings.clone(), layers, names, denoised, told)
+                Rendering::new(
+                    session.film().clone(),
+                    settings.clone(),
+                    layers,
+                    names,
+                    camera,
+                    denoised,
+                    told,
+                )
             })
         };
         rendered(py, work, &stop, &done, progress.as_ref())
@@ -360,7 +372,7 @@ impl World {
         settings.seed = seed.unwrap_or(settings.seed);
         settings.max_depth = depth.unwrap_or(settings.max_depth);
         settings.tonemap = tonemap.map_or(Ok(settings.tonemap), tone_curve)?;
-        settings.transport = match transport {
+        settings.transport = match transport.map(str::to_lowercase).as_deref() {
             None => settings.transport,
             Some("auto") => self.world.fitting_transport(),
             Some("path") => Transport::Path,

@@ -30,6 +30,8 @@
 pub(crate) mod adaptive;
 mod aov;
 pub(crate) mod gathered;
+#[cfg(any(feature = "cli", feature = "python"))]
+mod needs;
 mod observed;
 pub(crate) mod session;
 
@@ -38,6 +40,8 @@ pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Level;
 pub(crate) use aov::{film_channels, names_of_ids};
 pub(crate) use gathered::{Gathered, Pass};
+#[cfg(any(feature = "cli", feature = "python"))]
+pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
 pub use session::{DEFAULT_WAVE, Options, Session, ThreadError, on_threads};
 pub(crate) use session::{OnProgress, Progress, thread_pool, tiles};

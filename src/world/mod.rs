@@ -12,6 +12,8 @@ pub(crate) mod rig;
 pub(crate) mod settings;
 pub(crate) mod source_files;
 pub(crate) mod transforms;
+#[cfg(feature = "formats")]
+mod worn;
 
 pub use crate::bvh::BuildQuality;
 pub use assets::*;

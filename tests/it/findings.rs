@@ -64,6 +64,36 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["lights no surface under Whitted's transport", "--transport path"],
         ),
         (
+            "what shines as the only light, under Whitted's transport",
+            settings("transport: Whitted", &[EYE, &ball_of("(emission: 5)"), FLOOR]),
+            vec!["lights nothing else under Whitted's transport", "--transport path"],
+        ),
+        (
+            "an angle of view in radians",
+            scene(&[&EYE.replace("40", "0.8"), BALL, FLOOR, LAMP]),
+            vec!["angle of view is 0.80 degrees", "vertical_fov_degrees: 46"],
+        ),
+        (
+            "a lens in millimetres",
+            scene(&[
+                &EYE.replace("Pinhole(", "ThinLens(lens_radius_m: 25, focus_distance_m: 5, "),
+                BALL,
+                FLOOR,
+                LAMP,
+            ]),
+            vec!["lens's radius is 25 m", "lens_radius_m: 0.025"],
+        ),
+        (
+            "a camera in the middle of everything",
+            scene(&[
+                &eye("(0, 0, 0)", "(0, 1, 0)"),
+                "(shape: Sphere(radius_m: 0.1), transform: (translate: (3, 0, 0)))",
+                "(shape: Sphere(radius_m: 0.1), transform: (translate: (-3, 0, 0)))",
+                LAMP,
+            ]),
+            vec!["the camera sees nothing", "LookAt(from: (0.0000, -"],
+        ),
+        (
             "a camera that looks away",
             scene(&[&eye("(0, 1, 6)", "(0, 1, 12)"), BALL, LAMP]),
             vec!["the camera sees nothing", "behind it", "LookAt"],

@@ -266,10 +266,43 @@ def test_colours_of_meshes_multiply_those_of_materials():
     mesh.visual = SimpleNamespace(kind="face", face_colors=np.column_stack([of_faces, [255, 255]]).astype(np.uint8))
     assert np.allclose(middle(mesh), [left, right])
     mesh.visual = SimpleNamespace(kind="texture")
-    with pytest.warns(rayfront.SceneWarning, match="texture of the mesh is not taken"):
+    with pytest.warns(rayfront.SceneWarning, match="texture and the material of the mesh are not taken"):
         middle(mesh)
     with pytest.raises(ValueError, match="3 colors for 4 vertices and 2 faces"):
         rayfront.Mesh(vertices, faces, colors=np.ones((3, 3)))
+    with pytest.raises(TypeError, match="not int64"):
+        rayfront.Mesh(vertices, faces, colors=np.full((4, 3), 200))
+    with pytest.raises(ValueError, match="below 0 or NaN"):
+        rayfront.Mesh(vertices, faces, colors=np.full((4, 3), np.nan))
+
+
+def test_cameras_are_matrices():
+    """What a pixel's position is, its projection gives back."""
+    pose = np.eye(4)
+    pose[:3, 3] = 0.5, 1, 4
+    world = rayfront.World(
+        settings={"size": (64, 48), "samples": 1, "pixel_pattern": rayfront.Center},
+        entities=[
+            # As a list, and with an error of rounding.
+            {"camera": rayfront.Pinhole(vertical_fov_degrees=50), "transform": (pose + 1e-9).tolist()},
+            {"light": rayfront.Point(power_w=100), "transform": {"translate": (0, 4, 4)}},
+            {"shape": rayfront.Plane(corners=((-9, -9, -1), (9, -9, -1), (9, 9, -2), (-9, 9, -2)))},
+        ],
+    )
+    for crop in (None, (10, 4, 50, 40)):
+        image = world.render(layers="position", crop=crop, transport=rayfront.Whitted)
+        assert np.allclose(image.pose, pose, atol=1e-6)
+        camera = image.layers["position"].reshape(-1, 3) @ image.pose[:3, :3] - image.pose[:3, 3] @ image.pose[:3, :3]
+        # Y and Z of pictures go the other way.
+        seen = (camera * [1, -1, -1]) @ image.intrinsics.T
+        width, height = image.size
+        y, x = np.mgrid[:height, :width] + 0.5
+        assert np.allclose(seen[:, :2] / seen[:, 2:], np.column_stack([x.ravel(), y.ravel()]), atol=1e-2)
+
+
+def test_what_memory_does_not_hold_is_an_error():
+    with pytest.raises(MemoryError, match="65536x65536"):
+        ball().render(size=(65536, 65536), spp=1)
 
 
 def test_messages_name_arguments(tmp_path):
@@ -290,6 +323,13 @@ def test_messages_name_arguments(tmp_path):
     assert ball(transport=rayfront.Path).render().film_hash == whitted.render(transport="path").film_hash
     with pytest.raises(ValueError, match="unknown transport"):
         whitted.render(transport="paht")
+
+
+def test_mistakes_in_meshes_name_the_entity():
+    good = rayfront.Mesh(*TRIANGLE)
+    bad = rayfront.Mesh(TRIANGLE[0], np.array([[0, 1, 7]]))
+    with pytest.raises(ValueError, match=r"entities\[1\]: its mesh: a triangle has"):
+        rayfront.World([{"shape": good}, {"name": "table", "shape": bad}])
 
 
 def test_mistakes_are_errors_that_say_what_is_wrong(tmp_path):
@@ -439,7 +479,7 @@ def test_the_guide_is_right(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "src" / "python" / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", text, re.S)
-    assert len(blocks) == 6
+    assert len(blocks) == 8
     (tmp_path / "model.ply").write_text(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"

@@ -11,6 +11,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
+use crate::world::source_files::Content;
 use crate::world::{Settings, SourceFiles};
 
 /// This program and its version. Another version may produce different samples.
@@ -226,6 +227,19 @@ impl Source {
             hasher.update(hash.as_bytes());
         }
         Source { path: path.to_owned(), files, hash: format!("{:032x}", hasher.digest128()) }
+    }
+
+    /// The first of these files whose content is another by now, as far as they can be read.
+    pub fn changed(&self) -> Option<PathBuf> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let path_of = |name: &String| match &name[..] {
+            SCENE => self.path.clone(),
+            _ => folder.join(name),
+        };
+        self.files.iter().map(|(name, hash)| (path_of(name), hash)).find_map(|(path, hash)| {
+            let bytes = crate::files::read(&path).ok()?;
+            (format!("{:032x}", Content::of(&bytes).hash) != *hash).then_some(path)
+        })
     }
 
     /// How another source's content differs, in a few words; none if it does not.

@@ -175,7 +175,7 @@ pub fn parse(
     Ok(Model { nodes, aspect, moves })
 }
 
-/// The number of the variant that was asked for by name, or by number if it has none.
+/// The number of the variant that was asked for by name, or by its number.
 fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, LoadError> {
     let Some(asked) = asked else { return Ok(None) };
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
@@ -185,6 +185,7 @@ fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, Lo
     let called: Vec<String> =
         variants.iter().enumerate().map(|(number, variant)| variant.called(number)).collect();
     let number = called.iter().position(|name| name == asked);
+    let number = number.or_else(|| asked.parse().ok().filter(|number| *number < called.len()));
     number.map(Some).ok_or_else(|| {
         let names = presentable(called.iter().map(|name| &name[..]));
         let all: Vec<String> = names.clone().take(32).map(words).collect();

@@ -96,7 +96,7 @@ fn kind(path: &Path) -> Result<Encoding, SaveError> {
         "hdr" => Ok(Encoding::Radiance),
         _ => Err(SaveError::new(
             path,
-            "the name must end in .png (tone mapped), .exr or .hdr (linear radiance)",
+            "the name must end in .png (tone mapped), .exr or .hdr (linear radiance); videos: --frames 1-48 -o - | ffmpeg -i - …",
         )),
     }
 }

@@ -129,7 +129,7 @@ class World:
         try:
             self._native = _native.World.parse(self.text, os.fspath(folder), arrays)
         except ValueError as error:
-            raise _in_place(error, lines) from None
+            raise _in_place(error, lines, [name for name, _ in meshes.values()]) from None
 
     @classmethod
     def _of(cls, native):
@@ -192,6 +192,8 @@ class World:
         """
         if isinstance(layers, str):
             layers = (layers,)
+        # Settings want these as forms, so they may be given as such here, too.
+        tonemap, transport = (value._name if isinstance(value, Variant) else value for value in (tonemap, transport))
         size = None if size is None else _size(size)
         for what, value in (("spp", spp), ("seed", seed), ("threads", threads), ("depth", depth)):
             if value is not None and (isinstance(value, bool) or not hasattr(value, "__index__") or value < 0):
@@ -293,7 +295,7 @@ class SceneBuilder:
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, dtype=np.float64)
         if matrix.shape not in ((3, 4), (4, 4)):
             raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
-        if matrix.shape == (4, 4) and matrix[3].tolist() != [0, 0, 0, 1]:
+        if matrix.shape == (4, 4) and not np.allclose(matrix[3], [0, 0, 0, 1], atol=1e-6):
             raise ValueError("the last row of a matrix is 0, 0, 0, 1: the last column says where things go")
         if shape < 0:
             raise ValueError(f"a shape has the number that add_mesh or add_spheres gave, not {shape}")
@@ -362,6 +364,10 @@ def _colors(colors):
         raise ValueError(f"colors have the shape (N, 3), not {colors.shape}")
     colors = colors[:, :3]
     if colors.dtype != np.uint8:
+        if not np.issubdtype(colors.dtype, np.floating):
+            raise TypeError(f"colors are uint8 (sRGB) or floats (linear), not {colors.dtype}")
+        if not (colors >= 0).all():
+            raise ValueError("no color is below 0 or NaN")
         return _floats(colors)
     part = colors / 255
     return _floats(np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4))
@@ -372,7 +378,8 @@ def _colors_of(mesh):
     visual = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "texture":
-        _warnings.warn("the texture of the mesh is not taken: export it as .glb and load that", SceneWarning, stacklevel=3)
+        what = "the texture and the material of the mesh are not taken: export it as .glb and load that"
+        _warnings.warn(what, SceneWarning, stacklevel=3)
     return {"vertex": lambda: visual.vertex_colors, "face": lambda: visual.face_colors}.get(kind, lambda: None)()
 
 
@@ -431,8 +438,12 @@ def _rays(origins, directions, t_min, t_max):
     return tuple(columns)
 
 
-def _in_place(error, lines):
+def _in_place(error, lines, meshes):
     """The same error, in terms of what was given instead of a line and a column of the text."""
+    for name in meshes:
+        if str(error).startswith(f"{name}: "):
+            place = next((place for place, line in lines if f'Mesh("{name}")' in line), None)
+            return ValueError(f"{place or 'World'}: its mesh: {str(error)[len(name) + 2 :]}")
     found = re.search(r"World:(\d+):(\d+): (.*)", str(error), re.S)
     if not found or int(found[1]) > len(lines):
         return error
@@ -477,6 +488,8 @@ def _ron(value, meshes, by_name=False):
     # No list of a scene holds numbers: what looks like one is a vector.
     if isinstance(value, list) and value and all(isinstance(item, (int, float, np.number)) for item in value):
         value = tuple(value)
+    if isinstance(value, list) and len(value) in (3, 4) and all(_is_row(row) for row in value):
+        return _matrix(value, meshes)
     if isinstance(value, list):
         return "[" + ", ".join(_ron(item, meshes) for item in value) + "]"
     if isinstance(value, (tuple, np.ndarray)):
@@ -484,9 +497,15 @@ def _ron(value, meshes, by_name=False):
     raise TypeError(f"{value!r} has no place in a scene")
 
 
+def _is_row(row):
+    """Whether it is a row of a matrix."""
+    is_list = isinstance(row, (list, tuple)) and len(row) == 4
+    return is_list and all(isinstance(number, (int, float, np.number)) for number in row)
+
+
 def _matrix(rows, meshes):
     rows = np.asarray(rows, dtype=np.float64)
-    if rows.shape not in ((3, 4), (4, 4)) or (len(rows) == 4 and rows[3].tolist() != [0, 0, 0, 1]):
+    if rows.shape not in ((3, 4), (4, 4)) or (len(rows) == 4 and not np.allclose(rows[3], [0, 0, 0, 1], atol=1e-6)):
         raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), and 0, 0, 0, 1 as its fourth row, not {rows.tolist()}")
     return f"Matrix({_ron(tuple(map(tuple, rows[:3])), meshes)})"
 

@@ -50,6 +50,12 @@ class Rendering:
     def names(self) -> dict[str, dict[int, str]]:
         """What the numbers in the layers `entity` and `material` stand for: `names["entity"][3]`."""
     @property
+    def pose(self) -> NDArray[np.float32]:
+        """From the camera's space, in which it looks along -Z and up is +Y, to the world's: (4, 4)."""
+    @property
+    def intrinsics(self) -> NDArray[np.float32] | None:
+        """Focal lengths and the principal point in pixels: (3, 3). None of an orthographic camera."""
+    @property
     def film_hash(self) -> str:
         """Of the exact sums of all samples: equal films have equal ones, whatever machine made them."""
     @property
@@ -112,8 +118,8 @@ class World:
         noise: float | None = ...,
         depth: int | None = ...,
         exposure: float | Literal["auto"] | None = ...,
-        tonemap: Tonemap | None = ...,
-        transport: Literal["path", "whitted", "auto"] | None = ...,
+        tonemap: Tonemap | Variant | None = ...,
+        transport: Literal["path", "whitted", "auto"] | Variant | None = ...,
         progress: Callable[[float], object] | None = ...,
     ) -> Rendering: ...
     def check(self, size: Sequence[int] | None = ..., camera: str | None = ...) -> list[Finding]: ...

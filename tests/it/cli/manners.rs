@@ -415,4 +415,20 @@ fn frames_do_not_flicker() {
         text(&run(here, &words).stderr).matches("by another command").count()
     };
     assert_eq!((again(&[]), again(&["--json"]), again(&["--size", "8x6"])), (0, 0, 3));
+    // So are those of other samples, another time, and files that have changed since.
+    let told = |words: &[&str]| {
+        let words = [&["fade.ron", "--frames", "0-2", "-o", "a.#.png"], words].concat();
+        text(&run(here, &words).stderr).to_owned()
+    };
+    assert_eq!(
+        told(&["--fps", "2", "--spp", "3"]).matches("was rendered with 4 samples and is kept").count(),
+        3
+    );
+    assert_eq!(told(&["--fps", "4"]).matches("was rendered at another time and is kept").count(), 2);
+    let scene = std::fs::read_to_string(here.join("fade.ron")).expect("a file");
+    std::fs::write(here.join("fade.ron"), scene.replace("(1, 3000)", "(1, 2000)")).expect("a file");
+    assert_eq!(
+        told(&["--fps", "2"]).matches("was rendered before fade.ron was changed and is kept").count(),
+        3
+    );
 }

@@ -89,6 +89,10 @@ impl<'a> Lowering<'_, 'a> {
             let keys = "name, parent, transform, shape, gltf, overrides, material, light, camera";
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
+        if let (Some(_), Some(material), None) = (gltf, material, shape) {
+            let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
+            return Err(source.error(material.0, reason));
+        }
         let index = family.entities.len();
         let mut builder = hecs::EntityBuilder::new();
         if let Some(raw) = name {

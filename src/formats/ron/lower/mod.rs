@@ -19,9 +19,8 @@ pub(super) use self::principled::usual_channel;
 use std::collections::HashMap;
 
 use self::assets::AssetCache;
-use super::query;
-use super::schema;
-use super::source::Source;
+use super::source::{Raw, Source};
+use super::{locate, query, schema};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::world::{MaterialId, World};
@@ -35,10 +34,22 @@ struct Lowering<'s, 'a> {
     materials: HashMap<String, MaterialId>,
 }
 
+/// The error for a text with fields that scenes do not have, if it is a study: those have a title.
+fn as_study(error: LoadError, root: Raw) -> LoadError {
+    let is_title = |item: &&str| locate::key_and_value(item).is_some_and(|(key, _)| key == "title");
+    match error {
+        LoadError::At { file, line, column, .. } if locate::items(root.0).iter().any(is_title) => {
+            let reason = "this is a study, not a scene: rayfront study measures it".to_owned();
+            LoadError::At { file, line, column, reason }
+        }
+        error => error,
+    }
+}
+
 /// Reads the whole scene.
 pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
-    let scene: schema::Scene = source.fields(root, "a scene")?;
+    let scene: schema::Scene = source.fields(root, "a scene").map_err(|error| as_study(error, root))?;
     let mut lowering = Lowering {
         source,
         world: World::default(),

@@ -1,5 +1,6 @@
 //! What a query selects from a world.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -36,13 +37,24 @@ pub fn select(world: &World, query: &Query) -> Selected {
     if let Query::Atom(Kind::Material, filters) = query
         && !filters.is_empty()
     {
-        let materials = world.assets.materials.iter().enumerate();
-        let is_meant = |name: &str| filters.iter().all(|filter| filter.takes(Some(name)));
-        let meant = materials.filter(|(_, named)| is_meant(named.name.as_deref().unwrap_or_default()));
-        return Selected::Materials(meant.map(|(number, _)| MaterialId(number as u32)).collect());
+        let all = (0..world.assets.materials.len() as u32).map(MaterialId);
+        let is_meant =
+            |id: &MaterialId| filters.iter().all(|filter| filter.takes(Some(&name_of(world, *id))));
+        let mut meant: Vec<MaterialId> = all.filter(is_meant).collect();
+        // What nothing has to do with is not meant by "*".
+        if meant.len() > 1 && !world.worn().contains(&MaterialId::DEFAULT) {
+            meant.retain(|id| *id != MaterialId::DEFAULT);
+        }
+        return Selected::Materials(meant);
     }
     let order = world.in_order().into_iter();
     Selected::Entities(order.filter(|entity| query.takes(world, *entity)).collect())
+}
+
+/// A material's name, or what messages call it.
+fn name_of(world: &World, id: MaterialId) -> Cow<'_, str> {
+    let name = world.assets.materials.get(id.0 as usize).and_then(|named| named.name.as_deref());
+    name.map_or_else(|| format!("material {}", id.0).into(), Cow::Borrowed)
 }
 
 /// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.

@@ -4,7 +4,7 @@
 use hecs::Entity;
 
 use super::{Query, QueryError, Reader, Selected, select};
-use crate::error::{LoadError, did_you_mean};
+use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
 use crate::formats::ron::locate;
 use crate::formats::ron::lower::reread::{Component, reread, reread_settings};
@@ -70,6 +70,13 @@ pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<
     };
     for target in &targets {
         statement.change(world, *target, files)?;
+    }
+    let worn = world.worn();
+    let is_unworn = |target: &Target| matches!(target, Target::Material(id) if !worn.contains(id));
+    if targets.iter().all(is_unworn) {
+        let what = "no shape has this material, so nothing looks different";
+        let remedy = "an entity's own is changed by \"its name\".material, overrides where they are written";
+        world.warnings.push(format!("set: {}: {what} ({remedy})", in_one_line(text)));
     }
     Ok(targets.len())
 }
@@ -173,7 +180,11 @@ impl Statement<'_> {
             Target::Entity(entity, _) => Some(entity),
             Target::Material(_) => None,
         };
-        let old = component_text(world, component, entity, material).map_err(whole)?;
+        let old = match component_text(world, component, entity, material) {
+            // What is replaced as a whole need not be one.
+            Err(_) if component == Component::Material && self.path.is_empty() => Some(String::new()),
+            old => old.map_err(whole)?,
+        };
         let Some(old) = old else {
             return Err(whole(format!("{name} has no {}", component.name())));
         };

@@ -1,6 +1,6 @@
 use super::*;
 use crate::formats::ron::tests::{Fake, read};
-use crate::world::{ColorInput, Light, Material, World};
+use crate::world::{ColorInput, Light, Material, Shape, World};
 
 const SCENE: &str = r#"(
     materials: { "glass": Principled(metallic: 0, transmission: 1, base_color: Image("a.png")), "paint": (diffuse: 0.5) },
@@ -48,6 +48,40 @@ fn patterns_take_stars_for_any_text() {
     for (text, pattern) in [("lamp", "lamps"), ("a", "a*a"), ("ab", "b*"), ("abc", "*b")] {
         assert!(!is_like(text, pattern), "{text} {pattern}");
     }
+}
+
+#[test]
+fn materials_without_a_name_have_a_number_and_those_that_nothing_has_are_told() {
+    let text =
+        SCENE.replace("material: \"glass\"", "material: (diffuse: 0.3)").replace("Mesh(\"a.ply\")", "Sphere");
+    let mut world = read(&text).unwrap();
+    // The default one is on the knot.
+    let count = |world: &World, text: &str| select(world, &Query::parse(text).unwrap()).len();
+    assert_eq!([count(&world, "Material[\"*\"]"), count(&world, "Material[\"material 3\"]")], [4, 1]);
+    let mut told = |text: &str| {
+        set(&mut world, text, &mut Fake::default()).unwrap();
+        std::mem::take(&mut world.warnings)
+    };
+    assert!(told("Material[\"material 3\"].diffuse = 0.1").is_empty());
+    assert!(told("Material[\"paint\"].diffuse = 0.1")[0].contains("no shape has this material"));
+    // Once everything has one of its own, the default is not meant.
+    told("\"knot\".material = \"paint\"");
+    assert_eq!(count(&world, "Material[\"*\"]"), 3);
+}
+
+#[test]
+fn an_entitys_material_is_that_of_its_triangles() {
+    let mut world =
+        read(&SCENE.replace("shape: Mesh(\"a.ply\"), parent: \"ball\"", "gltf: \"room.glb\"")).unwrap();
+    let shown = world
+        .in_order()
+        .into_iter()
+        .find(|entity| matches!(world.entities.get::<&Shape>(*entity).as_deref(), Ok(Shape::Mesh(_))));
+    let name = world.name_of(shown.unwrap());
+    let statement = format!("\"{name}\".material.roughness = 0.25");
+    set(&mut world, &statement, &mut Fake::default()).unwrap();
+    let id = world.only_material(shown.unwrap()).unwrap();
+    assert!(matches!(&world.assets.materials[id.0 as usize].material, Material::Principled(_)));
 }
 
 fn changed(text: &str) -> Result<World, QueryError> {

@@ -170,6 +170,8 @@ fn overrides_of_nothing_are_refused() {
         found.ends_with("1:44: nothing in the file has a material \"piant\" (did you mean \"paint\"?); there are: \"paint\""),
         "{found}"
     );
+    let found = message("gltf: \"room.glb\", material: (diffuse: 1)");
+    assert!(found.contains("1:42: a glTF file has materials of its own: overrides"), "{found}");
     let found = message("shape: Sphere, overrides: {}");
     assert!(found.ends_with("there is nothing to override: the entity has no gltf"), "{found}");
     let found = message("gltf: \"room.glb\", overrides: {\"paint\": (), \"paint\": ()}");

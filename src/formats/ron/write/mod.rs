@@ -71,8 +71,8 @@ pub(super) fn component_text(
             entities.get::<&Camera>(entity).ok().map(|it| components::camera(&it, &paths)).transpose()?
         }
         Component::Material => {
-            let id = entities.get::<&MaterialId>(entity).map_or(MaterialId::DEFAULT, |it| *it);
-            Some(of(id)?)
+            let several = "it has several materials: Material[\"…\"] means one of them";
+            Some(of(world.only_material(entity).ok_or(several)?)?)
         }
     })
 }

@@ -1,17 +1,19 @@
 //! How much memory a rendering takes in addition to its scene.
 
-use super::{Failure, aov};
+use super::{DEFAULT_WAVE, Options};
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
 use crate::integrator::wavefront::Wave;
 use crate::integrator::{Frame, Schedule};
 use crate::math::Rgb;
-use crate::memory;
-use crate::render::{DEFAULT_WAVE, Options};
+use crate::memory::{self, Shortage};
 use crate::world::Settings;
 
 /// What a thread takes: the used part of its stack, and what the allocator sets aside for it.
 const THREAD: usize = 5 << 19;
+
+/// The number of channels in a file with all output variables, including light and A.
+const MOST_CHANNELS: usize = 21;
 
 /// Paths of a wave that is made to be measured.
 const MEASURED: usize = 1024;
@@ -47,7 +49,7 @@ impl Needs {
         // Sums, the picture that is made of them, and its bytes on the way to a file.
         let mut pixel = size_of::<PixelSum>() + size_of::<Rgb>() + 4;
         if !settings.aov.is_empty() {
-            pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * aov::MOST_CHANNELS;
+            pixel += size_of::<Features>() + size_of::<[u128; 3]>() + 2 * 4 * MOST_CHANNELS;
         }
         if self.to_openexr {
             // Channel by channel.
@@ -70,11 +72,10 @@ impl Needs {
     }
 
     /// Checks whether there is enough memory.
-    pub fn check(&self, frame: &Frame, settings: &Settings) -> Result<(), Failure> {
+    pub fn check(&self, frame: &Frame, settings: &Settings) -> Result<(), Shortage> {
         let (width, height) = (self.region.width(), self.region.height());
         let what = format_args!("an image of {width}x{height}");
         let claim = memory::claim(what, self.bytes(frame, settings));
-        claim.map_err(|shortage| shortage.or("use --crop or a smaller --size"))?;
-        Ok(())
+        claim.map(|_| ()).map_err(|shortage| shortage.or("use --crop or a smaller --size"))
     }
 }

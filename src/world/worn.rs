@@ -1,0 +1,37 @@
+//! Which materials shapes have.
+
+use std::collections::HashSet;
+
+use super::{MaterialId, Shape, World};
+
+impl World {
+    /// The materials that shapes have.
+    pub(crate) fn worn(&self) -> HashSet<MaterialId> {
+        let mut query = self.entities.query::<(&Shape, Option<&MaterialId>)>();
+        query.iter().flat_map(|(shape, own)| self.materials_of(shape, own)).collect()
+    }
+
+    /// The one material that an entity's shape has; none if it has several.
+    pub(crate) fn only_material(&self, entity: hecs::Entity) -> Option<MaterialId> {
+        let own = self.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+        let Ok(shape) = self.entities.get::<&Shape>(entity) else {
+            return Some(own.unwrap_or(MaterialId::DEFAULT));
+        };
+        let mut all = self.materials_of(&shape, own.as_ref()).into_iter();
+        all.next().filter(|_| all.next().is_none())
+    }
+
+    /// The materials of a shape: its entity's own, or those of its triangles.
+    fn materials_of(&self, shape: &Shape, own: Option<&MaterialId>) -> HashSet<MaterialId> {
+        let mesh = match shape {
+            Shape::Mesh(id) => self.assets.meshes.get(id.0 as usize),
+            _ => None,
+        };
+        let triangles = mesh.map_or(&[][..], |mesh| &mesh.triangle_materials);
+        match own {
+            Some(own) => HashSet::from([*own]),
+            None if triangles.is_empty() => HashSet::from([MaterialId::DEFAULT]),
+            None => triangles.iter().copied().collect(),
+        }
+    }
+}
