@@ -31,7 +31,8 @@ impl World {
         match own {
             Some(own) => HashSet::from([*own]),
             None if triangles.is_empty() => HashSet::from([MaterialId::DEFAULT]),
-            None => triangles.iter().copied().collect(),
+            // Triangles that follow each other mostly have the same one.
+            None => triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect(),
         }
     }
 }
