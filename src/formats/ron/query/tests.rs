@@ -58,6 +58,7 @@ fn materials_without_a_name_have_a_number_and_those_that_nothing_has_are_told() 
     // The default one is on the knot.
     let count = |world: &World, text: &str| select(world, &Query::parse(text).unwrap()).len();
     assert_eq!([count(&world, "Material[\"*\"]"), count(&world, "Material[\"material 3\"]")], [4, 1]);
+    world.warnings.clear();
     let mut told = |text: &str| {
         set(&mut world, text, &mut Fake::default()).unwrap();
         std::mem::take(&mut world.warnings)

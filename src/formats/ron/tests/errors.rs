@@ -56,7 +56,7 @@ fn unknown_fields() {
     );
     entity_fails(
         "transform: (^position: (1, 2, 3))",
-        "unknown field \"position\" in a transform; fields: translate, rotate_degrees, rotate_quaternion, scale",
+        "unknown field \"position\" in a transform (did you mean \"translate\"?); fields: translate, rotate_degrees, rotate_quaternion, scale",
     );
     entity_fails(
         "light: Directional(^power_w: 1)",
