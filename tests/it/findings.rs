@@ -129,7 +129,7 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
                     &lamp("light: Point(power_w: 600), transform: (translate: (0.3, 0.1, 0))"),
                 ],
             ),
-            vec!["lamp", "it is inside \"ball\"", "emission"],
+            vec!["lamp", "it is inside \"ball\"", "(move it out)"],
         ),
         (
             "a spot that shines past everything",
