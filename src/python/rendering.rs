@@ -17,7 +17,7 @@ use crate::scene::{Camera, Projection};
 use crate::world::Settings;
 
 /// By layer and number.
-type Names = BTreeMap<&'static str, BTreeMap<u32, String>>;
+pub type Names = BTreeMap<&'static str, BTreeMap<u32, String>>;
 
 #[pyclass(module = "rayfront._native", frozen)]
 pub struct Rendering {

@@ -9,13 +9,13 @@ use std::time::Duration;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::rendering::Rendering;
+use super::rendering::{Names, Rendering};
 use super::{as_arguments, of_file, of_scene, wrong};
 use crate::check::{self, Finding};
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
-use crate::film::Region;
 use crate::film::exposure::exposure_ev;
+use crate::film::{Channel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::{
     AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
@@ -263,13 +263,7 @@ impl World {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Rendering> {
         let aovs = layers.iter().map(|name| layer(name)).collect::<PyResult<Vec<Aov>>>()?;
-        let schedule = match schedule {
-            "wavefront" => Schedule::Wavefront,
-            "recursive" => Schedule::Recursive,
-            other => {
-                return Err(wrong(format!("unknown schedule {other:?}: use \"wavefront\" or \"recursive\"")));
-            }
-        };
+        let schedule = schedule_of(schedule)?;
         let settings = self.settings(size, spp, seed, depth, exposure, [tonemap, transport])?;
         let region = crop.map(|crop| region(crop, settings.size)).transpose()?;
         if noise.is_some_and(|noise| noise.is_nan() || noise <= 0.0) {
@@ -277,8 +271,8 @@ impl World {
         }
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
-        let whole = region.unwrap_or(Region::whole(settings.size));
-        let needs = Needs { denoises: denoise, schedule, ..Needs::usual(whole) };
+        let rendered_region = region.unwrap_or(Region::whole(settings.size));
+        let needs = Needs { denoises: denoise, schedule, ..Needs::usual(rendered_region) };
         let needed = Settings { aov: aovs.clone(), ..settings.clone() };
         let (frame, findings) = py
             .detach(|| {
@@ -323,11 +317,7 @@ impl World {
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
-                let ids = layers.iter().filter_map(|layer| {
-                    let (name, _) = layer.name.split_once('.')?;
-                    Some((name, names_of_ids(layer, &names, &frame.scene)?))
-                });
-                let (names, camera) = (ids.collect(), frame.scene.camera);
+                let (names, camera) = (names_in(&layers, &names, &frame), frame.scene.camera);
                 let told =
                     [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
                 Rendering::new(
@@ -426,6 +416,24 @@ fn rendered(
         outcome?;
         rendering?.map_err(wrong)
     })
+}
+
+/// A schedule by its name.
+fn schedule_of(name: &str) -> PyResult<Schedule> {
+    match name {
+        "wavefront" => Ok(Schedule::Wavefront),
+        "recursive" => Ok(Schedule::Recursive),
+        other => Err(wrong(format!("unknown schedule {other:?}: use \"wavefront\" or \"recursive\""))),
+    }
+}
+
+/// What the ids in layers stand for.
+fn names_in(layers: &[Channel], entities: &HashMap<u32, String>, frame: &Frame) -> Names {
+    let ids = layers.iter().filter_map(|layer| {
+        let (name, _) = layer.name.split_once('.')?;
+        Some((name, names_of_ids(layer, entities, &frame.scene)?))
+    });
+    ids.collect()
 }
 
 /// The ways to say an exposure in Python.
