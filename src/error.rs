@@ -191,43 +191,18 @@ fn is_harmful(c: char) -> bool {
 
 /// The one of `known` that `name` most likely meant, as `(did you mean "x"?)`, or nothing.
 pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    let known: Vec<&str> = known.into_iter().collect();
     let near = known
-        .iter()
-        .map(|k| (distance(name, k), *k))
+        .into_iter()
+        .map(|k| (distance(name, k), k))
         .min_by_key(|(distance, _)| *distance)
         .filter(|(distance, k)| *distance <= (k.len().max(name.len()) / 3).max(1));
-    let of_others = || {
-        let ours = ELSEWHERE.iter().filter(|(theirs, _)| *theirs == name).flat_map(|(_, ours)| *ours);
-        ours.copied().find(|ours| known.contains(ours))
-    };
-    let meant = near.map(|(_, k)| k).or_else(of_others);
-    meant.map_or_else(String::new, |k| format!(" (did you mean \"{k}\"?)"))
+    near.map_or_else(String::new, |(_, k)| meant(k))
 }
 
-/// What other programs call the fields of scene files.
-const ELSEWHERE: [(&str, &[&str]); 20] = [
-    ("albedo", &["base_color", "diffuse"]),
-    ("alpha", &["opacity"]),
-    ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
-    ("colour", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
-    ("emissive", &["emission"]),
-    ("emit", &["emission"]),
-    ("eye", &["from"]),
-    ("fov", &["vertical_fov_degrees"]),
-    ("intensity", &["power_w", "irradiance", "radiance"]),
-    ("location", &["translate"]),
-    ("metalness", &["metallic"]),
-    ("origin", &["translate", "from"]),
-    ("position", &["translate", "from"]),
-    ("power", &["power_w", "irradiance", "radiance"]),
-    ("reflectance", &["diffuse", "base_color"]),
-    ("reflectivity", &["reflection", "metallic"]),
-    ("resolution", &["size"]),
-    ("spp", &["samples"]),
-    ("strength", &["radiance", "power_w", "irradiance"]),
-    ("target", &["to"]),
-];
+/// In the words of [`did_you_mean`].
+pub(crate) fn meant(name: &str) -> String {
+    format!(" (did you mean \"{name}\"?)")
+}
 
 /// The file in the same folder that a missing one most likely meant, in the words of [`did_you_mean`].
 fn nearest_file(missing: &Path) -> String {

@@ -38,13 +38,12 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
     let is_whitted = settings.transport == Transport::Whitted;
     if is_whitted && scene.lights.is_empty() && scene.ambient.is_black() && seen && probes.dark() > 0.5 {
-        let what = "what emits light lights nothing else under Whitted's transport, and there is no lamp";
+        let what = "what emits light lights nothing else under Whitted's transport, and no lamp does";
         findings.push(Finding::new(
             None,
             what,
             "--transport path, or add an entity with light: Point(power_w: 100)",
         ));
-        return;
     }
     let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
     let mut tracer = Tracer::new(scene);

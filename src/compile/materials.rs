@@ -20,15 +20,11 @@ pub(super) fn compile(assets: &Assets) -> (Vec<Material>, Vec<String>) {
         world::Material::BlinnPhong(material) => from_blinn_phong(material),
         world::Material::Principled(material) => from_principled(material, assets),
     };
-    let name = |(index, name): (usize, &Option<String>)| match (name, index) {
-        (Some(name), _) => name.clone(),
-        (None, 0) => "default".into(),
-        (None, _) => format!("material {index}"),
-    };
     let records = assets.materials.iter().map(|named| record(&named.material));
     let finish = |record: Material| Material { textured: record.looks_up(), ..record };
     let records = records.map(finish);
-    (records.collect(), assets.materials.iter().map(|named| &named.name).enumerate().map(name).collect())
+    let ids = (0..assets.materials.len() as u32).map(MaterialId);
+    (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
 }
 
 /// Materials for sheets, which have no front: a material that has one gets a second record, without it.

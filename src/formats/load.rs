@@ -95,7 +95,7 @@ pub enum LightUnits {
 }
 
 /// Scenes and meshes of other programs, which the usual way to glTF is through Blender.
-const ELSEWHERE: [&str; 12] =
+const READ_BY_BLENDER: [&str; 12] =
     ["stl", "fbx", "dae", "3ds", "blend", "usd", "usda", "usdc", "usdz", "abc", "x3d", "wrl"];
 
 /// Reads a scene as it is: [`load_with`] the default options.
@@ -141,7 +141,9 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             let whole = whole.filter(|_| other.is_empty()).find(|path| path.is_file());
             let hint = match whole {
                 Some(path) => format!(" (did you mean \"{}\"?)", path.display()),
-                None if ELSEWHERE.contains(&other) => ": Blender imports it and exports .glb".to_owned(),
+                None if READ_BY_BLENDER.contains(&other) => {
+                    ": Blender imports it and exports .glb".to_owned()
+                }
                 None => did_you_mean(other, known),
             };
             let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");

@@ -506,6 +506,8 @@ mod tests {
             .replace("rays: 100", "samples: 1");
         let of = |text: &str| parse(text, Path::new("a.ron")).unwrap().experiments[0].with.pixel_pattern;
         assert_eq!(of(&lens), Some(Pattern::Center));
+        assert_eq!(of(&lens.replace("LensSamples", "LightSamples")), Some(Pattern::Center));
+        assert_eq!(of(&lens.replace("LensSamples", "Samples")), None);
         assert_eq!(of(&lens.replace("samples: 1", "pixel_pattern: Jittered")), Some(Pattern::Jittered));
     }
 

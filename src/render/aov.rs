@@ -105,14 +105,13 @@ pub fn names_of_ids(
     scene: &CompiledScene,
 ) -> Option<BTreeMap<u32, String>> {
     let Values::Whole(ids) = &channel.values else { return None };
-    let name_of = |id: u32| match channel.name {
-        "entity.id" => entities.get(&(id - 1)),
-        _ => scene.material_names.get(id as usize - 1),
+    let name_of: &dyn Fn(u32) -> Option<String> = match channel.name {
+        "entity.id" => &|number| entities.get(&number).cloned(),
+        "material.id" => &|number| scene.material_names.get(number as usize).cloned(),
+        _ => return None,
     };
     let ids: BTreeSet<u32> = ids.iter().copied().filter(|id| *id > 0).collect();
-    ["entity.id", "material.id"]
-        .contains(&channel.name)
-        .then(|| ids.into_iter().filter_map(|id| Some((id, name_of(id)?.clone()))).collect())
+    Some(ids.into_iter().filter_map(|id| Some((id, name_of(id - 1)?))).collect())
 }
 
 /// The columns of those variables that are the film's own: how many samples there are, and their variance,

@@ -1,5 +1,6 @@
 //! Bulk and shared data, referred to by ids.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -52,6 +53,15 @@ impl Default for Assets {
 }
 
 impl Assets {
+    /// A material's name, or what it is called without one.
+    pub(crate) fn material_name(&self, id: MaterialId) -> Cow<'_, str> {
+        match (self.materials.get(id.0 as usize).and_then(|named| named.name.as_deref()), id) {
+            (Some(name), _) => name.into(),
+            (None, MaterialId::DEFAULT) => "default".into(),
+            (None, MaterialId(number)) => format!("material {number}").into(),
+        }
+    }
+
     /// Adds a mesh.
     pub fn add_mesh(&mut self, mesh: impl Into<Arc<Mesh>>) -> MeshId {
         self.meshes.push(mesh.into());

@@ -31,19 +31,17 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     for property in &element.properties {
         let is_of = |names: &&[&str]| names.contains(&property.name.as_str());
         let channel = NAMES[COLOR..SLOTS].iter().position(is_of);
-        steps.push(match (property.name.as_str(), property.kind) {
-            ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }) if !has_indices => {
+        steps.push(match (property.name.as_str(), property.kind, channel) {
+            ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }, _) if !has_indices => {
                 if item.is_float() {
                     return Err(format!("{} of {} are not of an integer type", property.name, element.name));
                 }
                 has_indices = true;
                 FaceField::Indices { count, item }
             }
-            ("texcoord", PropertyKind::List { count, item }) => FaceField::Uvs { count, item },
-            (_, PropertyKind::Scalar(scalar)) if channel.is_some() => {
-                FaceField::Color(channel.unwrap_or_default(), scalar)
-            }
-            (_, kind) => FaceField::Skip(kind),
+            ("texcoord", PropertyKind::List { count, item }, _) => FaceField::Uvs { count, item },
+            (_, PropertyKind::Scalar(scalar), Some(channel)) => FaceField::Color(channel, scalar),
+            (_, kind, _) => FaceField::Skip(kind),
         });
     }
     if has_indices {

@@ -14,7 +14,7 @@ use serde::de::{Deserialize, IgnoredAny};
 use super::fields::{self, FieldError};
 use super::keys::Clock;
 use super::locate;
-use crate::error::{LoadError, did_you_mean};
+use crate::error::{LoadError, did_you_mean, meant};
 
 /// A value's text as it stands in the file, without blanks in front.
 #[derive(Clone, Copy, Debug)]
@@ -255,5 +255,30 @@ pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
     if name.len() > LONGEST {
         return String::new();
     }
-    did_you_mean(name, known.into_iter().filter(|known| known.len() <= LONGEST))
+    let known: Vec<&str> = known.into_iter().filter(|known| known.len() <= LONGEST).collect();
+    let near = did_you_mean(name, known.iter().copied());
+    let ours = NAMES_ELSEWHERE.iter().filter(|(theirs, _)| near.is_empty() && *theirs == name);
+    let ours = ours.flat_map(|(_, ours)| *ours).find(|ours| known.contains(ours));
+    ours.map_or(near, |ours| meant(ours))
 }
+
+/// What other programs call the fields of scene files.
+const NAMES_ELSEWHERE: [(&str, &[&str]); 17] = [
+    ("albedo", &["base_color", "diffuse"]),
+    ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
+    ("colour", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
+    ("emissive", &["emission"]),
+    ("eye", &["from"]),
+    ("fov", &["vertical_fov_degrees"]),
+    ("intensity", &["power_w", "irradiance", "radiance"]),
+    ("location", &["translate"]),
+    ("metalness", &["metallic"]),
+    ("opacity", &["alpha"]),
+    ("origin", &["translate", "from"]),
+    ("position", &["translate", "from"]),
+    ("power", &["power_w", "irradiance", "radiance"]),
+    ("reflectance", &["diffuse", "base_color"]),
+    ("resolution", &["size"]),
+    ("spp", &["samples"]),
+    ("target", &["to"]),
+];

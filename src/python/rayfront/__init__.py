@@ -292,14 +292,10 @@ class SceneBuilder:
 
     def place(self, shape, to_world=None):
         """Places a shape by a matrix (3, 4) or (4, 4); none: where it is. Gives the instance's number."""
-        matrix = np.eye(4) if to_world is None else np.asarray(to_world, dtype=np.float64)
-        if matrix.shape not in ((3, 4), (4, 4)):
-            raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
-        if matrix.shape == (4, 4) and not np.allclose(matrix[3], [0, 0, 0, 1], atol=1e-6):
-            raise ValueError("the last row of a matrix is 0, 0, 0, 1: the last column says where things go")
+        matrix = _affine(np.eye(4) if to_world is None else to_world)
         if shape < 0:
             raise ValueError(f"a shape has the number that add_mesh or add_spheres gave, not {shape}")
-        return self._native.place(shape, matrix[:3].ravel().tolist())
+        return self._native.place(shape, matrix.ravel().tolist())
 
     def build(self):
         """The scene; the builder is used up."""
@@ -503,11 +499,18 @@ def _is_row(row):
     return is_list and all(isinstance(number, (int, float, np.number)) for number in row)
 
 
+def _affine(rows):
+    """The first three rows of a matrix."""
+    matrix = np.asarray(rows, dtype=np.float64)
+    if matrix.shape not in ((3, 4), (4, 4)):
+        raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
+    if len(matrix) == 4 and not np.allclose(matrix[3], [0, 0, 0, 1], atol=1e-6):
+        raise ValueError("the last row of a matrix is 0, 0, 0, 1: the last column says where things go")
+    return matrix[:3]
+
+
 def _matrix(rows, meshes):
-    rows = np.asarray(rows, dtype=np.float64)
-    if rows.shape not in ((3, 4), (4, 4)) or (len(rows) == 4 and not np.allclose(rows[3], [0, 0, 0, 1], atol=1e-6)):
-        raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), and 0, 0, 0, 1 as its fourth row, not {rows.tolist()}")
-    return f"Matrix({_ron(tuple(map(tuple, rows[:3])), meshes)})"
+    return f"Matrix({_ron(tuple(map(tuple, _affine(rows))), meshes)})"
 
 
 def _fields(fields, meshes):

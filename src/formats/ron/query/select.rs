@@ -1,6 +1,5 @@
 //! What a query selects from a world.
 
-use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -38,8 +37,9 @@ pub fn select(world: &World, query: &Query) -> Selected {
         && !filters.is_empty()
     {
         let all = (0..world.assets.materials.len() as u32).map(MaterialId);
-        let is_meant =
-            |id: &MaterialId| filters.iter().all(|filter| filter.takes(Some(&name_of(world, *id))));
+        let is_meant = |id: &MaterialId| {
+            filters.iter().all(|filter| filter.takes(Some(&world.assets.material_name(*id))))
+        };
         let mut meant: Vec<MaterialId> = all.filter(is_meant).collect();
         // What nothing has to do with is not meant by "*".
         if meant.len() > 1 && !world.worn().contains(&MaterialId::DEFAULT) {
@@ -49,12 +49,6 @@ pub fn select(world: &World, query: &Query) -> Selected {
     }
     let order = world.in_order().into_iter();
     Selected::Entities(order.filter(|entity| query.takes(world, *entity)).collect())
-}
-
-/// A material's name, or what messages call it.
-fn name_of(world: &World, id: MaterialId) -> Cow<'_, str> {
-    let name = world.assets.materials.get(id.0 as usize).and_then(|named| named.name.as_deref());
-    name.map_or_else(|| format!("material {}", id.0).into(), Cow::Borrowed)
 }
 
 /// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.

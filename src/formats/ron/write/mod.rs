@@ -107,13 +107,10 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
     };
     let materials = world.assets.materials.iter().enumerate().skip(1);
     let materials = materials.map(|(number, named)| {
-        let name = named.name.clone().unwrap_or_else(|| format!("material {number}"));
+        let name = world.assets.material_name(MaterialId(number as u32)).into_owned();
         (name, best(&|paths| material::material(&named.material, &world.assets, paths)))
     });
-    let name_of = |id: MaterialId| {
-        let name = world.assets.materials.get(id.0 as usize).and_then(|named| named.name.clone());
-        name.map_or_else(|| format!("material {}", id.0), |name| format!("{name:?}"))
-    };
+    let name_of = |id: MaterialId| format!("{:?}", world.assets.material_name(id));
     let entities = world.in_order().into_iter().map(|entity| {
         let get = &world.entities;
         let mut keys = Vec::new();
