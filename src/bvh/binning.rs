@@ -35,10 +35,10 @@ impl Binning {
         Self { bins, origin: centers.min + half, scale }
     }
 
-    /// The bins on the three axes.
+    /// The bins of a point on the three axes.
     #[inline(always)]
-    pub fn place(&self, reference: &Reference) -> [usize; 4] {
-        let place = (reference.center() - self.origin) * self.scale;
+    pub fn bins(&self, point: Vec4) -> [usize; 4] {
+        let place = (point - self.origin) * self.scale;
         let place = place.max(Vec4::ZERO).min(Vec4::splat((self.bins - 1) as f32));
         (place + Vec4::splat(TO_INTEGER)).to_array().map(|p| p.to_bits() as usize % BINS)
     }
@@ -89,7 +89,7 @@ impl Bins {
         }
         for reference in references {
             let Extent { min, max } = reference.extent();
-            let [x, y, z, _] = binning.place(reference);
+            let [x, y, z, _] = binning.bins(reference.center());
             for (axis, at) in [x, y, z].into_iter().enumerate() {
                 self.min[at][axis] = self.min[at][axis].min(min);
                 self.max[at][axis] = self.max[at][axis].max(max);

@@ -2,6 +2,9 @@
 //! "Spatial splits in bounding volume hierarchies", 2009). Large triangles are then in several leaves, each of which
 //! holds the box of a part.
 //!
+//! Where cuts through primitives bring nothing, they are not looked for further down, and of many references only some
+//! are looked at ([`super::slabs`]).
+//!
 //! Every range of references has room behind it for copies, a share of the budget that is set at the beginning. So
 //! memory is bounded, and the tree depends on nothing but the input.
 
@@ -11,17 +14,18 @@ use super::binary::{Nodes, Room, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition};
 use super::build::{MAX_SAH_DEPTH, PARALLEL, TreePosition, halve, split_middle};
 use super::clip::Clipper;
-use super::layout::{BLOCK, ChildKind};
+use super::layout::ChildKind;
 use super::primitives::Primitives;
 use super::reference::{Extent, Reference};
+use super::slabs::{Slabs, SplitPlane};
 
 /// How many copies may be made, as a part of the references.
 pub const BUDGET: f32 = 0.3;
 /// Cuts through primitives are looked for where the sides of the best cut between them
 /// overlap by more than this part of the root's area.
 const OVERLAP: f32 = 1e-4;
-/// The most slabs that an axis is cut into.
-const SLABS: usize = 16;
+/// They are no longer looked for below this many nodes in a row where none was better.
+const MISSES: u32 = 3;
 
 /// How many copies of `count` references there may be.
 pub fn budget(count: usize) -> usize {
@@ -41,7 +45,7 @@ pub(super) fn build(primitives: &Primitives) -> Tree {
     let place = TreePosition { depth: 0, room: Room::new(room, mixed) };
     let mut nodes = Nodes::room(place.room.nodes);
     let mut tree = Nodes::new(&mut nodes);
-    builder.build(ReferenceRange { references: &mut references, count, first: 0 }, place, &mut tree);
+    builder.build(ReferenceRange { references: &mut references, count, first: 0 }, place, 0, &mut tree);
     let used = tree.count();
     let order = references.iter().map(Reference::id).collect();
     drop(references);
@@ -85,66 +89,44 @@ impl<'a> ReferenceRange<'a> {
     }
 }
 
-/// A plane across an axis, through primitives.
-#[derive(Clone, Copy)]
-struct SplitPlane {
-    axis: usize,
-    place: f32,
-    /// Half areas times blocks, both sides together.
-    cost: f32,
-    /// Expected boxes and numbers of references of the sides.
-    sides: [SplitSide; 2],
-}
-
-#[derive(Clone, Copy)]
-struct SplitSide {
-    bounds: Extent,
-    count: usize,
-}
-
-impl SplitSide {
-    const EMPTY: SplitSide = SplitSide { bounds: Extent::EMPTY, count: 0 };
-
-    fn union(self, other: SplitSide) -> SplitSide {
-        SplitSide { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
-    }
-
-    fn cost(&self) -> f32 {
-        self.bounds.half_area() * self.count.div_ceil(BLOCK) as f32
-    }
-}
-
 struct SpatialBuilder<'a> {
     primitives: &'a Primitives<'a>,
     least_overlap: f32,
 }
 
 impl SpatialBuilder<'_> {
-    fn build(&self, mut range: ReferenceRange, place: TreePosition, nodes: &mut Nodes) -> Summary {
+    fn build(
+        &self,
+        mut range: ReferenceRange,
+        place: TreePosition,
+        mut misses: u32,
+        nodes: &mut Nodes,
+    ) -> Summary {
         if is_block(range.used()) {
             let first = range.first;
             return nodes.block(range.used(), first, split_middle);
         }
-        let middle = self.split(&mut range, place);
+        let middle = self.split(&mut range, place, &mut misses);
         let parallel = range.count > PARALLEL;
         let (left, right) = range.split_at(middle);
         let [left_place, right_place] = place.below(left.references.len(), right.references.len());
         if parallel {
             return nodes.node_in_parallel(
                 left_place.room.nodes,
-                |nodes| self.build(left, left_place, nodes),
-                |nodes| self.build(right, right_place, nodes),
+                |nodes| self.build(left, left_place, misses, nodes),
+                |nodes| self.build(right, right_place, misses, nodes),
             );
         }
         let node = nodes.begin();
-        let left = self.build(left, left_place, nodes);
+        let left = self.build(left, left_place, misses, nodes);
         let second = nodes.count();
-        let right = self.build(right, right_place, nodes);
+        let right = self.build(right, right_place, misses, nodes);
         nodes.complete(node, second, &left, &right)
     }
 
-    /// Partitions the range, which may grow, and returns where its second half begins.
-    fn split(&self, range: &mut ReferenceRange, place: TreePosition) -> usize {
+    /// Partitions the range, which may grow, and returns where its second half begins. `misses`: for how many nodes in a
+    /// row no cut through primitives was better.
+    fn split(&self, range: &mut ReferenceRange, place: TreePosition, misses: &mut u32) -> usize {
         let fewest = place.room.fewest(range.references.len());
         let references = range.used();
         if place.depth >= MAX_SAH_DEPTH {
@@ -163,12 +145,15 @@ impl SpatialBuilder<'_> {
             }
             None => (f32::INFINITY, f32::INFINITY),
         };
-        if overlap > self.least_overlap
-            && range.references.len() > range.count
-            && let Some(plane) = self.best_plane(range.used(), fewest).filter(|plane| plane.cost < least)
-            && let Some(middle) = self.cut_through(range, &plane, fewest)
-        {
-            return middle;
+        if overlap > self.least_overlap && range.references.len() > range.count && *misses < MISSES {
+            let references = range.used();
+            let slabs = Slabs::new(references, &Extent::around(references), self.primitives.geometry);
+            let plane = slabs.best(references.len(), fewest).filter(|plane| plane.cost < least);
+            if let Some(middle) = plane.and_then(|plane| self.cut_through(range, &plane, fewest)) {
+                *misses = 0;
+                return middle;
+            }
+            *misses += 1;
         }
         let references = range.used();
         let middle = cut.map_or(0, |cut| partition(references, cut.axis, binning.threshold(&cut)));
@@ -178,69 +163,6 @@ impl SpatialBuilder<'_> {
 
     fn clipper(&self, reference: &Reference) -> Clipper {
         Clipper::new(self.primitives.geometry.corners(reference.id()))
-    }
-
-    fn best_plane(&self, references: &[Reference], fewest: usize) -> Option<SplitPlane> {
-        let bounds = Extent::around(references);
-        let planes = (0..3).filter_map(|axis| self.best_plane_across(axis, &bounds, references, fewest));
-        planes.reduce(|a, b| if b.cost < a.cost { b } else { a })
-    }
-
-    fn best_plane_across(
-        &self,
-        axis: usize,
-        bounds: &Extent,
-        references: &[Reference],
-        fewest: usize,
-    ) -> Option<SplitPlane> {
-        let (low, size) = (bounds.min[axis], bounds.max[axis] - bounds.min[axis]);
-        if !(size > 1e-30 && size < f32::INFINITY) {
-            return None;
-        }
-        let slabs = (4 + references.len() / 8).min(SLABS);
-        let plane = |slab: usize| low + size * (slab as f32 / slabs as f32);
-        let scale = slabs as f32 / size;
-        let slab_of = |c: f32| (((c - low) * scale) as usize).min(slabs - 1);
-        // Where references begin and where they end.
-        let (mut begin, mut end) = ([0; SLABS], [0; SLABS]);
-        let mut boxes = [Extent::EMPTY; SLABS];
-        for reference in references {
-            let part = reference.extent();
-            let (mut first, mut last) = (slab_of(part.min[axis]), slab_of(part.max[axis]));
-            if reference.kind() != ChildKind::Triangles {
-                first = slab_of(reference.center()[axis] * 0.5);
-                last = first;
-            }
-            begin[first] += 1;
-            end[last] += 1;
-            if first == last {
-                boxes[first] = boxes[first].union(part);
-                continue;
-            }
-            let clipper = self.clipper(reference);
-            for (slab, around) in boxes.iter_mut().enumerate().take(last + 1).skip(first) {
-                let within = clipper.between(axis, plane(slab), plane(slab + 1)).intersection(part);
-                *around = around.union(within);
-            }
-        }
-        let mut right = [SplitSide::EMPTY; SLABS];
-        let mut sum = SplitSide::EMPTY;
-        for slab in (1..slabs).rev() {
-            sum = sum.union(SplitSide { bounds: boxes[slab], count: end[slab] });
-            right[slab] = sum;
-        }
-        let mut best: Option<SplitPlane> = None;
-        let mut left = SplitSide::EMPTY;
-        for slab in 1..slabs {
-            left = left.union(SplitSide { bounds: boxes[slab - 1], count: begin[slab - 1] });
-            let sides = [left, right[slab]];
-            let progress = |side: &SplitSide| side.count >= fewest && side.count < references.len();
-            let cost = left.cost() + right[slab].cost();
-            if sides.iter().all(progress) && best.is_none_or(|best| cost < best.cost) {
-                best = Some(SplitPlane { axis, place: plane(slab), cost, sides });
-            }
-        }
-        best
     }
 
     /// Partitions by a plane; what it cuts goes to both sides, or to one if that is cheaper. `None`, with nothing

@@ -72,13 +72,19 @@ impl Checkpoint {
     }
 
     /// Saves the final state: always to a film that was asked for; otherwise only if samples are missing and
-    /// rendering has taken long.
-    pub fn save_end(&self, header: &Header, gathered: &Gathered, has_more: bool, saved: &mut Saved) {
+    /// rendering was interrupted or has taken long.
+    pub fn save_end(
+        &self,
+        header: &Header,
+        gathered: &Gathered,
+        [has_more, is_interrupted]: [bool; 2],
+        saved: &mut Saved,
+    ) {
         let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
         self.end(&mut saving);
         if self.is_wanted {
             saved.film(&self.path, save(&self.path, header, gathered));
-        } else if has_more && (saving.saved || self.begun.elapsed() >= self.every) {
+        } else if has_more && (is_interrupted || saving.saved || self.begun.elapsed() >= self.every) {
             saved.film(&self.path, save(&self.path, header, gathered));
             if saved.film.is_some() {
                 let path = self.path.display();

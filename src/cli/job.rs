@@ -121,8 +121,8 @@ impl Job {
         let (view, samples) = (&self.header.view, self.header.settings.samples);
         let pass = session.gathered().pass.as_ref().map(|pass| pass.samples.start);
         let next = pass.or_else(|| session.next_sample()).unwrap_or(0);
-        let moment = view.moment_of(next, samples);
-        let count = count.min(view.end_of(moment, samples).saturating_sub(next)).max(1);
+        let (moment, end) = view.moment_of(next, samples);
+        let count = count.min(end.saturating_sub(next)).max(1);
         self.move_to(moment)?;
         if !Arc::ptr_eq(&self.frame, session.frame()) {
             session.set_frame(self.frame.clone());
@@ -245,9 +245,10 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     needs.check(&job.frame, &job.header.settings)?;
     job.header.note.outputs = outputs.images.clone();
     let mut session = job.session(wanted.work);
-    let checkpoint_to = wanted
-        .checkpoint()
-        .filter(|(path, is_wanted, _)| *is_wanted || is_free(path, &job.header, wanted.work.quiet));
+    let checkpoint_to = wanted.checkpoint().map(|(path, is_wanted, every)| {
+        let path = if is_wanted { path } else { free_checkpoint(path, &job.header, wanted.work.quiet) };
+        (path, is_wanted, every)
+    });
     let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
         let film = if *is_wanted { None } else { film_file::load(path).ok() }?;
         film.header.difference_of_job(&job.header).is_none().then_some(film)
@@ -286,12 +287,17 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     job.header.note.seconds = before + job.phases.render.as_secs_f64();
     job.header.note.stopped_by = stopped_by;
     describe(&mut job.header, session.gathered());
+    if let Some(fault) = output::uneven_blur(&job.header).filter(|_| !images.is_empty()) {
+        output::tell(format_args!("warning: {fault}"));
+        job.findings.push(fault);
+    }
 
     let start = Instant::now();
     let mut saved = Saved::default();
     // Before the images, because these can be made again from it.
     if let Some(checkpoint) = &checkpoint {
-        checkpoint.save_end(&job.header, session.gathered(), !session.is_done(), &mut saved);
+        let ends = [!session.is_done(), interrupt.is_set()];
+        checkpoint.save_end(&job.header, session.gathered(), ends, &mut saved);
     } else if let Some(path) = &outputs.film {
         saved.film(path, save(path, &job.header, session.gathered()));
     }
@@ -306,18 +312,22 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     Ok(code)
 }
 
-/// Whether an unrequested checkpoint may be written to a file: not if that holds hours of another rendering that
-/// could still be continued.
-fn is_free(path: &Path, header: &Header, quiet: bool) -> bool {
-    let Ok(there) = film_file::load_header(path) else { return true };
-    let other = there.difference_of_job(header);
-    if let Some(what) = other.as_ref().filter(|_| !quiet) {
-        let path = path.display();
+/// Where an unrequested checkpoint goes: to another name if the file holds hours of another rendering that could still
+/// be continued. The name depends on what is rendered, so that the same command finds it again.
+fn free_checkpoint(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
+    let there = film_file::load_header(&path).ok();
+    let Some(what) = there.and_then(|there| there.difference_of_job(header)) else { return path };
+    let job =
+        format!("{:?}", (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted));
+    let hash = crate::world::Content::of(job.as_bytes()).hash as u32;
+    let other = path.with_extension("").with_extension(format!("checkpoint-{hash:08x}.film"));
+    if !quiet {
+        let (path, other) = (path.display(), other.display());
         output::tell(format_args!(
-            "warning: {path} is {what}: nothing is saved meanwhile (finish it with rayfront resume {path}, or remove it)"
+            "note: {path} is {what}: this rendering is saved to {other} meanwhile (finish the former with rayfront resume {path}, or remove it)"
         ));
     }
-    other.is_none()
+    other
 }
 
 /// Writes the images and says what was done.

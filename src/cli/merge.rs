@@ -24,12 +24,16 @@ use crate::world::Adaptive;
 /// `rayfront merge`.
 #[derive(Args, Debug)]
 pub struct Merge {
-    /// Films of one image, in any order; - for films one after the other on standard input
+    /// Films of one image, in any order; a folder for the part-*.film in it; - for films one after the other on standard
+    /// input
     #[arg(required = true)]
     pub films: Vec<PathBuf>,
     /// Make the image from what there is, even if samples are missing
     #[arg(long)]
     pub partial: bool,
+    /// Refuse films of a scene that has been changed since
+    #[arg(long)]
+    pub current: bool,
     /// Render this much of every film again, chosen at random, and compare the bits, such as 1%
     #[arg(long, value_name = "PERCENT", value_parser = audit::parse)]
     pub audit: Option<f64>,
@@ -66,7 +70,8 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     outputs.images.iter().try_for_each(|path| supported(path))?;
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
     let mut merged: Option<Merged> = None;
-    for path in &arguments.films {
+    let films = arguments.films.iter().map(|path| films_at(path)).collect::<Result<Vec<_>, _>>()?.concat();
+    for path in &films {
         if path.as_os_str() == "-" {
             let mut input = std::io::stdin().lock();
             let name = Path::new("standard input");
@@ -87,6 +92,13 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     let Some(mut merged) = merged else {
         return Err(Failure::file("standard input: there is no film"));
     };
+    if let Some(changed) = merged.header.scene.changed() {
+        let changed = format!("{} has been changed since the films were rendered", changed.display());
+        if arguments.current {
+            return Err(Failure::file(format!("{changed}: render the parts again (--overwrite)")));
+        }
+        output::tell(format_args!("warning: {changed}: this is the scene as it was"));
+    }
     describe(&mut merged.header, &merged.gathered);
     let whole = 0..merged.header.total();
     let missing = merged.gathered.samples.missing(whole.clone());
@@ -115,6 +127,24 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
         saved.pixels(write_to_stdout(&merged.header, &merged.gathered));
     }
     write_images(arguments, &outputs, merged, &missing, start, saved)
+}
+
+/// The films that a path stands for.
+fn films_at(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let folder = path.display();
+    let unreadable = |error: std::io::Error| Failure::file(format!("{folder}: {error}"));
+    let entries = std::fs::read_dir(path).map_err(unreadable)?;
+    let is_part = |name: &str| name.starts_with("part-") && name.ends_with(".film");
+    let parts = entries.flatten().filter(|entry| is_part(&entry.file_name().to_string_lossy()));
+    let mut parts: Vec<_> = parts.map(|entry| entry.path()).collect();
+    parts.sort();
+    match parts.is_empty() {
+        true => Err(Failure::file(format!("{folder}: no part-*.film is in this folder"))),
+        false => Ok(parts),
+    }
 }
 
 /// Adds a film, if it belongs to the others.
@@ -170,6 +200,12 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
             *merged = Some(Merged { header, gathered, job, parts, audited });
         }
         Some(merged) => {
+            if let Some(what) = header.difference_of_picture(&merged.header)
+                && !arguments.output.output.is_empty()
+            {
+                let (path, first) = (path.display(), merged.parts[0].0.display());
+                output::tell(format_args!("warning: {path}: {what}, as in {first}, which counts"));
+            }
             merged.gathered.merge(&gathered);
             let (note, more) = (&mut merged.header.note, &header.note);
             note.seconds += more.seconds;
@@ -228,6 +264,9 @@ fn write_images(
         session.go_on_with(gathered.clone());
         session
     });
+    if let Some(fault) = output::uneven_blur(&header).filter(|_| !images.is_empty()) {
+        output::tell(format_args!("warning: {fault}"));
+    }
     let picture = Picture::new(&header, &gathered.film, arguments.output.bits);
     let (channels, manifest) = match (&session, &job) {
         (Some(session), Some(job)) if !images.is_empty() => {

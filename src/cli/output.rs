@@ -215,6 +215,16 @@ pub fn denoised_name(image: &Path) -> PathBuf {
     image.with_extension(extension)
 }
 
+/// What is wrong with the blur of motion, if some of the moments that it is made of have no samples.
+pub fn uneven_blur(header: &Header) -> Option<String> {
+    let (moments, total) = (header.view.moments(), header.settings.samples);
+    let there = header.view.moments_among(&header.samples, total);
+    let all = header.view.moments_among(&[[0, total]], total);
+    (there < all).then(|| {
+        format!("motion is blurred by {there} of {moments} moments, since not all samples are there")
+    })
+}
+
 /// Samples that all pixels have, and how many there were to be.
 pub fn samples(header: &Header) -> String {
     if let Some(allocation) = &header.allocation {

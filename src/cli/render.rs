@@ -92,10 +92,11 @@ fn all_frames(
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
         // Of --shard and the like, an image may have fewer samples and be as intended.
         let wants_all = shard.is_none() && arguments.part.samples.is_none();
-        let lacks_samples = |image: &PathBuf| wants_all && output::lacks_samples(image);
+        let is_empty = |image: &PathBuf| image.metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
+        let lacks_samples = |image: &PathBuf| is_empty(image) || wants_all && output::lacks_samples(image);
         if are_there && !arguments.output.overwrite && outputs.images.iter().any(lacks_samples) {
             if !arguments.work.quiet {
-                output::tell(format_args!("frame {frame} was interrupted: it is rendered again"));
+                output::tell(format_args!("frame {frame} is unfinished: it is rendered again"));
             }
         } else if are_there && !arguments.output.overwrite {
             let mut difference =

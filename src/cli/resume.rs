@@ -64,8 +64,8 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     if let Some(spp) = arguments.spp {
         extend(&mut job, &film, spp)?;
     }
-    let name = arguments.film.to_string_lossy();
-    let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.ends_with(".checkpoint.film");
+    let name = arguments.film.file_name().unwrap_or_default().to_string_lossy();
+    let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.contains(".checkpoint");
     let onlookers = Onlookers::new(&arguments.look, &film.header.scene.path)?;
     let wanted = Wanted {
         outputs,
@@ -155,6 +155,11 @@ fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
         let [start, end] = film.header.wanted;
         return Err(Failure::command_line(format!(
             "--spp {spp}: the film is a part, samples {start}..{end} of {total}: merge all parts first"
+        )));
+    }
+    if film.header.view.moments() > 1 {
+        return Err(Failure::command_line(format!(
+            "--spp {spp}: its samples are spread over the time that the shutter is open: render it anew with --spp {spp}"
         )));
     }
     job.frame.extensible().map_err(|reason| {

@@ -24,12 +24,15 @@ struct Scheduler {
 
 /// All that are known, the first whose variable is set counts. Grid Engine's is set to "undefined" outside
 /// arrays.
-const SCHEDULERS: [Scheduler; 5] = [
+const SCHEDULERS: [Scheduler; 7] = [
     Scheduler { index: "SLURM_ARRAY_TASK_ID", first: 0, count: Some("SLURM_ARRAY_TASK_COUNT") },
     Scheduler { index: "HQ_TASK_ID", first: 0, count: None },
     Scheduler { index: "AWS_BATCH_JOB_ARRAY_INDEX", first: 0, count: Some("AWS_BATCH_JOB_ARRAY_SIZE") },
     Scheduler { index: "JOB_COMPLETION_INDEX", first: 0, count: None },
     Scheduler { index: "SGE_TASK_ID", first: 1, count: Some("SGE_TASK_LAST") },
+    Scheduler { index: "PBS_ARRAY_INDEX", first: 0, count: None },
+    // 0 outside arrays.
+    Scheduler { index: "LSB_JOBINDEX", first: 1, count: None },
 ];
 
 /// More parts than anybody has tasks.

@@ -443,8 +443,24 @@ fn a_checkpoint_goes_when_its_image_is_done() {
     // Another rendering of that name leaves it alone.
     let before = std::fs::read(&checkpoint).expect("a film");
     let other = run(here, "scene.ron --spp 2 -o a.png --checkpoint 1ms");
-    assert!(String::from_utf8_lossy(&other.stderr).contains("nothing is saved meanwhile"));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("this rendering is saved to a.checkpoint-"));
     assert!(std::fs::read(&checkpoint).expect("a film") == before);
+    // Interrupted, it is saved beside it, and the same command goes on there.
+    let interrupted = "scene.ron --size 160x120 --spp 4096 -o a.png --threads 1";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rayfront"))
+        .args(interrupted.split_whitespace())
+        .current_dir(here)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("a process");
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
+    let mut text = String::new();
+    std::io::Read::read_to_string(child.stderr.as_mut().expect("messages"), &mut text).expect("text");
+    assert_eq!(child.wait().expect("an end").code(), Some(143));
+    assert!(text.contains("to go on: rayfront resume a.checkpoint-"), "{text}");
+    let goes_on = run(here, &format!("{interrupted} --max-time 1ms"));
+    assert!(String::from_utf8_lossy(&goes_on.stderr).contains("going on with"));
     std::fs::remove_file(here.join("a.png")).expect("an image");
     // Not to its end: it stays, and says so.
     json(here, "resume a.checkpoint.film --max-time 1ms");
@@ -533,9 +549,22 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         let blur = format!("{file} {options} --time 0 --fps 1 --shutter 1");
         let whole = hash(here, &format!("{blur} -o {name}.exr -o {name}.film"));
         let blurred = red(&format!("{name}.exr"));
-        for (x, expected) in [(7, 0.5), (8, 0.5), (5, 0.4375), (10, 0.4375), (0, 0.0), (15, 0.0)] {
-            assert!((blurred[x] - expected).abs() < 0.07, "{file} at {x}: {blurred:?}");
+        let is_blurred = |blurred: &[f32], margin: f32| {
+            for (x, expected) in [(7, 0.5), (8, 0.5), (5, 0.4375), (10, 0.4375), (0, 0.0), (15, 0.0)] {
+                assert!((blurred[x] - expected).abs() < margin, "{file} at {x}: {blurred:?}");
+            }
+        };
+        is_blurred(&blurred, 0.07);
+        // A quarter of the samples shows all of the time, too, and what shows less says so.
+        for (range, few) in [("0..32", false), ("0..16", true)] {
+            let line = format!("{blur} --spp 128 --samples {range} -o early.exr --quiet");
+            let output = run(here, &line.replace("--spp 32 ", ""));
+            let text = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(text.contains("motion is blurred by 8 of 16 moments"), few, "{text}");
+            is_blurred(&red("early.exr"), if few { 0.2 } else { 0.1 });
         }
+        let error = failure(here, 2, &format!("resume {name}.film --spp 64"));
+        assert!(error.contains("render it anew with --spp 64"), "{error}");
         // In parts, and once more.
         for index in 0..3 {
             json(here, &format!("{blur} --shard {index}/3 -o {name}-{index}.film --overwrite"));

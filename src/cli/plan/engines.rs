@@ -108,11 +108,8 @@ impl Jobs<'_> {
         };
         let mut render: Vec<Value> = words[2..].iter().map(|word| json!(word)).collect();
         render.insert(0, json!("{{Param.Scene}}"));
-        let images = self.images.iter().map(|image| format!(" -o {}", quoted(image)));
-        let merge = format!(
-            "\"{{{{Param.Program}}}}\" merge \"{{{{Param.Folder}}}}\"/part-*.film{}",
-            images.collect::<String>()
-        );
+        let mut merge: Vec<Value> = self.merge_words()[1..].iter().map(|word| json!(word)).collect();
+        merge[1] = json!("{{Param.Folder}}");
         let mut parameters = vec![
             parameter("Program", &self.program, "What renders"),
             parameter("Scene", &self.scene, "What is rendered"),
@@ -146,7 +143,7 @@ impl Jobs<'_> {
             steps.push(json!({
                 "name": "Merge",
                 "dependencies": [{ "dependsOn": "Render" }],
-                "script": { "actions": { "onRun": { "command": "sh", "args": ["-c", merge] } } },
+                "script": { "actions": { "onRun": { "command": "{{Param.Program}}", "args": merge } } },
             }));
         }
         let template = json!({
@@ -183,8 +180,7 @@ impl Jobs<'_> {
             files.push(("pilot.yaml", job(&format!("{name}-pilot"), "", &list(&self.pilot(&self.folder)))));
         }
         if self.merges() {
-            let merge = ["sh".to_owned(), "-c".to_owned(), self.merge()];
-            files.push(("merge.yaml", job(&format!("{name}-merge"), "", &list(&merge))));
+            files.push(("merge.yaml", job(&format!("{name}-merge"), "", &list(&self.merge_words()))));
         }
         files
     }

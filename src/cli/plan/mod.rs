@@ -271,11 +271,18 @@ impl<'a> Jobs<'a> {
         matches!(self.tasks, Tasks::Shards(_))
     }
 
-    /// The command, for a shell, that merges all parts that exist; so it can say what is missing.
+    /// The words of the command that merges all parts that exist; so it can say what is missing. Parts from before the
+    /// scene was changed are none of them.
+    fn merge_words(&self) -> Vec<String> {
+        let folder = self.folder.to_string_lossy().into_owned();
+        let mut words = vec![self.program.clone(), "merge".into(), folder, "--current".into()];
+        words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
+        words
+    }
+
+    /// The same for a shell.
     fn merge(&self) -> String {
-        let folder = quoted(&self.folder.to_string_lossy());
-        let images = self.images.iter().map(|image| format!(" -o {}", quoted(image)));
-        format!("{} merge {folder}/part-*.film{}", quoted(&self.program), images.collect::<String>())
+        line(&self.merge_words())
     }
 
     fn last(&self) -> u32 {

@@ -170,16 +170,34 @@ impl View {
         self.shutter_s.and(self.moments).unwrap_or(1).max(1)
     }
 
-    /// The moment that a sample out of so many belongs to. The samples are divided as evenly as possible.
-    pub fn moment_of(&self, sample: u32, samples: u32) -> u32 {
-        let moment = u64::from(sample) * u64::from(self.moments()) / u64::from(samples.max(1));
-        (moment as u32).min(self.moments() - 1)
+    /// The moment that a sample out of so many belongs to, and the first sample after it that belongs to another one.
+    ///
+    /// The samples are divided as evenly as possible, in two rounds through all moments, the first with a quarter of
+    /// the samples. Each round goes through time in the order of the radical inverse (van der Corput, 1935). So what is
+    /// stopped early has samples from all of the time, too, although each moment's samples follow each other: every
+    /// sixteenth point of a Sobol sequence, say, would cover only a sixteenth of the pixel.
+    pub fn moment_of(&self, sample: u32, samples: u32) -> (u32, u32) {
+        let moments = u64::from(self.moments());
+        let quarter = if u64::from(samples / 4) >= moments { samples / 4 } else { 0 };
+        let (start, end) = if sample < quarter { (0, quarter) } else { (quarter, samples.max(quarter + 1)) };
+        let count = u64::from(end - start);
+        let place = (u64::from(sample - start) * moments / count).min(moments - 1);
+        let end = start + ((place + 1) * count).div_ceil(moments) as u32;
+        (in_radical_inverse_order(place as u32, self.moments()), end)
     }
 
-    /// The first sample after those of a moment.
-    pub fn end_of(&self, moment: u32, samples: u32) -> u32 {
-        let end = (u64::from(moment) + 1) * u64::from(samples);
-        end.div_ceil(u64::from(self.moments())) as u32
+    /// How many of the moments some samples belong to, which are given as ranges out of so many.
+    pub fn moments_among(&self, ranges: &[[u32; 2]], samples: u32) -> u32 {
+        let mut moments = vec![false; self.moments() as usize];
+        for [start, end] in ranges {
+            let mut sample = *start;
+            while sample < *end {
+                let (moment, next) = self.moment_of(sample, samples);
+                moments[moment as usize] = true;
+                sample = next.max(sample + 1);
+            }
+        }
+        moments.into_iter().filter(|is_there| *is_there).count() as u32
     }
 
     /// The view at one moment alone, in the middle of its part of the time.
@@ -206,6 +224,13 @@ impl View {
         let common = LoadOptions { time_s, variant, scene, size, ..LoadOptions::default() };
         LoadOptions { light_units, solid_glass, double_sided, surroundings, edits, ..common }
     }
+}
+
+/// The number at a place among 0, 1, … `count` − 1, ordered by their digits from the last to the first one, in base 2.
+fn in_radical_inverse_order(place: u32, count: u32) -> u32 {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let inverse = |number: u32| number.reverse_bits().checked_shr(u32::BITS - bits).unwrap_or(0);
+    (0..1 << bits).map(inverse).filter(|number| *number < count).nth(place as usize).unwrap_or(0)
 }
 
 impl Source {
@@ -324,8 +349,22 @@ impl Header {
             return Some("of blocks that get other numbers of samples".into());
         }
         let pairs = parts(self).into_iter().zip(parts(other));
-        let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).next()?;
+        let of_samples =
+            |text: &String| !OF_THE_PICTURE.iter().any(|name| text.starts_with(&format!("{name} ")));
+        let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).find(of_samples)?;
         Some(format!("of other settings: {differs}"))
+    }
+
+    /// How what is to be made of its samples differs from what is to be made of another film's; none if it does not.
+    pub fn difference_of_picture(&self, other: &Header) -> Option<String> {
+        let [own, other] = [self, other].map(|header| {
+            let mut settings = serde_json::to_value(&header.settings).unwrap_or_default();
+            if let Some(all) = settings.as_object_mut() {
+                all.retain(|name, _| OF_THE_PICTURE.contains(&&name[..]));
+            }
+            settings
+        });
+        differing(&own, &other).into_iter().next()
     }
 
     /// The same, but both must also be meant to have the same samples.
@@ -340,8 +379,7 @@ impl Header {
 /// How two objects differ: `seed is 7, not 3` for each difference.
 fn differing(own: &Value, other: &Value) -> Vec<String> {
     let (Some(own), Some(other)) = (own.as_object(), other.as_object()) else { return Vec::new() };
-    let names = own.keys().filter(|name| !OF_THE_PICTURE.contains(&&name[..]));
-    let differing = names.filter(|name| other.get(*name) != own.get(*name));
+    let differing = own.keys().filter(|name| other.get(*name) != own.get(*name));
     differing
         .map(|name| {
             let [own, other] = [own, other].map(|object| object.get(name).unwrap_or(&Value::Null));
