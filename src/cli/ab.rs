@@ -9,15 +9,15 @@ use serde_json::json;
 use super::args::{ModelOptions, PictureOptions};
 use super::output::default_image;
 use super::{Failure, output};
-use crate::film::Film;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::DisplayTransform;
+use crate::film::{Film, Region};
 use crate::formats::picture::{Output, PngBits, save};
 use crate::formats::{Edits, LoadOptions};
 use crate::integrator::Frame;
 use crate::math::Rgb;
-use crate::render::{Options, Session, on_threads};
+use crate::render::{Needs, Options, Session, on_threads};
 use crate::world::{Settings, Tonemap};
 
 /// `rayfront ab`.
@@ -56,6 +56,9 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     if options.edits == common {
         let what = "there is nothing to compare: say what B has, with --set, --only or --hide";
         return Err(Failure::command_line(what));
+    }
+    if arguments.picture.spp == Some(1) {
+        return Err(Failure::command_line("a difference needs two samples of each pixel: --spp 2 or more"));
     }
     let plain = LoadOptions { edits: common, ..options.clone() };
     let [a, b] =
@@ -115,6 +118,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
         .map_err(Failure::compile(&arguments.scene))?;
     let settings = world.settings.clone();
     let frame = Frame::new(scene, &settings);
+    Needs::usual(Region::whole(settings.size)).check(&frame, &settings)?;
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     while !session.is_done() {
         session.advance(16);

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::{Failure, Fault, output};
+use crate::files::are_same;
 use crate::film::metrics::{self, BLOCKS, Comparison, Metrics, colormap};
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::picture::{Output, PngBits, load_linear, save, supported};
@@ -53,6 +54,11 @@ fn limit(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     arguments.heatmap.as_deref().map(supported).transpose()?;
+    if let Some(path) = &arguments.heatmap
+        && [&arguments.image, &arguments.reference].into_iter().any(|image| are_same(image, path))
+    {
+        return Err(Failure::command_line(format!("{} is compared: name another --heatmap", path.display())));
+    }
     let image = LoadedImage::load(&arguments.image)?;
     let reference = LoadedImage::load(&arguments.reference)?;
     if image.size != reference.size {

@@ -61,6 +61,12 @@ impl Failure {
         Failure { fault: Fault::File, message: message.into() }
     }
 
+    /// The same failure, a file being at fault if the command line was said to be.
+    pub fn of_file(self) -> Failure {
+        let fault = if self.fault == Fault::CommandLine { Fault::File } else { self.fault };
+        Failure { fault, ..self }
+    }
+
     /// The command line is at fault.
     pub fn command_line(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::CommandLine, message: message.into() }

@@ -8,6 +8,19 @@ use crate::film::SampleRanges;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::render::{Gathered, Pass, adaptive};
 
+/// Whether a film may go to a path: there is no file, or one of the same samples.
+pub fn may_replace(path: &Path, header: &Header, overwrite: bool) -> Result<(), Failure> {
+    if overwrite || !path.exists() {
+        return Ok(());
+    }
+    let to_do = "--overwrite replaces it";
+    let there = film_file::load_header(path).map_err(|error| Failure::output(format!("{error}; {to_do}")))?;
+    match there.difference_of_job(header) {
+        Some(what) => Err(Failure::output(format!("{} is {what}: {to_do}", path.display()))),
+        None => Ok(()),
+    }
+}
+
 /// What a film file says, as a rendering has it; none where that makes no sense.
 pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
     let FilmFile { header, film, moments } = file;

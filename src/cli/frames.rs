@@ -128,6 +128,7 @@ pub(super) fn named(outputs: &Outputs, frame: u32, several: bool) -> Result<Outp
 /// The last run of # in the file's name becomes the number, with as many digits. Several frames need one.
 fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failure> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    is_unicode(path, '#')?;
     let Some(last) = name.rfind('#') else {
         if !several {
             return Ok(path.to_owned());
@@ -140,6 +141,18 @@ fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failur
     let start = name[..=last].trim_end_matches('#').len();
     let width = last + 1 - start;
     Ok(path.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[last + 1..])))
+}
+
+/// Refuses names with a placeholder that are not Unicode: they would become others.
+pub(super) fn is_unicode(path: &Path, placeholder: char) -> Result<(), Failure> {
+    let text = path.to_string_lossy();
+    if path.to_str().is_none() && text.contains(placeholder) {
+        let text = crate::error::in_one_line(&text);
+        return Err(Failure::command_line(format!(
+            "{text}: names in which something is filled in must be in UTF-8: name it otherwise"
+        )));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -238,6 +238,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         outputs.images.iter().try_for_each(|path| supported(&output::denoised_name(path)))?;
     }
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
+    output::are_apart(outputs, wanted.output.denoise, &job.header.scene)?;
     let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
     let to_openexr = images.iter().any(|path| aov::holds(path));
     let (region, denoises) = (job.header.region, wanted.output.denoise);
@@ -315,8 +316,11 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
 /// Where an unrequested checkpoint goes: to another name if the file holds hours of another rendering that could still
 /// be continued. The name depends on what is rendered, so that the same command finds it again.
 fn free_checkpoint(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
-    let there = film_file::load_header(&path).ok();
-    let Some(what) = there.and_then(|there| there.difference_of_job(header)) else { return path };
+    let what = match film_file::load_header(&path) {
+        Ok(there) => there.difference_of_job(header),
+        Err(_) => path.exists().then(|| "something else".to_owned()),
+    };
+    let Some(what) = what else { return path };
     let job =
         format!("{:?}", (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted));
     let hash = crate::world::Content::of(job.as_bytes()).hash as u32;

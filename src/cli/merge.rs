@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::audit::{self, Audited};
-use super::films::{describe, gathered_of, save, write_to_stdout};
+use super::films::{describe, gathered_of, may_replace, save, write_to_stdout};
 use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
 use super::output::{self, Picture};
@@ -18,7 +18,7 @@ use super::{Failure, aov, command_line};
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
-use crate::render::{Gathered, on_threads};
+use crate::render::{Gathered, Needs, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront merge`.
@@ -121,6 +121,16 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     merged.header.note.stopped_by = None;
     let mut saved = Saved::default();
     if let Some(path) = &outputs.film {
+        let is_part = films.iter().any(|film| crate::files::are_same(film, path));
+        if is_part && !arguments.output.overwrite {
+            let path = path.display();
+            return Err(Failure::output(format!(
+                "{path} is one of the films to merge: name another with -o"
+            )));
+        }
+        may_replace(path, &merged.header, arguments.output.overwrite)?;
+    }
+    if let Some(path) = &outputs.film {
         saved.film(path, save(path, &merged.header, &merged.gathered));
     }
     if outputs.to_stdout {
@@ -219,6 +229,9 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
 }
 
 /// Which samples are not there, and what to type to get them.
+/// How many commands are told at most.
+const MOST_COMMANDS: usize = 64;
+
 fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     let total = merged.header.total();
     let mut lines =
@@ -239,8 +252,12 @@ fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
                 let part = SampleRanges::of(header.part(*index, count));
                 missing.common(&part).is_some()
             };
-            let commands = (0..count).filter(lost);
+            let mut lost = (0..count).filter(lost);
+            let commands = lost.by_ref().take(MOST_COMMANDS);
             lines.extend(commands.map(|index| command_line::of_shard(header, path, [index, count])));
+            if lost.next().is_some() {
+                lines.push("  and more".into());
+            }
         }
         None => lines.extend(missing.iter().map(|range| command_line::of_samples(header, path, range))),
     }
@@ -259,6 +276,10 @@ fn write_images(
     let images = aov::with_file(&outputs.images, &header.settings.aov);
     images.iter().try_for_each(|path| supported(path))?;
     let noise = gathered.film.relative_noise();
+    if let Some(job) = &job {
+        Needs { denoises: arguments.output.denoise, ..Needs::usual(job.header.region) }
+            .check(&job.frame, &header.settings)?;
+    }
     let session = job.as_ref().map(|job| {
         let mut session = job.session(&arguments.work);
         session.go_on_with(gathered.clone());

@@ -4,16 +4,17 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::job_args::Video;
+use super::job_args::{Outputs, Video};
 use super::saving::Saved;
 use super::{Failure, aov, command_line, reproduce};
 use crate::denoise::Denoised;
 use crate::error::{in_one_line, shown};
+use crate::files::are_same;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
 use crate::formats::DENOISED;
-use crate::formats::film_file::{Header, Note};
+use crate::formats::film_file::{Header, Note, Source};
 use crate::formats::picture::{Output, PngBits, save, video};
 use crate::math::Rgb;
 use crate::world::Adaptive;
@@ -206,6 +207,27 @@ pub fn lacks_samples(image: &Path) -> bool {
         header.begun.is_some() || lacks && header.note.stopped_by.is_none()
     };
     reproduce::record(image).is_ok_and(unfinished)
+}
+
+/// Checks that outputs replace neither each other nor what the scene is read from.
+pub fn are_apart(outputs: &Outputs, denoises: bool, scene: &Source) -> Result<(), Failure> {
+    let denoised = outputs.images.iter().filter(|_| denoises).map(|image| denoised_name(image));
+    let all: Vec<PathBuf> =
+        outputs.images.iter().cloned().chain(denoised).chain(outputs.film.clone()).collect();
+    for (place, path) in all.iter().enumerate() {
+        let shown = in_one_line(&path.to_string_lossy());
+        if all[..place].iter().any(|before| are_same(before, path)) {
+            return Err(Failure::command_line(format!(
+                "{shown} would be written twice: give each output a name"
+            )));
+        }
+        if scene.paths().any(|read| are_same(&read, path)) {
+            return Err(Failure::command_line(format!(
+                "{shown} is read for this scene: say where the image goes with -o"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The path of a denoised image: next to the one with noise.

@@ -12,6 +12,7 @@ use super::loading::Reuse;
 use super::onlookers::Onlookers;
 use super::output::{Compared, default_image};
 use super::{Failure, hints, output, pilot};
+use crate::error::in_one_line;
 use crate::formats::film_file::{self, FilmFile, Header, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -136,8 +137,12 @@ fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<
     let Some([index, count]) = shard else {
         let image = default_image(scene);
         let is_one = arguments.frames.frames.is_none();
-        let images = vec![if is_one { image } else { image.with_extension("####.png") }];
+        let images = vec![if is_one { image.clone() } else { image.with_extension("####.png") }];
         return if given.is_empty() {
+            if is_one && image.is_symlink() {
+                let image = in_one_line(&image.to_string_lossy());
+                return Err(Failure::output(format!("{image} is a link: say where the image goes with -o")));
+            }
             Ok(Outputs { images, ..Outputs::default() })
         } else {
             Outputs::of(given)
@@ -147,6 +152,7 @@ fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<
         let film = default_image(scene).with_extension(format!("{index}-of-{count}.film"));
         return Ok(Outputs { film: Some(film), ..Outputs::default() });
     }
+    given.iter().try_for_each(|path| frames::is_unicode(path, '{'))?;
     // One command for all tasks of an array.
     let name = |path: &PathBuf| PathBuf::from(path.to_string_lossy().replace("{shard}", &index.to_string()));
     Outputs::of(&given.iter().map(name).collect::<Vec<_>>())

@@ -13,11 +13,12 @@ use super::job_args::WorkOptions;
 use super::output::{self, RECORD};
 use super::resume::load_again;
 use super::{Failure, Fault};
+use crate::error::words;
 use crate::film::{Film, SampleRanges};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
-use crate::render::{Gathered, Session, on_threads};
+use crate::render::{Gathered, Needs, Session, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront reproduce`.
@@ -46,6 +47,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
         (record(path)?, None, load_text(path, DENOISED)?)
     };
     let mut job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
+    Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
     let session = render(&mut job, &header, &arguments.work)
         .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
@@ -92,6 +94,7 @@ pub(super) fn record(path: &Path) -> Result<Header, Failure> {
     match program {
         Some(program) if program != film_file::PROGRAM => {
             let own = film_file::PROGRAM;
+            let program = words(&program);
             Err(wrong(&format!("rendered by {program}, and this is {own}: use {program}")))
         }
         _ => serde_json::from_str(&text).map_err(|_| wrong("its record is damaged")),

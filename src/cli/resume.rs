@@ -6,10 +6,12 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::Failure;
+use super::films::may_replace;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::onlookers::Onlookers;
 use super::reproduce::record;
+use crate::error::in_one_line;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -63,6 +65,9 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     job.header.note.command.clone_from(&film.header.note.command);
     if let Some(spp) = arguments.spp {
         extend(&mut job, &film, spp)?;
+    }
+    if let Some(film) = outputs.film.as_ref().filter(|film| !crate::files::are_same(film, &arguments.film)) {
+        may_replace(film, &job.header, arguments.output.overwrite)?;
     }
     let name = arguments.film.file_name().unwrap_or_default().to_string_lossy();
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && name.contains(".checkpoint");
@@ -123,14 +128,16 @@ pub(super) fn load_again(
         Some(scene) => scene.clone(),
         None if named.is_file() => named.clone(),
         None => beside().ok_or_else(|| {
-            let (film, scene) = (film_path.display(), named.display());
+            let (film, scene) = (film_path.display(), in_one_line(&named.to_string_lossy()));
             Failure::file(format!(
                 "{film} is of {scene}, which is not there: say where it is with --scene-file"
             ))
         })?,
     };
+    // What a film or an image says of itself nobody has typed.
     let mut job =
-        Job::load(&scene, header.view.clone(), quiet, |world| world.settings = header.settings.clone())?;
+        Job::load(&scene, header.view.clone(), quiet, |world| world.settings = header.settings.clone())
+            .map_err(Failure::of_file)?;
     job.header.region = header.region;
     job.header.variance = header.variance;
     job.header.allocation.clone_from(&header.allocation);

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::args::Trace;
 use super::{Failure, output, usage};
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
+use crate::files::are_same;
 use crate::files::whole::writable;
 use crate::formats::rays::{HIT_BYTES, HitRecord, RAY_BYTES, load_hits, load_rays, save_hits};
 use crate::math::Hit;
@@ -27,6 +28,11 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
     arguments.out.iter().try_for_each(|path| writable(path))?;
+    if let Some(out) = &arguments.out
+        && [&arguments.scene, &arguments.rays].into_iter().any(|read| are_same(read, out))
+    {
+        return Err(Failure::command_line(format!("{} is read: name another --out", out.display())));
+    }
 
     let query = TraceQuery {
         bvh: &scene.compiled.bvh,

@@ -26,6 +26,12 @@ pub fn outside_is_allowed() -> bool {
     OUTSIDE.load(Ordering::Relaxed)
 }
 
+/// Whether two paths are of one file, or would be if it existed.
+pub fn are_same(one: &Path, other: &Path) -> bool {
+    let real = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path));
+    one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
+}
+
 /// Opens a file that must be an ordinary one: a pipe might never deliver anything, and a device might never end.
 pub fn open(path: &Path) -> io::Result<(File, u64)> {
     // Checked first: opening a pipe already waits.

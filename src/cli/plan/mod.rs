@@ -13,6 +13,7 @@ use super::command_line::{self, quoted};
 use super::frames::{self, Frames};
 use super::job_args::Outputs;
 use super::{Failure, output};
+use crate::error::in_one_line;
 use crate::film::SampleRanges;
 use crate::world::Adaptive;
 
@@ -132,6 +133,14 @@ impl<'a> Jobs<'a> {
                 .map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
         };
         let scene = absolute(&plan.scene)?;
+        let names = [&plan.scene].into_iter().chain(&plan.folder).chain(&plan.output);
+        let is_odd = |path: &&PathBuf| path.to_string_lossy().chars().any(char::is_control);
+        if let Some(path) = names.into_iter().find(is_odd) {
+            let path = in_one_line(&path.to_string_lossy());
+            return Err(Failure::command_line(format!(
+                "{path}: job files cannot hold such a name: rename it"
+            )));
+        }
         // What is wrong with the options shows now, not in every part.
         let command = ["rayfront".into(), plan.scene.to_string_lossy().into_owned()];
         let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {

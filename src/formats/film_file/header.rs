@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::error::in_one_line;
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
@@ -254,14 +255,18 @@ impl Source {
         Source { path: path.to_owned(), files, hash: format!("{:032x}", hasher.digest128()) }
     }
 
-    /// The first of these files whose content is another by now, as far as they can be read.
-    pub fn changed(&self) -> Option<PathBuf> {
+    /// Where these files are.
+    pub fn paths(&self) -> impl Iterator<Item = PathBuf> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        let path_of = |name: &String| match &name[..] {
+        self.files.keys().map(move |name| match &name[..] {
             SCENE => self.path.clone(),
             _ => folder.join(name),
-        };
-        self.files.iter().map(|(name, hash)| (path_of(name), hash)).find_map(|(path, hash)| {
+        })
+    }
+
+    /// The first of these files whose content is another by now, as far as they can be read.
+    pub fn changed(&self) -> Option<PathBuf> {
+        self.paths().zip(self.files.values()).find_map(|(path, hash)| {
             let bytes = crate::files::read(&path).ok()?;
             (format!("{:032x}", Content::of(&bytes).hash) != *hash).then_some(path)
         })
@@ -273,8 +278,8 @@ impl Source {
             return None;
         }
         let name = |file: &String| match &file[..] {
-            SCENE => self.path.display().to_string(),
-            _ => file.clone(),
+            SCENE => in_one_line(&self.path.to_string_lossy()),
+            _ => in_one_line(file),
         };
         for (file, hash) in &self.files {
             match other.files.get(file) {
@@ -340,7 +345,9 @@ impl Header {
             let view = View { size: None, ..header.view.clone() };
             let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
-            let rest = serde_json::json!({ "region": header.region, "variance": header.variance });
+            let rest = serde_json::json!({
+                "region": header.region, "variance": header.variance, "unit": header.unit,
+            });
             [view, settings, rest]
         };
         if let (Some(own), Some(other)) = (&self.allocation, &other.allocation)

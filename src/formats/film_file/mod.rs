@@ -25,7 +25,7 @@ use std::path::Path;
 use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::error::{LoadError, SaveError};
+use crate::error::{LoadError, SaveError, words};
 pub use crate::files::whole::writable;
 use crate::files::{self, whole::write_whole};
 use crate::film::{Film, Moments, PixelSum, Region};
@@ -179,6 +179,7 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
         .and_then(|header: serde_json::Value| Some(header.get("program")?.as_str()?.to_owned()));
     let program = program.ok_or_else(damaged)?;
     if program != PROGRAM {
+        let program = words(&program);
         let reason = format!("rendered by {program}, and this is {PROGRAM}, whose samples may be other ones");
         return Err(wrong(format!("{reason}: use {program}")));
     }
@@ -190,11 +191,17 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
         && x1 <= width
         && y1 <= height
         && width.max(height) <= Settings::MOST_PIXELS_A_SIDE;
-    if !inside || header.ranges().is_none() {
+    let [start, end] = header.wanted;
+    let are_wanted = start <= end && end <= header.total().max(header.settings.samples);
+    let is_part = header.shard.is_none_or(|[index, count]| index < count && count <= MOST_PARTS);
+    if !inside || !are_wanted || !is_part || header.ranges().is_none() {
         return Err(damaged());
     }
     Ok(Some(header))
 }
+
+/// More parts than a film can have samples.
+const MOST_PARTS: u32 = 1 << 22;
 
 fn header_sum(header: &[u8]) -> u128 {
     let mut hasher = xxhash_rust::xxh3::Xxh3::new();

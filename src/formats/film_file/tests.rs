@@ -97,6 +97,57 @@ fn numbers_in_the_header_come_back_as_they_were() {
     }
 }
 
+/// Sums of other units cannot be added, and what cannot be a part is none.
+#[test]
+fn headers_that_cannot_be_are_refused() {
+    let file = film(SMALL, false);
+    let other = Header { unit: Unit::new(1e12, 1e12), ..file.header.clone() };
+    assert!(file.header.difference(&other).is_some_and(|what| what.contains("unit")));
+    assert_eq!(file.header.difference(&file.header.clone()), None);
+    let refused = |change: fn(&mut Header)| {
+        let mut file = film(SMALL, false);
+        change(&mut file.header);
+        read_all(&bytes(&file)).is_err_and(|error| error.contains("damaged"))
+    };
+    assert!(refused(|header| header.wanted = [0, 40]));
+    assert!(refused(|header| header.wanted = [3, 2]));
+    assert!(refused(|header| header.shard = Some([0, u32::MAX])));
+    assert!(refused(|header| header.shard = Some([2, 2])));
+    assert!(!refused(|header| header.shard = None));
+}
+
+/// However few samples there are, they come from all of the time.
+#[test]
+fn moments_come_in_an_order_that_covers_the_time() {
+    let view = |moments| View { shutter_s: Some(1.0), moments: Some(moments), ..View::default() };
+    for (moments, samples) in
+        [(16, 256), (16, 64), (16, 16), (16, 5), (5, 100), (1, 7), (7, 7), (4096, 10_000)]
+    {
+        let view = view(moments);
+        let mut counts = vec![0; moments as usize];
+        let mut sample = 0;
+        while sample < samples {
+            let (moment, end) = view.moment_of(sample, samples);
+            assert!(end > sample && end <= samples, "{moments} {samples} {sample} {end}");
+            assert!((sample..end).all(|sample| view.moment_of(sample, samples) == (moment, end)));
+            counts[moment as usize] += end - sample;
+            sample = end;
+        }
+        let (least, most) = (counts.iter().min().copied(), counts.iter().max().copied());
+        assert!(
+            most.zip(least).is_some_and(|(most, least)| most - least <= 2),
+            "{moments} {samples}: {counts:?}"
+        );
+    }
+    let firsts =
+        |count: u32| (0..count).map(|sample| view(16).moment_of(sample * 4, 256).0).collect::<Vec<_>>();
+    assert_eq!(firsts(4), [0, 8, 4, 12]);
+    let mut all = firsts(16);
+    all.sort_unstable();
+    assert_eq!(all, (0..16).collect::<Vec<_>>());
+    assert_eq!((view(16).moments_among(&[[0, 64]], 256), view(16).moments_among(&[[0, 10]], 256)), (16, 3));
+}
+
 #[test]
 fn high_bytes_take_no_room() {
     let file = film(LARGE, false);

@@ -1,5 +1,6 @@
 //! Reading pictures, with the `image` crate.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -53,12 +54,36 @@ pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<I
         let reason = error.to_string().replace('\n', " ");
         LoadError::invalid(path, format!("the picture cannot be decoded: {reason}"))
     };
+    let bytes = &without_notes(bytes, format);
     let decoder = open(bytes, format).map_err(refuse)?;
     let (width, height) = decoder.dimensions();
     let pixel_bytes = if is_wide(decoder.color_type()) { 12 } else { 4 };
     let _claim = limits::check(path, [width.into(), height.into()], pixel_bytes, bytes.len())?;
     let texels = texels(DynamicImage::from_decoder(decoder).map_err(refuse)?);
     Ok(Image { source: None, width, height, texels })
+}
+
+/// A picture without profiles and texts. Those of PNG files are packed: a million bytes become a thousand times as
+/// many, which the crate unpacks before it knows how large the picture is. Nothing here depends on them.
+fn without_notes(bytes: &[u8], format: ImageFormat) -> Cow<'_, [u8]> {
+    /// Length, kind and check sum.
+    const AROUND: usize = 12;
+    if format != ImageFormat::Png {
+        return bytes.into();
+    }
+    let mut kept: Option<Vec<u8>> = None;
+    let mut at = 8;
+    while let Some((length, rest)) = bytes.get(at..).and_then(|rest| rest.split_first_chunk::<4>()) {
+        let end = at.saturating_add(AROUND).saturating_add(u32::from_be_bytes(*length) as usize);
+        let end = end.min(bytes.len());
+        if matches!(rest.get(..4), Some(b"iCCP" | b"zTXt" | b"iTXt" | b"tEXt" | b"eXIf")) {
+            kept.get_or_insert_with(|| bytes[..at].to_vec());
+        } else if let Some(kept) = &mut kept {
+            kept.extend_from_slice(&bytes[at..end]);
+        }
+        at = end;
+    }
+    kept.map_or(bytes.into(), Cow::Owned)
 }
 
 /// Reads the header only.

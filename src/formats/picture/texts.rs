@@ -21,10 +21,14 @@ pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
 }
 
 fn of_png(bytes: &[u8], name: &str) -> Option<String> {
-    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_ignore_iccp_chunk(true);
+    let reader = decoder.read_info().ok()?;
     let info = reader.info();
     let latin = info.uncompressed_latin1_text.iter().find(|text| text.keyword == name);
-    let unicode = || info.utf8_text.iter().find(|text| text.keyword == name)?.get_text().ok();
+    // We pack no text. What others have packed may be a thousand times as long.
+    let unicode =
+        || info.utf8_text.iter().find(|text| text.keyword == name && !text.compressed)?.get_text().ok();
     latin.map(|text| text.text.clone()).or_else(unicode)
 }
 

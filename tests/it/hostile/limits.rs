@@ -145,6 +145,40 @@ fn limits_of_the_system_are_no_abort() {
 }
 
 /// Branches that double at each bounce are announced.
+/// Profiles and texts in a PNG are packed, a thousand to one. None is unpacked.
+#[test]
+#[cfg(target_os = "linux")]
+fn notes_in_pictures_take_no_memory() {
+    const LARGE: usize = 256 << 20;
+    let folder = folder(&ball(r#"diffuse: Image("t.png")"#));
+    let here = folder.path();
+    let mut info = png::Info::with_size(8, 8);
+    info.color_type = png::ColorType::Rgb;
+    info.icc_profile = Some(vec![b'a'; LARGE].into());
+    let mut bytes = Vec::new();
+    let mut writer =
+        png::Encoder::with_info(&mut bytes, info).expect("a header").write_header().expect("a header");
+    writer.write_image_data(&[200; 8 * 8 * 3]).expect("rows");
+    writer.finish().expect("an end");
+    std::fs::write(here.join("t.png"), &bytes).expect("a file");
+    let found = json(&run(here, &["scene.ron", "--json", "-q", "-o", "a.png"]));
+    let peak = found["memory_bytes"]["peak"].as_u64().expect("a number");
+    assert!(bytes.len() < 2_000_000 && peak < LARGE as u64 / 2, "{peak} for {}", bytes.len());
+    // The same text as a record.
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 8, 8);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.add_itxt_chunk("rayfront".into(), "a".into()).expect("a text");
+    let mut writer = encoder.write_header().expect("a header");
+    let mut text = png::text_metadata::ITXtChunk::new("rayfront", "a".repeat(LARGE / 16));
+    text.compress_text().expect("packed");
+    writer.write_text_chunk(&text).expect("a text");
+    writer.write_image_data(&[200; 8 * 8 * 3]).expect("rows");
+    writer.finish().expect("an end");
+    std::fs::write(here.join("r.png"), &bytes).expect("a file");
+    expect(&run(here, &["reproduce", "r.png"]), 1, &["r.png"]);
+}
+
 #[test]
 fn endless_work_is_announced() {
     let glass = "(shape: Sphere(radius_m: 1), material: (kt: 0.9, kr: 0.9, ior: 1.5)),";

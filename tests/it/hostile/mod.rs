@@ -5,6 +5,7 @@ mod faults;
 mod finds;
 mod limits;
 mod load;
+mod outputs;
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
