@@ -9,6 +9,8 @@ mod camera;
 mod exposure;
 mod lamps;
 mod materials;
+mod media;
+mod panes;
 mod probes;
 #[cfg(feature = "study")]
 mod samples;
@@ -73,6 +75,8 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     camera::check(&checked, &mut findings);
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);
+    media::check(&checked, &mut findings);
+    panes::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);
     // Where nothing is seen, this may be why.
     if all || checked.probes.coverage() < 0.02 || checked.probes.dark() > 0.5 {

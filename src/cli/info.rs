@@ -74,7 +74,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
             "triangle_blocks": scene.bvh.triangles.len(),
             "sphere_blocks": scene.bvh.spheres.len(),
         },
-        "materials": scene.material_names,
+        "materials": scene.material_names[..scene.materials.len() - scene.sheets.len()],
         "lights": scene.lights.iter().map(|light| describe_light(scene, light)).collect::<Vec<_>>(),
         "emitters": emitters(world, scene),
         "cameras": crate::compile::camera_names(world),

@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use super::made::Made;
-use super::{camera, emitters, environment, geometry, ignored, lights, materials, sound, textures};
+use super::{camera, emitters, environment, geometry, idle, ignored, lights, materials, sound, textures};
 use crate::bvh::Bvh;
-use crate::error::{CompileError, words};
+use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
-use crate::world::assets::NamedMaterial;
-use crate::world::{self, Sharing, Transport, World, transforms};
+use crate::world::{Sharing, Transport, World, transforms};
 
 /// A scene, and what each system has made of what.
 pub struct Compiled {
@@ -52,11 +51,12 @@ pub fn compile_after(
     let textures = Made::again(textures_before, textures::Inputs::new(&world.assets), |inputs| {
         textures::compile(&world.assets, inputs, textures_before)
     })?;
-    let (mut materials, mut material_names) = materials::compile(&world.assets);
+    let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
     let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &mut sheets)?;
+    let sheets = sheets.end();
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
     let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
         let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
@@ -92,6 +92,7 @@ pub fn compile_after(
         bvh,
         materials,
         material_names,
+        sheets,
         textures: textures.made.clone(),
         emitters: emitters.made.emitters.clone(),
         lights: emitters.made.lights.clone(),
@@ -147,22 +148,12 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
     warnings.extend(ignored::by_transport(world));
     warnings.extend(unshared(world));
-    warnings.extend(opaque_glass(scene));
-    warnings.extend(idle_scattering(world));
+    warnings.extend(idle::values(world));
     warnings.extend(endless_forks(scene, world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
     }
     warnings
-}
-
-/// Materials that should let light through but are all metal, which is the default.
-fn opaque_glass(scene: &CompiledScene) -> Option<String> {
-    let all = scene.materials.iter().zip(&scene.material_names);
-    let opaque = all.filter(|(m, _)| m.metallic.is_one() && !m.transmission.is_zero());
-    let names: Vec<String> = opaque.map(|(_, name)| words(name)).take(4).collect();
-    (!names.is_empty())
-        .then(|| format!("metals let no light through: {} (metallic: 0 makes it glass)", names.join(", ")))
 }
 
 /// Glass that splits paths in two, with nothing that ends them: each bounce can double the work.
@@ -183,27 +174,6 @@ fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
     })
 }
 
-/// Materials that should scatter light but let all of it pass.
-fn idle_scattering(world: &World) -> Option<String> {
-    let is_clear = |named: &&NamedMaterial| match &named.material {
-        world::Material::Principled(m) => m.volume.is_some_and(|volume| {
-            let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);
-            let enters = m.transmission.factor > 0.0 || m.diffuse_transmission.factor > 0.0;
-            !volume.multiscatter_color.is_black()
-                && (passes || volume.attenuation_distance.is_infinite() || !enters)
-        }),
-        world::Material::BlinnPhong(_) => false,
-    };
-    let count = world.assets.materials.iter().filter(is_clear).count();
-    (count > 0).then(|| {
-        format!(
-            "{} a multiscatter_color and nothing is scattered: that takes an attenuation_color below 1, an \
-             attenuation_distance_m, and a transmission or diffuse_transmission",
-            if count == 1 { "1 material has".into() } else { format!("{count} materials have") }
-        )
-    })
-}
-
 /// Groups that were asked for but that other settings rule out.
 fn unshared(world: &World) -> Option<String> {
     let settings = &world.settings;
@@ -216,24 +186,7 @@ fn unshared(world: &World) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Camera, Transform};
-
-    #[test]
-    fn metal_glass_is_told() {
-        use crate::world::{Material, Principled, ScalarInput};
-
-        let said = |metallic: f32, transmission: f32| {
-            let mut world = World::default();
-            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
-            let [metallic, transmission] = [metallic, transmission].map(ScalarInput::constant);
-            let glass = Principled { metallic, transmission, ..Principled::default() };
-            world.assets.add_material(Some("pane".into()), Material::Principled(Box::new(glass)));
-            let warnings = compile(&world, None).expect("a scene").warnings;
-            warnings.into_iter().find(|warning| warning.contains("metals let no light through"))
-        };
-        assert!(said(1.0, 0.5).is_some_and(|warning| warning.contains("pane")));
-        assert_eq!((said(0.0, 1.0), said(1.0, 0.0), said(0.5, 1.0)), (None, None, None));
-    }
+    use crate::world::{self, Camera, Transform};
 
     /// A world that is compiled after another one becomes what it would be by itself, and shares what is the same.
     #[test]

@@ -95,8 +95,11 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
     left_out += instances(&mut out, surfaces, room);
     for (index, lamp) in lamps.iter().enumerate() {
         if let Lamp::Directional { to_light, irradiance, angle } = lamp {
-            let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, *irradiance);
-            row[3] = (1.0 - libm::cos(*angle as f64 / 2.0)) as f32;
+            // A surface that faces the middle gets it at a mean cosine of (1 + cos) / 2.
+            let cos = libm::cos(*angle as f64 / 2.0);
+            let light = *irradiance * (2.0 / (1.0 + cos)) as f32;
+            let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, light);
+            row[3] = (1.0 - cos) as f32;
             let emitter = push(&mut out, kind::DIRECTIONAL, 0, row);
             out.primitive[emitter as usize] = index as u32;
             lights[index].emitter = emitter;
@@ -467,7 +470,7 @@ mod tests {
         }
         let order = world.in_order();
         let placed = transforms::to_world(&world, &order).expect("transforms");
-        let (mut records, mut names) = materials::compile(&world.assets);
+        let (mut records, mut names) = materials::compile(&world.assets, world.settings.transport);
         let sheets = &mut materials::Sheets::new(&mut records, &mut names);
         let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), sheets).expect("shapes");
         let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");

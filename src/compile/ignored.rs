@@ -1,5 +1,6 @@
 //! What a world says that its transport has no use for.
 
+use crate::math::Rgb;
 use crate::world::{
     Camera, ColorInput, Light, Material, Pattern, Principled, ScalarInput, Settings, Sharing, Transport,
     World,
@@ -51,6 +52,14 @@ fn by_path(world: &World) -> Vec<&'static str> {
     let areas: Vec<(u32, Pattern)> = areas.collect();
     note("the samples of area lights", areas.iter().any(|(samples, _)| *samples > 1));
     note("the pattern of area lights", areas.iter().any(|(_, pattern)| *pattern != Pattern::default()));
+    let glass = world.assets.materials.iter().filter_map(|named| match &named.material {
+        Material::BlinnPhong(m) if m.ior.is_some() && super::materials::veil(m).is_none() => Some(m),
+        _ => None,
+    });
+    let glass: Vec<_> = glass.collect();
+    note("diffuse of materials with an ior", glass.iter().any(|m| !is_black(m.diffuse)));
+    let is_white = |kr| matches!(kr, ColorInput::Constant(color) if color == Rgb::WHITE);
+    note("kr of materials with an ior", glass.iter().any(|m| !is_white(m.kr)));
     let spread = |camera: &Camera| matches!(camera, Camera::ThinLens { pattern, .. } if *pattern != Pattern::default());
     note("the pattern of lenses", world.entities.query::<&Camera>().iter().any(spread));
     names
@@ -83,7 +92,7 @@ fn is_black(input: ColorInput) -> bool {
 mod tests {
     use super::*;
     use crate::compile::compile;
-    use crate::math::{Rgb, Vec2};
+    use crate::math::Vec2;
     use crate::world::{Outline, Transform};
 
     #[test]

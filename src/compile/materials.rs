@@ -11,13 +11,18 @@ use crate::scene::material::{
 use crate::world::assets::Assets;
 use crate::world::{
     self, AlphaMode, BlinnPhong, BumpMap, Channel, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
-    ScalarInput,
+    ScalarInput, Transport,
 };
 
-/// Records, and what people call them.
-pub(super) fn compile(assets: &Assets) -> (Vec<Material>, Vec<String>) {
+/// Records for a transport, and what people call them.
+pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, Vec<String>) {
     let record = |material: &world::Material| match material {
-        world::Material::BlinnPhong(material) => from_blinn_phong(material),
+        world::Material::BlinnPhong(material) => {
+            match veil(material).filter(|_| transport == Transport::Path) {
+                Some(veil) => veil,
+                None => from_blinn_phong(material),
+            }
+        }
         world::Material::Principled(material) => from_principled(material, assets),
     };
     let records = assets.materials.iter().map(|named| record(&named.material));
@@ -33,11 +38,18 @@ pub(super) struct Sheets<'a> {
     pub names: &'a mut Vec<String>,
     /// By the first records' ids.
     known: HashMap<MaterialId, MaterialId>,
+    /// The first records of those that were added, in order.
+    added: Vec<u32>,
 }
 
 impl<'a> Sheets<'a> {
     pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>) -> Self {
-        Self { materials, names, known: HashMap::new() }
+        Self { materials, names, known: HashMap::new(), added: Vec::new() }
+    }
+
+    /// The first records of the last ones, which are for sheets.
+    pub fn end(self) -> Vec<u32> {
+        self.added
     }
 
     /// The material of a sheet.
@@ -49,6 +61,7 @@ impl<'a> Sheets<'a> {
         *self.known.entry(id).or_insert_with(|| {
             self.materials.push(Material { hides_back: false, one_sided_emission: false, ..record });
             self.names.push(self.names[id.0 as usize].clone());
+            self.added.push(id.0);
             MaterialId(self.materials.len() as u32 - 1)
         })
     }
@@ -198,6 +211,30 @@ fn film(m: &Iridescence) -> ThinFilmParam {
 /// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a
 /// GGX lobe of the same width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance
 /// ks; the mirror image a smooth one of reflectance kr; what has an ior is smooth glass.
+/// A surface that lets an even part of the light through and bends none of it, as `d` in an OBJ's library means it:
+/// that part of it is not there. (Otherwise the path transport takes materials with an index of refraction for glass,
+/// which has no `diffuse`.)
+pub(super) fn veil(m: &BlinnPhong) -> Option<Material> {
+    let through = m.kt.r;
+    let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
+    (m.ior == Some(1.0) && is_even).then(|| {
+        // What is there answers all light that it gets.
+        let there = 1.0 - through;
+        let whole =
+            |color: ColorParam| ColorParam { factor: color.factor.map(|c| (c / there).min(1.0)), ..color };
+        let record =
+            from_blinn_phong(&BlinnPhong { ior: None, kr: ColorInput::Constant(Rgb::BLACK), ..m.clone() });
+        Material {
+            base_color: whole(record.base_color),
+            specular_color: whole(record.specular_color),
+            emission: ColorParam { factor: record.emission.factor.map(|c| c / there), ..record.emission },
+            alpha: ScalarParam::constant(there),
+            coverage: Coverage::Blend,
+            ..record
+        }
+    })
+}
+
 pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
     let none = ScalarParam::constant(0.0);
     let one = ScalarParam::constant(1.0);
@@ -206,10 +243,11 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
     let mirror = !is_black(m.kr);
     let shines = !is_black(m.specular);
     let glass = m.ior.is_some();
-    // One of the two is the base's own reflection; with a mirror the highlight lies above it.
+    // One of the two is the base's own reflection; with a mirror the highlight lies above it. Glass shows lamps by its
+    // own reflection.
     let (reflection, roughness) = if mirror || glass { (m.kr, 0.0) } else { (m.specular, width) };
     let layer = match m.specular {
-        ColorInput::Constant(c) if mirror && shines => c,
+        ColorInput::Constant(c) if mirror && shines && !glass => c,
         _ => Rgb::BLACK,
     };
     let white = ColorParam::constant([1.0; 3]);

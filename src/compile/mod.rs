@@ -8,6 +8,7 @@ mod emitters;
 mod environment;
 mod geometry;
 mod glow;
+mod idle;
 mod ignored;
 pub(crate) mod light_tree;
 mod lights;

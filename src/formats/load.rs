@@ -141,6 +141,9 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
             let whole = whole.filter(|_| other.is_empty()).find(|path| path.is_file());
             let hint = match whole {
                 Some(path) => format!(" (did you mean \"{}\"?)", path.display()),
+                None if ["pbrt", "pov", "xml", "lxs", "scn"].contains(&other) => {
+                    ": scenes/MIGRATING.md says how to write such a scene anew".to_owned()
+                }
                 None if READ_BY_BLENDER.contains(&other) => {
                     ": Blender imports it and exports .glb".to_owned()
                 }

@@ -90,7 +90,11 @@ impl Session {
                 floats("position.Z", &|f| f.position[2]),
             ],
             Aov::Entity => vec![ids("entity.id", &|f| f.entity)],
-            Aov::Material => vec![ids("material.id", &|f| f.material)],
+            // One id for a material, whichever of its records a surface has.
+            Aov::Material => vec![ids("material.id", &|f| match f.material {
+                0 => 0,
+                record => self.scene().material_id(record - 1) + 1,
+            })],
             Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
             Aov::Samples | Aov::Variance => film_channels(self.gathered(), &[aov]),
         }

@@ -48,6 +48,8 @@ pub struct CompiledScene {
     pub(crate) materials: Vec<Material>,
     /// What people call them.
     pub(crate) material_names: Vec<String>,
+    /// The last records are others of these, for sheets, which have no front.
+    pub(crate) sheets: Vec<u32>,
     /// Pictures and how they are looked up.
     #[doc(hidden)]
     pub textures: Arc<Textures>,
@@ -104,6 +106,12 @@ impl Memory {
 }
 
 impl CompiledScene {
+    /// The material that a record is of.
+    pub(crate) fn material_id(&self, record: u32) -> u32 {
+        let own = self.materials.len() - self.sheets.len();
+        (record as usize).checked_sub(own).map_or(record, |place| self.sheets[place])
+    }
+
     /// About the radiance of the brightest thing that can be seen, and of what surfaces are lit by: both grow in
     /// proportion to all light that there is.
     pub(crate) fn levels(&self) -> (f32, f32) {
@@ -169,7 +177,7 @@ impl CompiledScene {
     /// The first of its parts in which it differs from another scene, to the last bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
-        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 20] {
             [
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
@@ -184,6 +192,7 @@ impl CompiledScene {
                 ("what of it is there", &of.bvh.conditional),
                 ("materials", &of.materials),
                 ("their names", &of.material_names),
+                ("those of sheets", &of.sheets),
                 ("textures", &of.textures),
                 ("emitters", &of.emitters),
                 ("lights", &of.lights),

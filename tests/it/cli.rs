@@ -421,5 +421,6 @@ fn an_interrupted_rendering_is_saved_whole() {
     let report: serde_json::Value = serde_json::from_str(&out).expect("a report");
     assert!(report["samples"].as_u64() < report["samples_asked"].as_u64(), "{out}");
     let left = std::fs::read_dir(folder.path()).expect("a folder").count();
-    assert_eq!(left, 2, "no temporary file is left");
+    assert!(folder.path().join("scene.checkpoint.film").is_file(), "to go on from");
+    assert_eq!(left, 3, "no temporary file is left");
 }

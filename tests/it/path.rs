@@ -75,6 +75,62 @@ fn white_vanishes_in_white() {
     }
 }
 
+/// What a surface before white surroundings shows, in the middle.
+fn before_white(material: BlinnPhong) -> Rgb {
+    let mut world = world(1, 4096);
+    world.settings.background = Background::Constant(Rgb::WHITE);
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, -1.0));
+    let material = world.assets.add_material(None, Material::BlinnPhong(material));
+    world.entities.spawn((Shape::Plane { corners }, material));
+    for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
+        *camera = Camera::Pinhole { vertical_fov: 1e-3 };
+    }
+    Picture::of(&world).at(0, 0)
+}
+
+/// Of what `d` in an OBJ's library lets through, nothing is bent; the rest keeps its colour. And glass shows lamps by
+/// its own reflection, so `specular` adds none.
+#[test]
+fn veils_keep_their_colour_and_glass_has_one_reflection() {
+    let red = ColorInput::Constant(Rgb::new(0.4, 0.0, 0.0));
+    let veil = BlinnPhong { diffuse: red, kt: Rgb::splat(0.5), ior: Some(1.0), ..Default::default() };
+    let found = before_white(veil);
+    for (found, expected) in found.to_array().into_iter().zip([0.9, 0.5, 0.5]) {
+        assert!((found - expected).abs() < 0.02, "{found} {expected}");
+    }
+    let glass = |specular: f32| BlinnPhong {
+        diffuse: ColorInput::Constant(Rgb::BLACK),
+        kr: ColorInput::Constant(Rgb::WHITE),
+        kt: Rgb::splat(0.5),
+        specular: ColorInput::Constant(Rgb::splat(specular)),
+        ior: Some(1.5),
+        ..Default::default()
+    };
+    // F is 0.04 straight on.
+    for specular in [0.0, 0.5, 1.0] {
+        let found = before_white(glass(specular)).g;
+        assert!((found - (0.04 + 0.96 * 0.5)).abs() < 0.02, "{specular}: {found}");
+    }
+}
+
+/// However wide a sun is, what faces it gets its irradiance.
+#[test]
+fn wide_suns_give_their_irradiance() {
+    for angle in [0.0f32, 0.5, 2.0, 3.1] {
+        let mut world = world(1, 4096);
+        world.settings.max_depth = 0;
+        let corners =
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, -1.0));
+        let white = BlinnPhong { diffuse: ColorInput::Constant(Rgb::WHITE), ..Default::default() };
+        let material = world.assets.add_material(None, Material::BlinnPhong(white));
+        world.entities.spawn((Shape::Plane { corners }, material));
+        let light = Light::Directional { irradiance: Rgb::splat(std::f32::consts::PI), angle };
+        world.entities.spawn((light, at(Vec3::ZERO)));
+        let found = Picture::of(&world).at(0, 0).g;
+        assert!((found - 1.0).abs() < 0.01, "{angle}: {found}");
+    }
+}
+
 /// Direct light from a rectangle on a diffuse floor, by Lambert's formula for polygons.
 #[test]
 fn a_rectangle_lights_the_floor_as_lambert_says() {

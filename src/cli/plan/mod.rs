@@ -125,6 +125,18 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+impl Plan {
+    /// Refuses names that lines of job files would end at.
+    fn check_names(&self) -> Result<(), Failure> {
+        let is_odd = |path: &&PathBuf| path.to_string_lossy().chars().any(char::is_control);
+        let mut names = [&self.scene].into_iter().chain(&self.folder).chain(&self.output);
+        names.find(is_odd).map_or(Ok(()), |path| {
+            let path = in_one_line(&path.to_string_lossy());
+            Err(Failure::command_line(format!("{path}: job files cannot hold such a name: rename it")))
+        })
+    }
+}
+
 impl<'a> Jobs<'a> {
     /// Refuses whatever would keep the parts from being rendered.
     fn new(plan: &'a Plan) -> Result<Self, Failure> {
@@ -133,14 +145,7 @@ impl<'a> Jobs<'a> {
                 .map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
         };
         let scene = absolute(&plan.scene)?;
-        let names = [&plan.scene].into_iter().chain(&plan.folder).chain(&plan.output);
-        let is_odd = |path: &&PathBuf| path.to_string_lossy().chars().any(char::is_control);
-        if let Some(path) = names.into_iter().find(is_odd) {
-            let path = in_one_line(&path.to_string_lossy());
-            return Err(Failure::command_line(format!(
-                "{path}: job files cannot hold such a name: rename it"
-            )));
-        }
+        plan.check_names()?;
         // What is wrong with the options shows now, not in every part.
         let command = ["rayfront".into(), plan.scene.to_string_lossy().into_owned()];
         let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {

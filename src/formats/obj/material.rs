@@ -50,8 +50,8 @@ impl<'a> Materials<'a> {
     }
 
     /// `d` (or 1 − `Tr`) is the share of light that the surface itself answers. What is left,
-    /// all of it under the glass models (illum 4, 6, 7 and 9), goes through, tinted by `Tf`
-    /// and bent by `Ni`; glass without a proper `Ni` (above 1) has 1.5, a merely transparent
+    /// all of it under the glass models (illum 4, 6, 7 and 9), goes through, tinted by `Tf`.
+    /// Glass bends it by `Ni`, or by 1.5 without a proper one (above 1); a merely transparent
     /// surface bends nothing (1.0). The mirror models (3, 5 and 8) reflect by `Ks`; 0 and 1
     /// have no highlights. `Kd` of zero under a `map_Kd` counts as one: exporters write that.
     fn lower(&mut self, source: &tobj::Material, file: &Path) -> BlinnPhong {
@@ -77,8 +77,9 @@ impl<'a> Materials<'a> {
             _ => ColorInput::default(),
         };
         let tint = unknown("Tf").and_then(three).unwrap_or(Rgb::WHITE);
+        // Exporters write an index for every surface.
         let bend =
-            source.optical_density.filter(|ior| *ior > 1.0).unwrap_or(if is_glass { 1.5 } else { 1.0 });
+            if is_glass { source.optical_density.filter(|ior| *ior > 1.0).unwrap_or(1.5) } else { 1.0 };
         let dull = ColorInput::Constant(Rgb::splat(0.8 * (1.0 - through)));
         BlinnPhong {
             diffuse: diffuse.unwrap_or(dull),

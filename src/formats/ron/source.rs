@@ -256,29 +256,76 @@ pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
         return String::new();
     }
     let known: Vec<&str> = known.into_iter().filter(|known| known.len() <= LONGEST).collect();
+    let advice = ADVICE.iter().find(|(theirs, among, _)| *theirs == name && known.contains(among));
+    if let Some((_, _, advice)) = advice {
+        return format!(" ({advice})");
+    }
     let near = did_you_mean(name, known.iter().copied());
     let ours = NAMES_ELSEWHERE.iter().filter(|(theirs, _)| near.is_empty() && *theirs == name);
     let ours = ours.flat_map(|(_, ours)| *ours).find(|ours| known.contains(ours));
     ours.map_or(near, |ours| meant(ours))
 }
 
+/// What other programs have, and how it is said here: a name, one of those that are known where it stands, and
+/// advice.
+const ADVICE: [(&str, &str, &str); 30] = [
+    ("Box", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Checker", "Image", "textures are pictures: Image(\"file.png\")"),
+    ("Cone", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Cube", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Cylinder", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Dielectric", "Principled", GLASS),
+    ("Diffuse", "BlinnPhong", "(diffuse: …), or Principled(metallic: 0, …)"),
+    ("Disc", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Disk", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Glass", "Principled", GLASS),
+    ("Metal", "Principled", "Principled(metallic: 1, base_color: …, roughness: …)"),
+    ("Mirror", "Principled", "Principled(metallic: 1, roughness: 0)"),
+    ("Sun", "Directional", "Directional(irradiance: …, angle_degrees: 0.53), or Sky()"),
+    ("Torus", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("candela", "power_w", "power_w: 4π times as much"),
+    ("denoise", "max_depth", "that is said on the command line: --denoise"),
+    ("direction", "angle_degrees", "its transform says where it shines to: LookAt(from: …, to: …)"),
+    ("fov", "max_depth", "the camera has it: vertical_fov_degrees"),
+    ("fps", "max_depth", "that is said on the command line: --fps"),
+    ("lumens", "power_w", "power_w: one lumen counts as 1 W, or as 1/683 W with other lamps in watts"),
+    ("radiance", "size_m", "power_w: π times the area times the radiance"),
+    ("scattering", "attenuation_color", SCATTERING),
+    ("shutter", "max_depth", "that is said on the command line: --shutter"),
+    ("sigma_a", "attenuation_color", SCATTERING),
+    ("sigma_s", "attenuation_color", SCATTERING),
+    ("sigma_t", "attenuation_color", SCATTERING),
+    ("strength", "power_w", "power_w, in watts"),
+    ("subsurface", "base_color", "a volume with a multiscatter_color"),
+    ("thin", "base_color", "glass is thin if it has no volume"),
+    ("visible", "falloff", "only Area lights can be seen"),
+];
+const GLASS: &str = "Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: ())";
+const SCATTERING: &str = "of light after attenuation_distance_m, attenuation_color is left; how much of the rest is \
+                          scattered, multiscatter_color says";
+
 /// What other programs call the fields of scene files.
-const NAMES_ELSEWHERE: [(&str, &[&str]); 17] = [
+const NAMES_ELSEWHERE: [(&str, &[&str]); 22] = [
     ("albedo", &["base_color", "diffuse"]),
     ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
     ("colour", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
+    ("bump_map", &["bump"]),
     ("emissive", &["emission"]),
+    ("eta", &["ior"]),
     ("eye", &["from"]),
     ("fov", &["vertical_fov_degrees"]),
     ("intensity", &["power_w", "irradiance", "radiance"]),
     ("location", &["translate"]),
     ("metalness", &["metallic"]),
+    ("normal_map", &["normal"]),
     ("opacity", &["alpha"]),
     ("origin", &["translate", "from"]),
     ("position", &["translate", "from"]),
     ("power", &["power_w", "irradiance", "radiance"]),
     ("reflectance", &["diffuse", "base_color"]),
     ("resolution", &["size"]),
+    ("spec_trans", &["transmission"]),
     ("spp", &["samples"]),
     ("target", &["to"]),
+    ("transparency", &["transmission", "kt"]),
 ];

@@ -402,7 +402,7 @@ fn frames_do_not_flicker() {
     let told =
         text(&run(here, &["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"]).stderr).to_owned();
     let told_of = |what: &str| told.matches(what).count();
-    assert_eq!((told_of("is there (--overwrite"), told_of("frame 2 was interrupted")), (2, 1), "{told}");
+    assert_eq!((told_of("is there (--overwrite"), told_of("frame 2 is unfinished")), (2, 1), "{told}");
     // One that has as little noise as was asked for is.
     let words =
         ["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "d.#.png", "--spp", "64", "--until", "noise=60%"];

@@ -1,0 +1,81 @@
+//! Windows that keep out the light of lamps which no ray can hit.
+
+use super::probes::{Met, Tracer};
+use super::{Checked, Finding};
+use crate::compile::light_names;
+use crate::error::words;
+use crate::math::Vec3;
+use crate::scene::LightSamples;
+use crate::scene::emitters::{flag, kind};
+use crate::world::Transport;
+
+/// The part of what a lamp would light that a pane must keep dark to be told.
+const MANY: f32 = 0.1;
+/// The most lamps that are looked at.
+const MOST: usize = 32;
+
+/// Where a lamp is, seen from anywhere.
+enum Whereabouts {
+    Place(Vec3),
+    /// Infinitely far away.
+    Direction(Vec3),
+}
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let Checked { world, scene, .. } = checked;
+    // Light that goes through glass is found there by hitting lamps alone.
+    if world.settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
+        return;
+    }
+    let mut tracer = Tracer::new(scene);
+    for (light, name) in scene.lights.iter().zip(light_names(world)).take(MOST) {
+        let Some((pane, part)) = pane_before(checked, &mut tracer, light) else { continue };
+        let pane = words(&checked.name(pane));
+        let part = 100.0 * part;
+        findings.push(Finding::new(
+            Some(&name),
+            format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: no ray can hit this lamp"),
+            "let light straight through: transmission: 0, alpha: 0.04, alpha_mode: Blend",
+        ));
+    }
+}
+
+/// The first pane between a lamp that cannot be hit and what is seen, and for which part of it.
+fn pane_before(checked: &Checked, tracer: &mut Tracer, light: &LightSamples) -> Option<(u32, f32)> {
+    let scene = checked.scene;
+    let (kind, row) = scene.emitters.row(light.emitter);
+    if scene.emitters.flags[light.emitter as usize] & flag::VISIBLE != 0 {
+        return None;
+    }
+    let vector = |at: usize| Vec3::from_slice(&row[at..]);
+    let whereabouts = match kind {
+        kind::DIRECTIONAL => Whereabouts::Direction(vector(0)),
+        kind::POINT | kind::SPOT | kind::PHOTOMETRIC => Whereabouts::Place(vector(0)),
+        _ => Whereabouts::Place(vector(0) + (vector(3) + vector(6)) * 0.5),
+    };
+    let (mut lit, mut kept_out, mut pane) = (0u32, 0u32, None);
+    for (features, place) in checked.probes.seen().filter(|(features, _)| features.coverage == 1.0) {
+        let (to, distance) = match whereabouts {
+            Whereabouts::Direction(to) => (to, f32::INFINITY),
+            Whereabouts::Place(lamp) => ((lamp - place).normalize_or_zero(), 0.98 * (lamp - place).length()),
+        };
+        if Vec3::from_array(features.normal).dot(to) <= 0.0 {
+            continue;
+        }
+        match tracer.first(place, to, distance) {
+            None => lit += 1,
+            Some(Met { material, entity, .. }) if is_pane(&scene.materials[material as usize]) => {
+                kept_out += 1;
+                pane.get_or_insert(entity);
+            }
+            Some(_) => {}
+        }
+    }
+    let part = kept_out as f32 / (lit + kept_out).max(1) as f32;
+    pane.filter(|_| part > MANY).map(|pane| (pane, part))
+}
+
+/// Smooth glass that bends no light.
+fn is_pane(material: &crate::scene::Material) -> bool {
+    material.thin && material.transmission.factor > 0.5 && material.roughness.factor < 0.03
+}

@@ -1,0 +1,162 @@
+//! What a world says that makes no difference, whatever the transport.
+
+use crate::error::words;
+use crate::world::{AlphaMode, Light, Material, MaterialId, Principled, World};
+
+/// A sentence for each kind.
+pub(super) fn values(world: &World) -> Vec<String> {
+    let mut told: Vec<String> = around(world).into_iter().collect();
+    for (what, says) in OF_MATERIALS {
+        let names = names(world, says);
+        if !names.is_empty() {
+            told.push(format!("{what}: {}", names.join(", ")));
+        }
+    }
+    told
+}
+
+/// Surroundings that other ones take the place of.
+fn around(world: &World) -> Option<String> {
+    let is_around = |entity: &hecs::Entity| {
+        let light = world.entities.get::<&Light>(*entity);
+        light.is_ok_and(|light| matches!(&*light, Light::Environment { .. } | Light::Sky { .. }))
+    };
+    let mut all = world.in_order().into_iter().filter(is_around).map(|entity| words(&world.name_of(entity)));
+    let first = all.next()?;
+    let others: Vec<String> = all.take(4).collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "a scene has one environment or sky, and \"{first}\" is the first: no light comes from {}",
+            others.join(", ")
+        )
+    })
+}
+
+type Says = fn(&Principled) -> bool;
+
+const OF_MATERIALS: [(&str, Says); 6] = [
+    ("metals let no light through (metallic: 0 makes it glass)", |m| {
+        m.metallic.factor >= 1.0 && m.metallic.texture.is_none() && lets_through(m)
+    }),
+    ("alpha does nothing without alpha_mode: Blend or Mask", |m| {
+        m.alpha_mode == AlphaMode::Opaque && (m.alpha.factor < 1.0 || m.alpha.texture.is_some())
+    }),
+    ("dispersion does nothing without a volume: thin glass bends no light", |m| {
+        m.dispersion > 0.0 && lets_through(m) && m.volume.is_none()
+    }),
+    ("attenuation_color does nothing without an attenuation_distance_m", |m| {
+        m.volume.is_some_and(|volume| {
+            volume.attenuation_color.to_array().iter().any(|part| *part < 1.0)
+                && volume.attenuation_distance.is_infinite()
+                && volume.multiscatter_color.is_black()
+        })
+    }),
+    ("a volume does nothing without a transmission or diffuse_transmission", |m| {
+        m.volume.is_some_and(|volume| {
+            volume.attenuation_distance.is_finite() && volume.multiscatter_color.is_black() && !enters(m)
+        })
+    }),
+    (
+        "a multiscatter_color scatters nothing without an attenuation_color below 1, an attenuation_distance_m, and a \
+         transmission or diffuse_transmission",
+        |m| {
+            m.volume.is_some_and(|volume| {
+                let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);
+                !volume.multiscatter_color.is_black()
+                    && (passes || volume.attenuation_distance.is_infinite() || !enters(m))
+            })
+        },
+    ),
+];
+
+fn lets_through(m: &Principled) -> bool {
+    m.transmission.factor > 0.0
+}
+
+fn enters(m: &Principled) -> bool {
+    lets_through(m) || m.diffuse_transmission.factor > 0.0
+}
+
+/// Some of the materials of which that holds.
+fn names(world: &World, says: Says) -> Vec<String> {
+    let materials = (0u32..).zip(&world.assets.materials);
+    let found = materials.filter(|(_, named)| match &named.material {
+        Material::Principled(material) => says(material),
+        Material::BlinnPhong(_) => false,
+    });
+    found.map(|(id, _)| words(&world.assets.material_name(MaterialId(id)))).take(4).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::world::{ScalarInput, Volume};
+
+    type Change = Box<dyn Fn(&mut Principled)>;
+
+    fn said(change: impl Fn(&mut Principled)) -> Vec<String> {
+        let mut world = World::default();
+        let mut material = Principled { metallic: ScalarInput::constant(0.0), ..Principled::default() };
+        change(&mut material);
+        world.assets.add_material(Some("pane".into()), Material::Principled(Box::new(material)));
+        values(&world)
+    }
+
+    #[test]
+    fn values_that_do_nothing_are_told() {
+        let half = ScalarInput::constant(0.5);
+        let volume = Volume { attenuation_color: Rgb::splat(0.5), ..Volume::CLEAR };
+        let thick = Volume { attenuation_distance: 1.0, ..volume };
+        let cases: [(&str, Change); 7] = [
+            ("metals", Box::new(move |m| (m.metallic, m.transmission) = (ScalarInput::constant(1.0), half))),
+            ("alpha", Box::new(move |m| m.alpha = half)),
+            ("dispersion", Box::new(move |m| (m.transmission, m.dispersion) = (half, 1.0))),
+            ("attenuation_color", Box::new(move |m| (m.transmission, m.volume) = (half, Some(volume)))),
+            ("a volume", Box::new(move |m| m.volume = Some(thick))),
+            (
+                "multiscatter",
+                Box::new(move |m| {
+                    m.volume = Some(Volume { multiscatter_color: Rgb::WHITE, ..thick });
+                }),
+            ),
+            (
+                "multiscatter",
+                Box::new(move |m| {
+                    m.transmission = half;
+                    m.volume = Some(Volume { multiscatter_color: Rgb::WHITE, ..Volume::CLEAR });
+                }),
+            ),
+        ];
+        for (what, change) in cases {
+            let told = said(change);
+            assert!(
+                told.len() == 1 && told[0].contains(what) && told[0].ends_with("pane"),
+                "{what}: {told:?}"
+            );
+        }
+        let whole: [Change; 5] = [
+            Box::new(move |_| ()),
+            Box::new(move |m| m.transmission = half),
+            Box::new(move |m| (m.alpha, m.alpha_mode) = (half, AlphaMode::Blend)),
+            Box::new(move |m| (m.transmission, m.volume, m.dispersion) = (half, Some(thick), 1.0)),
+            Box::new(move |m| {
+                m.transmission = half;
+                m.volume = Some(Volume { multiscatter_color: Rgb::WHITE, ..thick });
+            }),
+        ];
+        for change in whole {
+            assert_eq!(said(change), Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn surroundings_that_do_not_count_are_told() {
+        let mut world = World::default();
+        let light = || Light::Environment { radiance: Rgb::WHITE, image: None };
+        world.entities.spawn((crate::world::Name("first".into()), light()));
+        assert_eq!(values(&world), Vec::<String>::new());
+        world.entities.spawn((crate::world::Name("second".into()), light()));
+        assert!(values(&world).concat().contains("no light comes from second"));
+    }
+}
