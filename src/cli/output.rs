@@ -15,7 +15,7 @@ use crate::film::tonemap::DisplayTransform;
 use crate::film::{Channel, Film};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{Header, Note, Source};
-use crate::formats::picture::{Output, PngBits, save, video};
+use crate::formats::picture::{Output, PngBits, is_saved, save, video};
 use crate::math::Rgb;
 use crate::world::Adaptive;
 
@@ -78,6 +78,12 @@ impl<'a> Picture<'a> {
         for path in paths {
             saved.image(path, save(path, if aov::holds(path) { &whole } else { &output }));
         }
+    }
+
+    /// Whether a file shows it, or what was left of it without noise.
+    pub fn is_in(&self, path: &Path, denoised: Option<&Denoised>) -> Result<bool, Failure> {
+        let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
+        Ok(is_saved(path, &self.output(radiance, &[]))?)
     }
 
     /// Writes it to standard output as a frame of a video.

@@ -248,6 +248,7 @@ impl RenderReport<'_> {
             "denoised": denoised,
             "warnings": scene.warnings,
         });
+        object["complete"] = self.session.is_done().into();
         // (More would be too many for the macro.)
         object["findings"] = self.findings.into();
         object["transport"] = format!("{:?}", self.header.settings.transport).to_lowercase().into();

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::films::gathered_of;
 use super::job::Job;
 use super::job_args::WorkOptions;
-use super::output::{self, RECORD};
+use super::output::{self, Picture, RECORD};
 use super::resume::load_again;
 use super::{Failure, Fault};
 use crate::error::words;
@@ -51,14 +51,20 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     let session = render(&mut job, &header, &arguments.work)
         .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
-    let clean = denoised.as_ref().and_then(|_| session.denoised());
-    let clean = clean.map(|clean| format!("{:032x}", clean.hash()));
-    let identical = found == header.film_hash && clean == denoised;
+    let cleaned = denoised.as_ref().and_then(|_| session.denoised());
+    let clean = cleaned.as_ref().map(|clean| format!("{:032x}", clean.hash()));
+    let is_same_film = found == header.film_hash;
+    // An image may have been changed since, and still say the same of itself.
+    let shows_it = !is_same_film
+        || film.is_some()
+        || Picture::new(&header, session.film(), 8).is_in(path, cleaned.as_ref())?;
+    let identical = is_same_film && clean == denoised && shows_it;
     let places = film.as_ref().map(|film| differing(film, session.film()));
     if arguments.work.json {
         let json = json!({
             "image": output::path_json(path), "identical": identical, "film_hash": found, "film_hash_of_image": header.film_hash,
             "denoised_hash": clean, "denoised_hash_of_image": denoised,
+            "shows_the_film": shows_it,
             "differing_pixels": places.as_ref().map(|(count, _)| count),
         });
         output::print(&format!("{json}\n"))?;
@@ -67,7 +73,11 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
         if identical {
             output::print(&format!("{path}: identical\nfilm      {found}\n"))?;
         } else {
-            let what = match (found == header.film_hash, places) {
+            let what = match (is_same_film, places) {
+                (true, _) if !shows_it => {
+                    "the film is identical, but the image was changed afterwards: its pixels are others"
+                        .to_owned()
+                }
                 (true, _) => "the film is identical, what was left without noise is not".to_owned(),
                 (false, Some((count, Some([x, y])))) => {
                     format!("{count} pixels differ, the first at {x},{y}")

@@ -430,6 +430,11 @@ fn check(study: &Study) -> Result<(), String> {
     Ok(())
 }
 
+/// Renderings of an experiment.
+const MOST_JOBS: u64 = 100_000;
+/// Rays of a study of queries.
+const MOST_RAYS: u32 = 1 << 24;
+
 fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     let x = experiment.x.values();
     if experiment.scenes.is_empty() || experiment.series.is_empty() || x.is_empty() {
@@ -441,6 +446,13 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     }
     if experiment.seeds == 0 {
         return Err("seeds has to be at least 1".into());
+    }
+    let series = experiment.series.len() as u64 * experiment.scenes.len() as u64;
+    let jobs = series.saturating_mul(x.len() as u64).saturating_mul(u64::from(experiment.seeds));
+    if jobs > MOST_JOBS {
+        return Err(format!(
+            "these are {jobs} renderings, and more than {MOST_JOBS} are never done: use fewer seeds"
+        ));
     }
     let (least, most) = match experiment.x {
         Axis::Depth(_) => (0, Settings::MOST_DEPTH),
@@ -470,6 +482,7 @@ fn check_change(change: &Change) -> Result<(), String> {
     };
     within("size", change.size.map(|size| size.0), 1, Settings::MOST_PIXELS_A_SIDE)?;
     within("size", change.size.map(|size| size.1), 1, Settings::MOST_PIXELS_A_SIDE)?;
+    within("rays", change.rays, 1, MOST_RAYS)?;
     within("samples", change.samples, 1, Settings::MOST_SAMPLES)?;
     within("light_samples", change.light_samples, 1, Settings::MOST_SAMPLES)?;
     if let Some(pixels) = change.sharing.filter(|pixels| *pixels != 1 && !Sharing::SIZES.contains(pixels)) {

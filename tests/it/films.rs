@@ -312,6 +312,20 @@ fn images_say_how_they_are_rendered_again() {
     json(here, "merge part-1.film part-0.film -o a.png -o a.exr -o a.hdr");
     let after = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
     assert!(before == after);
+    // A picture that was painted over still says the same of itself.
+    let bytes = std::fs::read(here.join("a.png")).expect("a picture");
+    let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a picture");
+    let mut info = png::Info::with_size(reader.info().width, reader.info().height);
+    (info.color_type, info.bit_depth) = (reader.info().color_type, reader.info().bit_depth);
+    info.uncompressed_latin1_text = reader.info().uncompressed_latin1_text.clone();
+    let black = vec![0; reader.output_buffer_size().expect("a size")];
+    let file = std::fs::File::create(here.join("black.png")).expect("a file");
+    let mut writer = png::Encoder::with_info(file, info).expect("a header").write_header().expect("a header");
+    writer.write_image_data(&black).expect("pixels");
+    writer.finish().expect("an end");
+    let error = run(here, "reproduce black.png");
+    let text = String::from_utf8_lossy(&error.stdout).into_owned();
+    assert_eq!((error.status.code(), text.contains("its pixels are others")), (Some(5), true), "{text}");
     // What has been changed is named.
     let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
     std::fs::write(here.join("scene.ron"), scene.replace("power_w: 300", "power_w: 301")).expect("a scene");

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::{encode_openexr, encode_png, encode_radiance};
-use crate::error::SaveError;
+use super::{decode_unchanged, encode_openexr, encode_png, encode_radiance};
+use crate::error::{LoadError, SaveError};
 use crate::files::whole::{writable, write_whole};
 use crate::film::Channel;
 use crate::film::tonemap::DisplayTransform;
@@ -60,6 +60,29 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
         Encoding::OpenExr => encode_openexr::write(writer, output),
         Encoding::Radiance => encode_radiance::write(writer, output),
     })
+}
+
+/// Whether a file shows what [`save`] would write there, apart from what its header says. Errors: a file that cannot be
+/// read.
+pub fn is_saved(path: &Path, output: &Output<'_>) -> Result<bool, LoadError> {
+    /// Where a PNG says how many bits a channel has.
+    const DEPTH_AT: usize = 24;
+    let found = crate::files::read(path).map_err(LoadError::io(path))?;
+    let bits = if found.get(DEPTH_AT) == Some(&16) { PngBits::Sixteen } else { PngBits::Eight };
+    let output = Output { bits, metadata: &[], channels: &[], ..*output };
+    let mut expected = Vec::new();
+    let is_written = match kind(path) {
+        Ok(Encoding::Png) => encode_png::encode(&mut expected, &output).is_ok(),
+        Ok(Encoding::OpenExr) => encode_openexr::bytes(&output).map(|bytes| expected = bytes).is_ok(),
+        Ok(Encoding::Radiance) => encode_radiance::encode(&mut expected, &output).is_ok(),
+        Err(_) => false,
+    };
+    if !is_written {
+        return Ok(false);
+    }
+    let [found, expected] = [found, expected].map(|bytes| decode_unchanged(&bytes, path));
+    let (found, expected) = (found?, expected?);
+    Ok((found.width, found.height, found.texels) == (expected.width, expected.height, expected.texels))
 }
 
 /// The bytes of a PNG.

@@ -23,6 +23,12 @@ const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding:
 
 /// Returns why it failed.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
+    let file = bytes(output)?;
+    writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
+}
+
+/// The file's bytes, or why there are none.
+pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {
     let size = Vec2(output.width as usize, output.height as usize);
     let mut attributes =
         LayerAttributes { software_name: Text::new_or_none("rayfront"), ..Default::default() };
@@ -42,7 +48,7 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
     image.write().to_buffered(&mut file).map_err(|error| error.to_string())?;
     let mut file = file.into_inner();
     sort_attributes(&mut file).ok_or("the header could not be put in order")?;
-    writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
+    Ok(file)
 }
 
 /// Light as R, G and B. If there are further channels, also A, which is 1 everywhere: such a layer composites like

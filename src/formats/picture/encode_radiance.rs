@@ -19,7 +19,7 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
     encode(&mut writer, output).and_then(|()| writer.flush()).map_err(|error| error.to_string())
 }
 
-fn encode(writer: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
+pub(super) fn encode(writer: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
     writer.write_all(b"#?RADIANCE\n")?;
     for (name, value) in output.metadata {
         // Comments: variables have meanings of their own, and an empty line ends the header.

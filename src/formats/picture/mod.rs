@@ -25,7 +25,7 @@ pub mod video;
 use std::path::Path;
 use std::sync::Arc;
 
-pub use encode::{Output, PngBits, png_bytes, save, supported};
+pub use encode::{Output, PngBits, is_saved, png_bytes, save, supported};
 pub use texts::load_text;
 
 use crate::error::LoadError;

@@ -18,7 +18,7 @@ use crate::film::tonemap::{DisplayTransform, srgb_decode};
 use crate::formats::picture::{Output, PngBits, load_linear, save};
 use crate::formats::study::{Axis, Change, Experiment, Measure, Plot, Scene, Study};
 use crate::math::Rgb;
-use crate::world::Tonemap;
+use crate::world::{SourceFiles, Tonemap};
 use equal_time::EqualTime;
 use fit::{Estimate, Fit};
 pub use job::{CpuSeconds, Image};
@@ -119,8 +119,11 @@ impl<'a> Run<'a> {
         if let Some(hash) = known.get(&path) {
             return Ok(*hash);
         }
+        // As scenes do, a study refers to what is in its folder or its project.
+        let sources = SourceFiles::default();
+        sources.confine(&self.folder.join("study"));
         let bytes =
-            crate::files::read(&path).map_err(|error| format!("{}: cannot read: {error}", path.display()))?;
+            sources.read(&path).map_err(|error| format!("{}: cannot read: {error}", path.display()))?;
         let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
         known.insert(path, hash);
         Ok(hash)
