@@ -71,6 +71,19 @@ pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
             text(reference.size)
         )));
     }
+    let is_linear = |path: &Path| {
+        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        extension.is_some_and(|extension| extension == "exr" || extension == "hdr")
+    };
+    let [one, other] = [&arguments.image, &arguments.reference];
+    if is_linear(one) != is_linear(other) {
+        let (toned, linear) = if is_linear(other) { (one, other) } else { (other, one) };
+        output::tell(format_args!(
+            "note: {} has its exposure and tone curve in its pixels, and {} has not: two files of one kind compare better",
+            toned.display(),
+            linear.display()
+        ));
+    }
     let gain = libm::exp2f(arguments.exposure);
     let width = image.size[0] as usize;
     let comparison = metrics::compare(width, &image.pixels, &reference.pixels, gain);

@@ -215,6 +215,13 @@ pub fn lacks_samples(image: &Path) -> bool {
     reproduce::record(image).is_ok_and(unfinished)
 }
 
+/// How many samples an image says that it has, of how many, if not all.
+pub fn samples_of(image: &Path) -> Option<String> {
+    let header = reproduce::record(image).ok()?;
+    let samples = samples(&header);
+    samples.contains(" of ").then_some(samples)
+}
+
 /// Checks that outputs replace neither each other nor what the scene is read from.
 pub fn are_apart(outputs: &Outputs, denoises: bool, scene: &Source) -> Result<(), Failure> {
     let denoised = outputs.images.iter().filter(|_| denoises).map(|image| denoised_name(image));
@@ -281,7 +288,7 @@ pub fn again(header: &Header) -> String {
         ([[0, end]], total) if *end < total && header.settings.adaptive == Adaptive::Off => {
             let words = command_line::without(
                 &header.note.command,
-                &["--until", "--max-time", "--samples", "--checkpoint", "--output", "-o"],
+                &["--until", "--max-time", "--samples", "--shard", "--checkpoint", "--output", "-o"],
             );
             let words: Vec<_> = words.iter().map(|word| command_line::quoted(word)).collect();
             format!("rayfront {} --samples 0..{end}", words.join(" "))

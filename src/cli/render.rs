@@ -107,7 +107,9 @@ fn all_frames(
                     "warning: frame {frame} was rendered {how} and is kept (--overwrite renders it again)"
                 ));
             } else if !arguments.work.quiet {
-                output::tell(format_args!("frame {frame} is there (--overwrite renders it again)"));
+                let samples = outputs.images.iter().find_map(|image| output::samples_of(image));
+                let samples = samples.map_or_else(String::new, |samples| format!(", with {samples} samples"));
+                output::tell(format_args!("frame {frame} is there{samples} (--overwrite renders it again)"));
             }
             continue;
         }

@@ -38,6 +38,9 @@ fn count(n: u64) -> String {
 pub fn noise_line(noise: f64, samples: f64) -> String {
     // The error falls with the root of their number.
     let more = (3.0 * samples).round() as u64;
+    if noise < 5e-5 {
+        return "0.00 % of the brightness, estimated".into();
+    }
     format!(
         "{:.2} % of the brightness, estimated; about {} samples more halve it",
         100.0 * noise,

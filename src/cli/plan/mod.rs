@@ -15,7 +15,7 @@ use super::job_args::Outputs;
 use super::{Failure, output};
 use crate::error::in_one_line;
 use crate::film::SampleRanges;
-use crate::world::Adaptive;
+use crate::world::{Adaptive, World};
 
 /// `rayfront plan`.
 #[derive(Args, Debug)]
@@ -91,6 +91,8 @@ struct Jobs<'a> {
     tasks: Tasks,
     /// Options of the rendering, but for which frames.
     options: Vec<String>,
+    /// What the merge does with the image.
+    of_merge: Vec<String>,
     /// Whether a pilot decides first how many samples blocks get.
     has_pilot: bool,
     program: String,
@@ -135,6 +137,26 @@ impl Plan {
             Err(Failure::command_line(format!("{path}: job files cannot hold such a name: rename it")))
         })
     }
+
+    /// The options of the tasks. What is wrong with them shows now, not in every part.
+    fn arguments(&self) -> Result<Arguments, Failure> {
+        let command = ["rayfront".into(), self.scene.to_string_lossy().into_owned()];
+        let arguments = Arguments::try_parse_from(command.iter().chain(&self.options)).map_err(|error| {
+            Failure::command_line(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
+        })?;
+        if arguments.command.is_some() || !arguments.render.output.output.is_empty() {
+            return Err(Failure::command_line(
+                "where things go is said with --output and --folder, before --",
+            ));
+        }
+        let part = &arguments.render.part;
+        if part.shard.is_some() || part.samples.is_some() || part.pilot.is_some() {
+            return Err(Failure::command_line(
+                "--shard, --samples and --pilot are what every task gets: leave them out behind --",
+            ));
+        }
+        Ok(arguments)
+    }
 }
 
 impl<'a> Jobs<'a> {
@@ -146,25 +168,18 @@ impl<'a> Jobs<'a> {
         };
         let scene = absolute(&plan.scene)?;
         plan.check_names()?;
-        // What is wrong with the options shows now, not in every part.
-        let command = ["rayfront".into(), plan.scene.to_string_lossy().into_owned()];
-        let arguments = Arguments::try_parse_from(command.iter().chain(&plan.options)).map_err(|error| {
-            Failure::command_line(error.to_string().trim_start_matches("error: ").trim_end().to_owned())
-        })?;
+        let arguments = plan.arguments()?;
         // What the tasks are allowed, planning is allowed, too.
         arguments.limits.set();
-        if arguments.command.is_some() || !arguments.render.output.output.is_empty() {
-            return Err(Failure::command_line(
-                "where things go is said with --output and --folder, before --",
-            ));
-        }
         let mut world = crate::formats::load_with(
             &scene,
             &arguments.render.model.of_size(arguments.render.picture.size),
         )?;
         arguments.render.apply(&mut world);
         let samples = world.settings.samples;
-        let tasks = Tasks::of(plan.shards, arguments.render.frames.frames)?;
+        check_camera(&world, arguments.render.picture.camera.as_deref())?;
+        let tasks = Tasks::of(plan.shards, arguments.render.frames.frames.clone())?;
+        let tasks_merge = matches!(tasks, Tasks::Shards(_));
         if let Tasks::Shards(shards) = tasks
             && (0..shards).any(|index| SampleRanges::shard(samples, index, shards).is_empty())
         {
@@ -216,7 +231,8 @@ impl<'a> Jobs<'a> {
         Ok(Self {
             plan,
             tasks,
-            options: command_line::without(&plan.options, &["--frames"]),
+            options: of_tasks(&plan.options, tasks_merge),
+            of_merge: if tasks_merge { of_merge(&arguments) } else { Vec::new() },
             has_pilot,
             program,
             scene: scene.to_string_lossy().into_owned(),
@@ -291,6 +307,7 @@ impl<'a> Jobs<'a> {
         let folder = self.folder.to_string_lossy().into_owned();
         let mut words = vec![self.program.clone(), "merge".into(), folder, "--current".into()];
         words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
+        words.extend(self.of_merge.iter().cloned());
         words
     }
 
@@ -302,6 +319,39 @@ impl<'a> Jobs<'a> {
     fn last(&self) -> u32 {
         self.count().saturating_sub(1)
     }
+}
+
+/// Refuses a camera that there is not.
+fn check_camera(world: &World, camera: Option<&str>) -> Result<(), Failure> {
+    let cameras = crate::compile::camera_names(world);
+    match camera.filter(|camera| !cameras.iter().any(|known| known == camera)) {
+        Some(camera) => {
+            let cameras = cameras.join(", ");
+            Err(Failure::command_line(format!("no camera has the name {camera}; cameras: {cameras}")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The options of a task, without what all tasks are told anyway, and what is for the whole image.
+fn of_tasks(options: &[String], merges: bool) -> Vec<String> {
+    let switches: &[&str] = if merges { &["--quiet", "-q", "--denoise"] } else { &["--quiet", "-q"] };
+    let options: Vec<String> =
+        options.iter().filter(|word| !switches.contains(&&word[..])).cloned().collect();
+    command_line::without(&options, if merges { &["--frames", "--bits"] } else { &["--frames"] })
+}
+
+/// What is done once with the image of all parts.
+fn of_merge(arguments: &Arguments) -> Vec<String> {
+    let output = &arguments.render.output;
+    let mut words = Vec::new();
+    if output.denoise {
+        words.push("--denoise".to_owned());
+    }
+    if output.bits != 8 {
+        words.extend(["--bits".to_owned(), output.bits.to_string()]);
+    }
+    words
 }
 
 fn line(words: &[String]) -> String {

@@ -196,7 +196,16 @@ impl<'a> Source<'a> {
         let bytes = match digits.as_deref() {
             Some(&[r, g, b]) => [r * 17, g * 17, b * 17],
             Some(&[r, s, g, h, b, c]) => [16 * r + s, 16 * g + h, 16 * b + c],
-            _ => return Err(self.error(raw.0, "a colour in a string is \"#rrggbb\", such as \"#ff8000\"")),
+            _ => {
+                // A file's name.
+                let picture = if text.contains('.') {
+                    "; a picture is Image(\"file.png\"), where it can stand"
+                } else {
+                    ""
+                };
+                let reason = format!("a colour in a string is \"#rrggbb\", such as \"#ff8000\"{picture}");
+                return Err(self.error(raw.0, reason));
+            }
         };
         Ok(bytes.map(|byte| srgb_decode(byte as f32 / 255.0)).into())
     }

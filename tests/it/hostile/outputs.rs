@@ -92,3 +92,31 @@ fn odd_names_are_refused_where_they_would_be_changed() {
     let error = expect(&output, 2, &["job files cannot hold such a name"]);
     assert_eq!(error.lines().count(), 1, "{error}");
 }
+
+/// What is said behind -- reaches the tasks or the merge, each once.
+#[test]
+fn planned_jobs_do_what_was_asked_for() {
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    let plan = "plan scene.ron --shards 2 --for commands --folder jobs -o a.png --";
+    expect(&run(here, &words(&format!("{plan} --spp 4 --denoise --bits 16 -q"))), 0, &[]);
+    let [parts, merge] = ["parts.txt", "merge.sh"]
+        .map(|name| std::fs::read_to_string(here.join("jobs").join(name)).expect("a file"));
+    assert!(merge.contains("--denoise --bits 16") && merge.contains("--current"), "{merge}");
+    for line in parts.lines() {
+        assert!(!line.contains("--denoise") && line.matches("--quiet").count() == 1, "{line}");
+    }
+    let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt && sh jobs/merge.sh");
+    expect(&output, 0, &[]);
+    assert!(here.join("a.denoised.png").is_file());
+    // After an edit there is no old picture that passes for a new one.
+    let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
+    std::fs::write(here.join("scene.ron"), scene.replace("radius_m: 1", "radius_m: 0.5")).expect("a scene");
+    let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt; sh jobs/merge.sh");
+    expect(&output, 1, &["scene.ron has been changed since the films were rendered"]);
+    for (options, what) in
+        [("--shard 0/4", "what every task gets"), ("--camera left", "no camera has the name left")]
+    {
+        expect(&run(here, &words(&format!("{plan} {options}"))), 2, &[what]);
+    }
+}

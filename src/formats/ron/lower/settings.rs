@@ -130,7 +130,12 @@ pub(super) fn settings<'a>(
         settings.exposure_ev = source.number(raw)?;
     }
     if let Some(raw) = read.exposure {
-        settings.auto_exposure = source.choice(raw, "kind of exposure", EXPOSURES)?;
+        let what = if raw.0.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
+            "kind of exposure (in stops it is exposure_ev)"
+        } else {
+            "kind of exposure"
+        };
+        settings.auto_exposure = source.choice(raw, what, EXPOSURES)?;
     }
     if let Some(raw) = read.build_quality {
         settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;
