@@ -117,7 +117,7 @@ fn what_is_to_scatter_and_cannot_is_told() {
               material: Principled(metallic: 0, {more} volume: ({volume})))])"
         );
         let scene = rayfront::compile::compile(&crate::support::world(&text), None).unwrap();
-        scene.warnings.iter().any(|warning| warning.contains("nothing is scattered"))
+        scene.warnings.iter().any(|warning| warning.contains("scatters nothing"))
     };
     let milk = "multiscatter_color: 0.9, attenuation_color: 0.5, attenuation_distance_m: 0.1";
     assert!(!told(milk, "transmission: 1,") && !told(milk, "diffuse_transmission: 1,"));

@@ -174,7 +174,7 @@ impl View {
     /// The moment that a sample out of so many belongs to, and the first sample after it that belongs to another one.
     ///
     /// The samples are divided as evenly as possible, in two rounds through all moments, the first with a quarter of
-    /// the samples. Each round goes through time in the order of the radical inverse (van der Corput, 1935). So what is
+    /// the samples. Each round goes through time in the order of the radical inverse in base 3 (Halton, 1960). So what is
     /// stopped early has samples from all of the time, too, although each moment's samples follow each other: every
     /// sixteenth point of a Sobol sequence, say, would cover only a sixteenth of the pixel.
     pub fn moment_of(&self, sample: u32, samples: u32) -> (u32, u32) {
@@ -227,11 +227,14 @@ impl View {
     }
 }
 
-/// The number at a place among 0, 1, … `count` − 1, ordered by their digits from the last to the first one, in base 2.
+/// The number at a place among 0, 1, … `count` − 1, ordered by their digits from the last to the first one, in base 3:
+/// in base 2 pixels are sampled, and what moves would meet the same places of a pixel at the same times.
 fn in_radical_inverse_order(place: u32, count: u32) -> u32 {
-    let bits = count.next_power_of_two().trailing_zeros();
-    let inverse = |number: u32| number.reverse_bits().checked_shr(u32::BITS - bits).unwrap_or(0);
-    (0..1 << bits).map(inverse).filter(|number| *number < count).nth(place as usize).unwrap_or(0)
+    let digits = (0..).find(|digits| 3u32.pow(*digits) >= count).unwrap_or(0);
+    let inverse = |number: u32| {
+        (0..digits).fold((number, 0), |(left, inverse), _| (left / 3, 3 * inverse + left % 3)).1
+    };
+    (0..3u32.pow(digits)).map(inverse).filter(|number| *number < count).nth(place as usize).unwrap_or(0)
 }
 
 impl Source {

@@ -71,7 +71,8 @@ fn unknown_variants() {
         "shape: ^Shere(radius_m: 1)",
         &format!("unknown shape \"Shere\" (did you mean \"Sphere\"?); {shapes}"),
     );
-    entity_fails("shape: ^Cube", &format!("unknown shape \"Cube\"; {shapes}"));
+    let mesh = "that is a Mesh: from a .ply, .obj or .glb file";
+    entity_fails("shape: ^Cube", &format!("unknown shape \"Cube\" ({mesh}); {shapes}"));
     settings_fail(
         "tonemap: ^AGX2",
         "unknown tonemap \"AGX2\" (did you mean \"Agx\"?); \
