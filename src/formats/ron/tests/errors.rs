@@ -96,7 +96,7 @@ fn unknown_variants() {
     );
     entity_fails(
         "light: ^Sun()",
-        "unknown light \"Sun\"; lights: Point, Spot, Photometric, Directional, Environment, Sky, Area",
+        "unknown light \"Sun\" (Directional(irradiance: …, angle_degrees: 0.53), or Sky()); lights: Point, Spot, Photometric, Directional, Environment, Sky, Area",
     );
     entity_fails(
         "camera: ^Pinhol()",
@@ -250,7 +250,10 @@ fn numbers_out_of_bounds() {
          Position, Entity, Material, Coverage, Samples, Variance",
     );
     settings_fail("aov: ^1", "expected All, or output variables in square brackets, found 1");
-    settings_fail("exposure: ^2", "expected a kind of exposure: Fixed, Auto, found 2");
+    settings_fail(
+        "exposure: ^2",
+        "expected a kind of exposure (in stops it is exposure_ev): Fixed, Auto, found 2",
+    );
     settings_fail("exposure_ev: ^inf", "expected a finite number, found inf");
     settings_fail("ambient: (0, ^-1, 0)", "a radiance must be at least 0, not -1");
     for wrong in ["0", "180", "-10", "179.999999999"] {
