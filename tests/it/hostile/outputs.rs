@@ -113,7 +113,10 @@ fn planned_jobs_do_what_was_asked_for() {
     let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
     std::fs::write(here.join("scene.ron"), scene.replace("radius_m: 1", "radius_m: 0.5")).expect("a scene");
     let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt; sh jobs/merge.sh");
+    expect(&output, 1, &["part-0.film is of another scene"]);
+    let output = run(here, &words("merge jobs --current -o b.png"));
     expect(&output, 1, &["scene.ron has been changed since the films were rendered"]);
+    expect(&run(here, &words("merge jobs -o b.png")), 0, &["warning: ", "this is the scene as it was"]);
     for (options, what) in
         [("--shard 0/4", "what every task gets"), ("--camera left", "no camera has the name left")]
     {

@@ -130,12 +130,7 @@ pub(super) fn settings<'a>(
         settings.exposure_ev = source.number(raw)?;
     }
     if let Some(raw) = read.exposure {
-        let what = if raw.0.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
-            "kind of exposure (in stops it is exposure_ev)"
-        } else {
-            "kind of exposure"
-        };
-        settings.auto_exposure = source.choice(raw, what, EXPOSURES)?;
+        settings.auto_exposure = source.choice(raw, kind_of_exposure(raw), EXPOSURES)?;
     }
     if let Some(raw) = read.build_quality {
         settings.build_quality = source.choice(raw, "build quality", BUILD_QUALITIES)?;
@@ -148,6 +143,14 @@ pub(super) fn settings<'a>(
         settings.aov = aovs(source, raw)?;
     }
     Ok((settings, transport))
+}
+
+/// What is expected, with what a number would mean.
+fn kind_of_exposure(raw: Raw) -> &'static str {
+    match raw.0.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
+        true => "kind of exposure (in stops it is exposure_ev)",
+        false => "kind of exposure",
+    }
 }
 
 /// `All`, or a list of channels.
