@@ -1,7 +1,7 @@
 //! Bodies that scatter or absorb light: whether the camera is in one, and whether lamps light it.
 
 use super::probes::{Tracer, directions};
-use super::{Checked, Finding};
+use super::{Checked, Finding, is_smooth};
 use crate::error::words;
 use crate::scene::Material;
 use crate::world::Transport;
@@ -31,7 +31,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         acts(material)
             && material.medium.albedo.iter().any(|part| *part > 0.0)
             && material.transmission.factor > 0.0
-            && material.roughness.factor < 0.03
+            && is_smooth(material)
     };
     if !scene.lights.is_empty() && !shines && scene.materials.iter().any(|material| scatters(&material)) {
         findings.push(Finding::new(

@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use crate::error::words;
 use crate::integrator::Frame;
-use crate::scene::CompiledScene;
+use crate::scene::{CompiledScene, Material};
 use crate::world::World;
 pub use exposure::of_image;
 use probes::Probes;
@@ -83,6 +83,11 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
         sides::check(&checked, &mut findings);
     }
     findings
+}
+
+/// Whether light that goes through glass keeps to single directions, in which no light sample lies.
+fn is_smooth(material: &Material) -> bool {
+    material.roughness.factor < 0.03
 }
 
 impl Checked<'_> {

@@ -1,7 +1,7 @@
 //! Windows that keep out the light of lamps which no ray can hit.
 
 use super::probes::{Met, Tracer};
-use super::{Checked, Finding};
+use super::{Checked, Finding, is_smooth};
 use crate::compile::light_names;
 use crate::error::words;
 use crate::math::Vec3;
@@ -35,7 +35,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         findings.push(Finding::new(
             Some(&name),
             format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: no ray can hit this lamp"),
-            "let light straight through: transmission: 0, alpha: 0.04, alpha_mode: Blend",
+            "let light straight through: metallic: 1, transmission: 0, alpha: 0.04, alpha_mode: Blend",
         ));
     }
 }
@@ -77,5 +77,5 @@ fn pane_before(checked: &Checked, tracer: &mut Tracer, light: &LightSamples) -> 
 
 /// Smooth glass that bends no light.
 fn is_pane(material: &crate::scene::Material) -> bool {
-    material.thin && material.transmission.factor > 0.5 && material.roughness.factor < 0.03
+    material.thin && material.transmission.factor > 0.5 && is_smooth(material)
 }

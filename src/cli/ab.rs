@@ -20,6 +20,9 @@ use crate::math::Rgb;
 use crate::render::{Needs, Options, Session, on_threads};
 use crate::world::{Settings, Tonemap};
 
+/// Why there is no difference.
+const FEW_SAMPLES: &str = "a difference needs two samples of each pixel: --spp 2 or more";
+
 /// `rayfront ab`.
 #[derive(Args, Debug)]
 pub struct Ab {
@@ -58,7 +61,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
         return Err(Failure::command_line(what));
     }
     if arguments.picture.spp == Some(1) {
-        return Err(Failure::command_line("a difference needs two samples of each pixel: --spp 2 or more"));
+        return Err(Failure::command_line(FEW_SAMPLES));
     }
     let plain = LoadOptions { edits: common, ..options.clone() };
     let [a, b] =
@@ -67,9 +70,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     if a.settings.size != b.settings.size {
         return Err(Failure::command_line("A and B have other sizes: give both one, with --size"));
     }
-    let difference = Difference::new(&a.film, &b.film).ok_or_else(|| {
-        Failure::command_line("a difference needs two samples of each pixel: --spp 2 or more")
-    })?;
+    let difference = Difference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
     let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
     let is_image = base.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     let base = if is_image { base.with_extension("") } else { base };

@@ -11,6 +11,7 @@ use super::saving::Saved;
 use crate::error::SaveError;
 use crate::formats::film_file::{self, Header};
 use crate::render::Gathered;
+use crate::world::Content;
 
 /// A file that holds the film as it was not long ago.
 pub struct Checkpoint {
@@ -105,4 +106,59 @@ impl Checkpoint {
 /// Whether a leftover file holds a part of what is now complete.
 fn is_ours(path: &std::path::Path, header: &Header) -> bool {
     film_file::load_header(path).is_ok_and(|found| found.difference(header).is_none())
+}
+
+/// What replaces the extension of an image in the name of a film that nobody has asked for.
+pub const EXTENSION: &str = "checkpoint.film";
+
+/// Where such a film goes: to another name if the file holds hours of another rendering that could still be continued,
+/// or something else. The name depends on what is rendered, so that the same command finds it again.
+pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
+    let name = path.display();
+    let (what, to_do) = match film_file::load_header(&path) {
+        Ok(there) => match there.difference_of_job(header) {
+            Some(what) => (what, format!("finish it with rayfront resume {name}, or remove it")),
+            None => return path,
+        },
+        Err(_) if path.exists() => ("something else".to_owned(), "move it to another name".to_owned()),
+        Err(_) => return path,
+    };
+    let job = (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted);
+    let hash = Content::of(format!("{job:?}").as_bytes()).hash as u32;
+    let other = path.with_extension("").with_extension(format!("checkpoint-{hash:08x}.film"));
+    if !quiet {
+        let other = other.display();
+        output::tell(format_args!(
+            "note: {name} is {what} ({to_do}): this rendering is saved to {other} meanwhile"
+        ));
+    }
+    other
+}
+
+/// Whether a film has the name of one that nobody has asked for, as [`free`] gives them.
+pub fn is_checkpoint(name: &str) -> bool {
+    let Some((_, end)) = name.strip_suffix(".film").and_then(|name| name.rsplit_once(".checkpoint")) else {
+        return false;
+    };
+    let of_job = |hash: &str| hash.len() == 8 && hash.bytes().all(|byte| byte.is_ascii_hexdigit());
+    end.is_empty() || end.strip_prefix('-').is_some_and(of_job)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_checkpoint;
+
+    #[test]
+    fn checkpoints_are_known_by_their_names() {
+        assert!(is_checkpoint("a.checkpoint.film") && is_checkpoint("a.b.checkpoint-0123abcd.film"));
+        for other in [
+            "a.film",
+            "a.checkpoints.film",
+            "a.checkpoint-final.film",
+            "a.checkpoint-0123abcd",
+            "checkpoint.film",
+        ] {
+            assert!(!is_checkpoint(other), "{other}");
+        }
+    }
 }

@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     if is_linear(one) != is_linear(other) {
         let (toned, linear) = if is_linear(other) { (one, other) } else { (other, one) };
         output::tell(format_args!(
-            "note: {} has its exposure and tone curve in its pixels, and {} has not: two files of one kind compare better",
+            "note: {} holds what a screen shows, and {} radiance: two files of one kind compare better",
             toned.display(),
             linear.display()
         ));

@@ -8,16 +8,17 @@ use crate::film::SampleRanges;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::render::{Gathered, Pass, adaptive};
 
-/// Whether a film may go to a path: there is no file, or one of the same samples.
-pub fn may_replace(path: &Path, header: &Header, overwrite: bool) -> Result<(), Failure> {
+/// The film that is at a path already, if any: it must be of the same samples. Another's is not replaced unless that is
+/// wanted.
+pub fn there_already(path: &Path, header: &Header, overwrite: bool) -> Result<Option<FilmFile>, Failure> {
     if overwrite || !path.exists() {
-        return Ok(());
+        return Ok(None);
     }
     let to_do = "--overwrite replaces it";
-    let there = film_file::load_header(path).map_err(|error| Failure::output(format!("{error}; {to_do}")))?;
-    match there.difference_of_job(header) {
+    let film = film_file::load(path).map_err(|error| Failure::output(format!("{error}; {to_do}")))?;
+    match film.header.difference_of_job(header) {
         Some(what) => Err(Failure::output(format!("{} is {what}: {to_do}", path.display()))),
-        None => Ok(()),
+        None => Ok(Some(film)),
     }
 }
 

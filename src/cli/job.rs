@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::checkpoint::Checkpoint;
+use super::checkpoint::{self, Checkpoint};
 use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::Interrupt;
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
@@ -224,7 +224,7 @@ impl Wanted<'_> {
         if let Some(film) = &self.outputs.film {
             return Some((film.clone(), true, every));
         }
-        let beside = self.outputs.images.first()?.with_extension("checkpoint.film");
+        let beside = self.outputs.images.first()?.with_extension(checkpoint::EXTENSION);
         Some((beside, false, every))
     }
 }
@@ -247,7 +247,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     job.header.note.outputs = outputs.images.clone();
     let mut session = job.session(wanted.work);
     let checkpoint_to = wanted.checkpoint().map(|(path, is_wanted, every)| {
-        let path = if is_wanted { path } else { free_checkpoint(path, &job.header, wanted.work.quiet) };
+        let path = if is_wanted { path } else { checkpoint::free(path, &job.header, wanted.work.quiet) };
         (path, is_wanted, every)
     });
     let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
@@ -311,27 +311,6 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         checkpoint.remove();
     }
     Ok(code)
-}
-
-/// Where an unrequested checkpoint goes: to another name if the file holds hours of another rendering that could still
-/// be continued. The name depends on what is rendered, so that the same command finds it again.
-fn free_checkpoint(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
-    let what = match film_file::load_header(&path) {
-        Ok(there) => there.difference_of_job(header),
-        Err(_) => path.exists().then(|| "something else".to_owned()),
-    };
-    let Some(what) = what else { return path };
-    let job =
-        format!("{:?}", (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted));
-    let hash = crate::world::Content::of(job.as_bytes()).hash as u32;
-    let other = path.with_extension("").with_extension(format!("checkpoint-{hash:08x}.film"));
-    if !quiet {
-        let (path, other) = (path.display(), other.display());
-        output::tell(format_args!(
-            "note: {path} is {what}: this rendering is saved to {other} meanwhile (finish the former with rayfront resume {path}, or remove it)"
-        ));
-    }
-    other
 }
 
 /// Writes the images and says what was done.

@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::audit::{self, Audited};
-use super::films::{describe, gathered_of, may_replace, save, write_to_stdout};
+use super::films::{describe, gathered_of, save, there_already, write_to_stdout};
 use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
 use super::output::{self, Picture};
@@ -128,7 +128,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
                 "{path} is one of the films to merge: name another with -o"
             )));
         }
-        may_replace(path, &merged.header, arguments.output.overwrite)?;
+        there_already(path, &merged.header, arguments.output.overwrite)?;
     }
     if let Some(path) = &outputs.film {
         saved.film(path, save(path, &merged.header, &merged.gathered));
@@ -228,10 +228,10 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     Ok(())
 }
 
-/// Which samples are not there, and what to type to get them.
 /// How many commands are told at most.
 const MOST_COMMANDS: usize = 64;
 
+/// Which samples are not there, and what to type to get them.
 fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     let total = merged.header.total();
     let mut lines =

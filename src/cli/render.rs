@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::args::Render;
+use super::films::there_already;
 use super::frames::{self, Frames};
 use super::interrupt::Interrupt;
 use super::job::{Job, Wanted, carry_out};
@@ -13,7 +14,7 @@ use super::onlookers::Onlookers;
 use super::output::{Compared, default_image};
 use super::{Failure, hints, output, pilot};
 use crate::error::in_one_line;
-use crate::formats::film_file::{self, FilmFile, Header, View};
+use crate::formats::film_file::{FilmFile, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
 use crate::view::watched::{LOOK, Watched};
@@ -216,7 +217,8 @@ fn render(
             "--shard and --samples: {reason}: add --adaptive=unbiased or --adaptive=off, or render it whole"
         )));
     }
-    let found = outputs.film.as_deref().map(|film| there_already(film, &job.header, arguments));
+    let overwrites = arguments.output.overwrite || arguments.watch.watch;
+    let found = outputs.film.as_deref().map(|film| there_already(film, &job.header, overwrites));
     let found = found.transpose()?.flatten();
     let is_whole =
         |film: &FilmFile| film.header.begun.is_none() && film.header.samples == [job.header.wanted];
@@ -250,19 +252,5 @@ fn view(arguments: &Render, time_s: Option<f32>) -> View {
         surroundings: arguments.model.env.clone(),
         edits: arguments.model.edits.edits(),
         size: arguments.picture.size,
-    }
-}
-
-/// The film that a file holds already, if it is a part of what is to be rendered. Another's is not replaced
-/// unless that is wanted.
-fn there_already(path: &Path, header: &Header, arguments: &Render) -> Result<Option<FilmFile>, Failure> {
-    if arguments.output.overwrite || arguments.watch.watch || !path.exists() {
-        return Ok(None);
-    }
-    let to_do = "--overwrite replaces it";
-    let film = film_file::load(path).map_err(|error| Failure::output(format!("{error}; {to_do}")))?;
-    match film.header.difference_of_job(header) {
-        Some(what) => Err(Failure::output(format!("{} is {what}: {to_do}", path.display()))),
-        None => Ok(Some(film)),
     }
 }

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::Failure;
-use super::films::may_replace;
+use super::checkpoint::is_checkpoint;
+use super::films::there_already;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::onlookers::Onlookers;
@@ -67,7 +68,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         extend(&mut job, &film, spp)?;
     }
     if let Some(film) = outputs.film.as_ref().filter(|film| !crate::files::are_same(film, &arguments.film)) {
-        may_replace(film, &job.header, arguments.output.overwrite)?;
+        there_already(film, &job.header, arguments.output.overwrite)?;
     }
     let name = arguments.film.file_name().unwrap_or_default().to_string_lossy();
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && is_checkpoint(&name);
@@ -88,15 +89,6 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         let _ = std::fs::remove_file(&arguments.film);
     }
     Ok(code)
-}
-
-/// Whether a film has the name of one that nobody has asked for, as [`super::job`] gives them.
-fn is_checkpoint(name: &str) -> bool {
-    let Some((_, end)) = name.strip_suffix(".film").and_then(|name| name.rsplit_once(".checkpoint")) else {
-        return false;
-    };
-    let of_job = |hash: &str| hash.len() == 8 && hash.bytes().all(|byte| byte.is_ascii_hexdigit());
-    end.is_empty() || end.strip_prefix('-').is_some_and(of_job)
 }
 
 /// Whether an image that only a film names does not exist yet, or is of the same scene: whoever made the film must
@@ -185,23 +177,4 @@ fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
     frame.samples = crate::sampling::pattern::Grid::new(spp);
     (job.header.settings.samples, job.header.wanted) = (spp, [0, spp]);
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_checkpoint;
-
-    #[test]
-    fn checkpoints_are_known_by_their_names() {
-        assert!(is_checkpoint("a.checkpoint.film") && is_checkpoint("a.b.checkpoint-0123abcd.film"));
-        for other in [
-            "a.film",
-            "a.checkpoints.film",
-            "a.checkpoint-final.film",
-            "a.checkpoint-0123abcd",
-            "checkpoint.film",
-        ] {
-            assert!(!is_checkpoint(other), "{other}");
-        }
-    }
 }

@@ -359,22 +359,16 @@ impl Header {
             return Some("of blocks that get other numbers of samples".into());
         }
         let pairs = parts(self).into_iter().zip(parts(other));
-        let of_samples =
-            |text: &String| !OF_THE_PICTURE.iter().any(|name| text.starts_with(&format!("{name} ")));
-        let differs = pairs.flat_map(|(own, other)| differing(&own, &other)).find(of_samples)?;
+        let of_samples = |name: &str| !OF_THE_PICTURE.contains(&name);
+        let differs = pairs.flat_map(|(own, other)| differing(&own, &other, of_samples)).next()?;
         Some(format!("of other settings: {differs}"))
     }
 
     /// How what is to be made of its samples differs from what is to be made of another film's; none if it does not.
     pub fn difference_of_picture(&self, other: &Header) -> Option<String> {
-        let [own, other] = [self, other].map(|header| {
-            let mut settings = serde_json::to_value(&header.settings).unwrap_or_default();
-            if let Some(all) = settings.as_object_mut() {
-                all.retain(|name, _| OF_THE_PICTURE.contains(&&name[..]));
-            }
-            settings
-        });
-        differing(&own, &other).into_iter().next()
+        let [own, other] =
+            [self, other].map(|header| serde_json::to_value(&header.settings).unwrap_or_default());
+        differing(&own, &other, |name| OF_THE_PICTURE.contains(&name)).into_iter().next()
     }
 
     /// The same, but both must also be meant to have the same samples.
@@ -386,10 +380,10 @@ impl Header {
     }
 }
 
-/// How two objects differ: `seed is 7, not 3` for each difference.
-fn differing(own: &Value, other: &Value) -> Vec<String> {
+/// How two objects differ in what counts: `seed is 7, not 3` for each difference.
+fn differing(own: &Value, other: &Value, counts: impl Fn(&str) -> bool) -> Vec<String> {
     let (Some(own), Some(other)) = (own.as_object(), other.as_object()) else { return Vec::new() };
-    let differing = own.keys().filter(|name| other.get(*name) != own.get(*name));
+    let differing = own.keys().filter(|name| counts(name) && other.get(*name) != own.get(*name));
     differing
         .map(|name| {
             let [own, other] = [own, other].map(|object| object.get(name).unwrap_or(&Value::Null));

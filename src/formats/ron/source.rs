@@ -269,26 +269,26 @@ pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
 /// What other programs have, and how it is said here: a name, one of those that are known where it stands, and
 /// advice.
 const ADVICE: [(&str, &str, &str); 30] = [
-    ("Box", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Box", "Sphere", MESH),
     ("Checker", "Image", "textures are pictures: Image(\"file.png\")"),
-    ("Cone", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
-    ("Cube", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
-    ("Cylinder", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Cone", "Sphere", MESH),
+    ("Cube", "Sphere", MESH),
+    ("Cylinder", "Sphere", MESH),
     ("Dielectric", "Principled", GLASS),
     ("Diffuse", "BlinnPhong", "(diffuse: …), or Principled(metallic: 0, …)"),
-    ("Disc", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
-    ("Disk", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Disc", "Sphere", MESH),
+    ("Disk", "Sphere", MESH),
     ("Glass", "Principled", GLASS),
     ("Metal", "Principled", "Principled(metallic: 1, base_color: …, roughness: …)"),
     ("Mirror", "Principled", "Principled(metallic: 1, roughness: 0)"),
     ("Sun", "Directional", "Directional(irradiance: …, angle_degrees: 0.53), or Sky()"),
-    ("Torus", "Sphere", "that is a Mesh: from a .ply, .obj or .glb file"),
+    ("Torus", "Sphere", MESH),
     ("candela", "power_w", "power_w: 4π times as much"),
     ("denoise", "max_depth", "that is said on the command line: --denoise"),
     ("direction", "angle_degrees", "its transform says where it shines to: LookAt(from: …, to: …)"),
     ("fov", "max_depth", "the camera has it: vertical_fov_degrees"),
     ("fps", "max_depth", "that is said on the command line: --fps"),
-    ("lumens", "power_w", "power_w: one lumen counts as 1 W, or as 1/683 W with other lamps in watts"),
+    ("lumens", "power_w", "power_w, in watts: for pictures only proportions count"),
     ("radiance", "size_m", "power_w: π times the area times the radiance"),
     ("scattering", "attenuation_color", SCATTERING),
     ("shutter", "max_depth", "that is said on the command line: --shutter"),
@@ -300,6 +300,7 @@ const ADVICE: [(&str, &str, &str); 30] = [
     ("thin", "base_color", "glass is thin if it has no volume"),
     ("visible", "falloff", "only Area lights can be seen"),
 ];
+const MESH: &str = "that is a Mesh: from a .ply, .obj or .glb file";
 const GLASS: &str = "Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: ())";
 const SCATTERING: &str = "of light after attenuation_distance_m, attenuation_color is left; how much of the rest is \
                           scattered, multiscatter_color says";
