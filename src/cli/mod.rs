@@ -57,7 +57,12 @@ use failure::{Failure, Fault};
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     interrupt::guard();
-    let words = command_line::understood(std::env::args_os());
+    carry_out(std::env::args_os())
+}
+
+/// Does what words say, the first of which is the program's name.
+pub fn carry_out(words: impl Iterator<Item = OsString>) -> ExitCode {
+    let words = command_line::understood(words);
     let outcome = match Arguments::try_parse_from(&words) {
         Ok(arguments) => run(arguments),
         Err(error) => answer(&error, words.get(1)),

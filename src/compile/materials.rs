@@ -26,7 +26,11 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
         world::Material::Principled(material) => from_principled(material, assets),
     };
     let records = assets.materials.iter().map(|named| record(&named.material));
-    let finish = |record: Material| Material { textured: record.looks_up(), ..record };
+    let finish = |record: Material| Material {
+        textured: record.looks_up(),
+        straight: transport == Transport::Path && record.lets_straight_on(),
+        ..record
+    };
     let records = records.map(finish);
     let ids = (0..assets.materials.len() as u32).map(MaterialId);
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
@@ -166,6 +170,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         transmission: scalar(m.transmission),
         thin: !solid,
         dispersion: if solid { m.dispersion } else { 0.0 },
+        straight: false,
         encloses: volume.is_some(),
         medium: volume.map_or(Medium::CLEAR, medium),
         diffuse_transmission: scalar(m.diffuse_transmission),
@@ -271,6 +276,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         transmission: if glass { one } else { none },
         thin: false,
         dispersion: 0.0,
+        straight: false,
         encloses: m.ior.is_some(),
         medium: Medium::CLEAR,
         diffuse_transmission: none,

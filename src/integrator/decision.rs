@@ -4,9 +4,11 @@
 use super::bounces::LobeKind;
 use super::ends::is_last;
 use super::path::Path;
+use super::path_tracing::LitWithin;
 use super::{Frame, medium, path_tracing};
 use crate::math::Vector;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
+use crate::simd::Outlined;
 
 /// What happens to a path at a vertex.
 #[derive(Clone, Copy)]
@@ -70,10 +72,13 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     };
     let flight = medium::flight(frame, path, hit.t, true);
     let path = &Path { throughput: flight.throughput, ..*path };
+    let key = path.only_key(frame.seed);
     if flight.scattered {
         decision.position = path.origin + path.direction * flight.t;
         if !is_last(frame, path) {
             decision.fate = Fate::Scattered { distance_m: flight.t };
+            let lit = LitWithin { frame, path, flight: &flight, key }.run();
+            decision.light = Some((lit.emitter.0, lit.share));
         }
         return decision;
     }
@@ -81,21 +86,23 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     if record.emits() {
         decision.emission_share = path_tracing::emission_share(frame, path, hit, true);
     }
-    if is_last(frame, path) {
+    let last = is_last(frame, path);
+    if last && !record.straight {
         return decision;
     }
     if record.unlit {
         return Decision { fate: Fate::Unlit, ..decision };
     }
-    let key = path.only_key(frame.seed);
     let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, key, true);
-    if !scene.emitters.is_empty() && bsdf.scatters() {
+    if !last && !scene.emitters.is_empty() && bsdf.scatters() {
         let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
         decision.light = Some((lit.emitter.0, lit.share));
     }
     let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
     let left = path.throughput * drawn.weight;
-    decision.fate = if !drawn.valid {
+    decision.fate = if last && !path_tracing::goes_straight(&drawn) {
+        Fate::Last
+    } else if !drawn.valid {
         Fate::Absorbed
     } else if left.max_component() <= 0.0 {
         Fate::Black

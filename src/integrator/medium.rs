@@ -1,5 +1,6 @@
 //! What happens to light within bodies: it is absorbed and scattered, everywhere alike (PBRT 4th ed., 11.1 and
-//! 14.1). The boundary hides lights from what is within, so that paths find them by themselves.
+//! 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by themselves; through
+//! one that does not, rays to lights go straight.
 
 use super::Frame;
 use super::ends::{is_last, roulette};
@@ -8,13 +9,14 @@ use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, Key};
+use crate::scene::Material;
 use crate::scene::material::Medium;
 use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
 use crate::simd::{Float, Int, Mask};
 
-/// The most often that a path is scattered within bodies, so that each path ends.
-const MOST: u32 = 4096;
+/// The most vertices of a path that do not count as bounces, so that each path ends.
+pub(super) const MOST: u32 = 4096;
 /// Separates the random numbers for distances from those for directions.
 const DISTANCE: u32 = 0x6d65_6469;
 
@@ -37,7 +39,7 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
     // Infinity times an extinction of zero would be NaN.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (medium, same) = first(frame, path.medium, todo);
+        let (Material { medium, .. }, same) = first(frame, path.medium, todo);
         todo = todo & !same;
         if medium.scatters() {
             let key = path.only_key(frame.seed).fork(DISTANCE);
@@ -67,18 +69,32 @@ pub fn passed<F: Float>(
     let mut todo = mask & !medium.eq(F::Int::splat(NONE));
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (medium, same) = first(frame, medium, todo);
+        let (body, same) = first(frame, medium, todo);
         todo = todo & !same;
-        throughput = Color::select(same, throughput * transmittance(medium, t), throughput);
+        throughput = Color::select(same, throughput * transmittance(&body.medium, t), throughput);
     }
     throughput
 }
 
-/// The medium of the first lane, and the lanes that are in the same one.
+/// The material of the first lane's body, and the lanes that are in the same one.
 #[inline(always)]
-fn first<I: Int>(frame: &Frame, media: I, todo: I::Mask) -> (&Medium, I::Mask) {
+fn first<I: Int>(frame: &Frame, media: I, todo: I::Mask) -> (&Material, I::Mask) {
     let material = emitter::lane(media, todo);
-    (&frame.scene.materials[material as usize].medium, todo & media.eq(I::splat(material)))
+    (&frame.scene.materials[material as usize], todo & media.eq(I::splat(material)))
+}
+
+/// The lanes, among some that are within bodies, to which rays from lights come straight.
+#[inline(always)]
+pub(super) fn is_lit<I: Int>(frame: &Frame, media: I, mask: I::Mask) -> I::Mask {
+    let (mut lit, mut todo) = (I::Mask::from_bits(0), mask);
+    while todo.any() {
+        let (body, same) = first(frame, media, todo);
+        todo = todo & !same;
+        if body.straight {
+            lit = lit | same;
+        }
+    }
+    lit
 }
 
 /// e^(−σₜ t) (Beer and Lambert).
@@ -128,7 +144,7 @@ pub fn scattered<F: Float>(
 ) -> (Path<F>, F::Mask) {
     let one = F::Int::splat(1);
     let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
-    let direction = turned(frame, path, flight, u);
+    let (direction, pdf) = turned(frame, path, flight, u);
     let again = path.scatterings.lt(F::Int::splat(MOST));
     let (throughput, survives) = roulette(frame, path, path.throughput, key, flight.scattered);
     let alive = throughput.max_component().gt(F::zero());
@@ -140,7 +156,8 @@ pub fn scattered<F: Float>(
         radiance: Color::black(),
         depth: path.depth + one,
         scatterings: path.scatterings + one,
-        pdf: F::zero(),
+        pdf,
+        travelled: F::zero(),
         facing: F::Int::splat(NONE),
         width: path.width + path.spread * flight.t,
         ..*path
@@ -149,19 +166,44 @@ pub fn scattered<F: Float>(
 }
 
 /// A direction from the phase function of Henyey and Greenstein (1941; PBRT 4th ed., 11.3.1), in each lane with the
-/// parameter of the body it is in.
+/// parameter of the body it is in; and its density, or 0 where no light is sampled that it could be weighted against.
 #[inline(always)]
-fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> Vector<F> {
-    let mut cos = F::one();
+fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> (Vector<F>, F) {
+    let (mut cos, mut pdf) = (F::one(), F::zero());
     let mut todo = flight.scattered;
     while todo.any() {
-        let (medium, same) = first(frame, path.medium, todo);
+        let (body, same) = first(frame, path.medium, todo);
         todo = todo & !same;
-        cos = F::select(same, cosine(medium.anisotropy, u), cos);
+        let g = body.medium.anisotropy;
+        cos = F::select(same, cosine(g, u), cos);
+        if body.straight {
+            pdf = F::select(same, henyey_greenstein(g, cos), pdf);
+        }
     }
     let sin = (F::one() - cos * cos).max(F::zero()).sqrt();
     let (y, x) = sin_cos_turns(turns);
-    Basis::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize()
+    (Basis::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize(), pdf)
+}
+
+/// The phase function of the body that each lane is in, per steradian, by the cosine between the directions of light
+/// before and after: both what is scattered there and the density with which it is drawn.
+#[inline(always)]
+pub(super) fn phase<F: Float>(frame: &Frame, media: F::Int, cos: F, mask: F::Mask) -> F {
+    let (mut value, mut todo) = (F::zero(), mask);
+    while todo.any() {
+        let (body, same) = first(frame, media, todo);
+        todo = todo & !same;
+        value = F::select(same, henyey_greenstein(body.medium.anisotropy, cos), value);
+    }
+    value
+}
+
+/// (1 − g²)/(4π (1 + g² − 2 g cos)^(3/2)).
+#[inline(always)]
+fn henyey_greenstein<F: Float>(g: f32, cos: F) -> F {
+    const PER_SPHERE: f32 = 0.25 / std::f32::consts::PI;
+    let square = (F::splat(1.0 + g * g) - F::splat(2.0 * g) * cos).max(F::splat(1e-12));
+    F::splat((1.0 - g * g) * PER_SPHERE) / (square * square.sqrt())
 }
 
 /// The cosine of the angle between light before and after scattering.
@@ -196,6 +238,22 @@ mod tests {
                 let g = f64::from(g);
                 let part = (1.0 - g * g) / (2.0 * g) * (1.0 / (1.0 - g) - 1.0 / (1.0 + g * g).sqrt());
                 assert!((forwards - part).abs() < 1e-3, "{g}: {forwards}, not {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn directions_are_drawn_with_the_density_of_the_phase_function() {
+        // Between equally probable cosines, ∫ 2π p dcos is the same, too.
+        for g in [-0.8, 0.0, 0.6] {
+            let count = 64;
+            for i in 0..count {
+                let [from, to]: [f32; 2] = [i, i + 1].map(|k| cosine(g, k as f32 / count as f32));
+                let steps = 64;
+                let at = |k: u32| from + (to - from) * (k as f32 + 0.5) / steps as f32;
+                let sum: f32 = (0..steps).map(|k| henyey_greenstein(g, at(k))).sum();
+                let part = 2.0 * std::f32::consts::PI * sum * (from - to).abs() / steps as f32;
+                assert!((part * count as f32 - 1.0).abs() < 2e-3, "{g}, {i}: {part}");
             }
         }
     }

@@ -2,6 +2,7 @@
 //! once over lanes, and two schedules that move rays through it: [`recursive`], depth first and
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
+mod around;
 pub mod begin;
 pub mod bounces;
 pub mod decision;
@@ -15,6 +16,7 @@ pub mod recursive;
 pub mod shadow;
 pub mod sharing;
 pub mod statistics;
+pub mod straight;
 pub mod wavefront;
 pub mod whitted;
 
@@ -22,6 +24,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::film::{Film, Region, Unit};
+use crate::math::NONE;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::{CompiledScene, Projection};
@@ -71,6 +74,8 @@ pub struct Frame {
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
     pub unit: Unit,
+    /// The material of the body that the camera is in (path transport), or [`NONE`] if that does nothing to light.
+    pub around: u32,
 }
 
 impl Frame {
@@ -111,7 +116,11 @@ impl Frame {
             pilot: None,
             unit,
             lobes,
+            around: NONE,
         };
+        if settings.transport == Transport::Path {
+            frame.around = around::the_camera(&frame.scene);
+        }
         if settings.sharing == Sharing::Auto && frame.sharing.is_some() {
             frame.pilot = Some(Arc::new(Pilot::new(&frame)));
         }

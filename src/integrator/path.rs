@@ -36,8 +36,11 @@ pub struct Path<F: Float> {
     pub spread: F,
     /// The material of the body that the path is in, or [`crate::math::NONE`] where that does nothing to light.
     pub medium: F::Int,
-    /// How many of its bounces so far were within bodies.
+    /// How many of its vertices so far do not count as bounces: within bodies, and where it went straight through.
     pub scatterings: F::Int,
+    /// How far it had come, when its ray began, since its direction was drawn: 0 unless it went straight through
+    /// surfaces.
+    pub travelled: F,
 }
 
 impl<F: Float> Path<F> {
@@ -50,6 +53,12 @@ impl<F: Float> Path<F> {
             t_min: F::zero(),
             t_max: F::splat(f32::INFINITY),
         }
+    }
+
+    /// Where its direction was drawn.
+    #[inline(always)]
+    pub fn seen_from(&self) -> Vector<F> {
+        self.origin - self.direction * self.travelled
     }
 
     /// One or the other, lane by lane, for paths with a common origin.
@@ -68,6 +77,7 @@ impl<F: Float> Path<F> {
             spread: F::select(mask, yes.spread, no.spread),
             medium: F::Int::select(mask, yes.medium, no.medium),
             scatterings: F::Int::select(mask, yes.scatterings, no.scatterings),
+            travelled: F::select(mask, yes.travelled, no.travelled),
             ..*yes
         }
     }

@@ -9,7 +9,7 @@
 use super::Frame;
 use super::bounces;
 use super::ends::{is_last, roulette};
-use super::medium::{self, passed};
+use super::medium;
 use super::path::Path;
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
@@ -24,7 +24,7 @@ use crate::shading::principled::draw::BsdfSample;
 use crate::shading::principled::parameters::Has;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int, Mask, Outlined};
 use crate::world::Sampler;
 
 /// The result of a hit.
@@ -100,14 +100,14 @@ fn choose<F: Float>(
     (index, chance, (u.0, rest))
 }
 
-/// The chance with which [`choose`] would have taken an emitter where the path's ray begins.
+/// The chance with which [`choose`] would have taken an emitter where the path's direction was drawn.
 #[inline(always)]
 fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
     let emitters = &frame.scene.emitters;
     if emitters.len() < 2 {
         return F::one();
     }
-    light_tree::pmf(&emitters.tree, path.origin, path.facing, index, mask)
+    light_tree::pmf(&emitters.tree, path.seen_from(), path.facing, index, mask)
 }
 
 /// Looks up hits of one material.
@@ -137,6 +137,7 @@ pub fn hit<F: Float>(
     let arrives = mask & !flight.scattered;
     if flight.scattered.any() {
         (out.next, out.goes_on) = medium::scattered(frame, path, &flight, key);
+        out.shadow = F::outlined(LitWithin { frame, path, flight: &flight, key }).shadow;
         if !arrives.any() {
             return out;
         }
@@ -145,18 +146,22 @@ pub fn hit<F: Float>(
     out.radiance = Color::select(arrives, radiance, path.radiance);
     // The last ray only looks for emitters, because the light sampled before relies on its share.
     let here = arrives & !is_last(frame, path);
-    if record.unlit || !here.any() {
+    // What goes straight through is no bounce.
+    let draws = if record.straight { arrives } else { here };
+    if record.unlit || !draws.any() {
         return out;
     }
     let has = point.has();
     let vertex = ScatteringVertex {
         frame,
         path,
-        bodies: Bodies::new(path, &surface, record, material),
+        bodies: Bodies::new(path.medium, &surface, record, material),
         surface: &surface,
         point: &point,
         key,
         here,
+        draws,
+        t: hit.t,
         width,
     };
     let has_scattered = flight.scattered.any();
@@ -177,7 +182,11 @@ struct ScatteringVertex<'a, F: Float> {
     surface: &'a Surface<F>,
     point: &'a ShadingPoint<'a, F>,
     key: Key<F::Int>,
+    /// Where it does so.
     here: F::Mask,
+    /// Where the path may at least go straight on.
+    draws: F::Mask,
+    t: F,
     width: F,
 }
 
@@ -186,25 +195,55 @@ impl<F: Float> ScatteringVertex<'_, F> {
     /// have their direction.
     #[inline(always)]
     fn scatter(&self, has: Has, has_scattered: bool, out: &mut VertexOutcome<F>) {
-        let Self { frame, path, surface, point, key, here, width, .. } = *self;
-        let bsdf = bsdf(has, frame, path, point, key, here);
+        let Self { frame, path, surface, point, key, here, draws, width, .. } = *self;
+        let bsdf = bsdf(has, frame, path, point, key, draws);
         let light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
-        out.shadow = light.0;
-        let drawn = drawn(frame, path, &bsdf, key, here);
-        let (mut next, goes_on) = reflected(frame, path, surface, &self.bodies, &drawn, key, width);
+        let drawn = drawn(frame, path, &bsdf, key, draws);
+        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.bodies, &drawn, key, width);
         next.facing = faces(frame, surface, &bsdf);
-        out.next = if has_scattered { Path::select(here, &next, &out.next) } else { next };
+        if point.material.straight {
+            self.go_straight_on(&drawn, &mut next, &mut goes_on);
+        }
+        if has_scattered {
+            out.shadow = ShadowRay::select(draws, &light.0, &out.shadow);
+            out.next = Path::select(draws, &next, &out.next);
+        } else {
+            (out.shadow, out.next) = (light.0, next);
+        }
         out.goes_on = out.goes_on | goes_on;
         if frame.sharing.is_some() {
-            let light = (out.shadow.ray.direction, light.1);
+            let light = (light.0.ray.direction, light.1);
             let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
             out.shared = Some(lend::shared(path, &vertex, here));
         }
     }
+
+    /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
+    /// weighted against the light sample of the vertex before, whose ray went through the surface, too.
+    #[inline(always)]
+    fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, goes_on: &mut F::Mask) {
+        let Self { path, here, .. } = *self;
+        let passes = goes_straight(drawn);
+        let again = path.scatterings.lt(F::Int::splat(medium::MOST));
+        *goes_on = *goes_on & ((passes & again) | (here & !passes));
+        next.direction = Vector::select(passes, path.direction, next.direction);
+        next.branch = F::Int::select(passes, path.branch, next.branch);
+        next.pdf = F::select(passes, path.pdf, next.pdf);
+        next.facing = F::Int::select(passes, path.facing, next.facing);
+        next.travelled = F::select(passes, path.travelled + self.t, next.travelled);
+        let one = F::Int::splat(1);
+        next.scatterings = F::Int::select(passes, path.scatterings + one, path.scatterings);
+    }
+}
+
+/// The lanes whose direction leads straight through a surface that bends no light.
+#[inline(always)]
+pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
+    drawn.through & !drawn.wide & drawn.pdf.le(F::zero())
 }
 
 /// The absorbing bodies on both sides of a surface.
-struct Bodies<F: Float> {
+pub(super) struct Bodies<F: Float> {
     /// That on the viewer's side, or [`NONE`].
     near: F::Int,
     /// The body on the other side.
@@ -213,17 +252,17 @@ struct Bodies<F: Float> {
 
 impl<F: Float> Bodies<F> {
     #[inline(always)]
-    fn new(path: &Path<F>, surface: &Surface<F>, record: &Material, material: u32) -> Self {
+    pub fn new(near: F::Int, surface: &Surface<F>, record: &Material, material: u32) -> Self {
         if !record.encloses {
-            return Self { near: path.medium, far: path.medium };
+            return Self { near, far: near };
         }
         let inside = F::Int::splat(if record.medium.is_clear() { NONE } else { material });
-        Self { near: path.medium, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
+        Self { near, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
     }
 
     /// The body that light travels in next, depending on whether it passed through the surface.
     #[inline(always)]
-    fn beyond(&self, through: F::Mask) -> F::Int {
+    pub fn beyond(&self, through: F::Mask) -> F::Int {
         F::Int::select(through, self.far, self.near)
     }
 }
@@ -280,7 +319,8 @@ pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitL
     if !found.any() {
         return F::one();
     }
-    let density = emitter::pdf(scene, index, path.origin, path.direction, hit.t, found)
+    let distance = path.travelled + hit.t;
+    let density = emitter::pdf(scene, index, path.seen_from(), path.direction, distance, found)
         * chance_of(frame, path, index, found);
     F::select(found, heuristic(path.pdf, density), F::one())
 }
@@ -350,8 +390,7 @@ fn to_light<F: Float>(
         sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let left = passed(frame, path.throughput, bodies.beyond(through), sample.distance, mask);
-    let contribution = limited(frame, path, left * light);
+    let contribution = limited(frame, path, path.throughput * light);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {
@@ -361,9 +400,56 @@ fn to_light<F: Float>(
             t_max: sample.distance * F::splat(SHADOW_END),
         },
         contribution,
+        medium: bodies.beyond(through),
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };
     (shadow, value)
+}
+
+/// Light on paths that are scattered within bodies whose boundary lets it in unbent.
+pub(super) struct LitWithin<'a, F: Float> {
+    pub frame: &'a Frame,
+    pub path: &'a Path<F>,
+    pub flight: &'a medium::Flight<F>,
+    pub key: Key<F::Int>,
+}
+
+/// A ray to a point of a light.
+pub(super) struct Lit<F: Float> {
+    pub emitter: F::Int,
+    /// The weight of finding the light this way.
+    pub share: F,
+    pub shadow: ShadowRay<F>,
+}
+
+impl<F: Float> Outlined for LitWithin<'_, F> {
+    type Output = Lit<F>;
+    #[inline(always)]
+    fn run(self) -> Lit<F> {
+        let Self { frame, path, flight, key } = self;
+        let (scene, zero) = (&frame.scene, F::zero());
+        let none = F::Int::splat(NONE);
+        let mask = medium::is_lit(frame, path.medium, flight.scattered & !is_last(frame, path));
+        if scene.emitters.is_empty() || !mask.any() {
+            return Lit { emitter: none, share: F::one(), shadow: ShadowRay::none() };
+        }
+        let origin = path.origin + path.direction * flight.t;
+        let (emitter, chance, u) = choose(frame, origin, none, (path.depth, key), mask);
+        let sample = emitter::sample(scene, emitter, origin, u, mask);
+        let phase = medium::phase(frame, path.medium, path.direction.dot(sample.direction), mask);
+        let density = sample.pdf * chance;
+        let share = F::select(sample.shared, heuristic(density, phase), F::one());
+        let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
+        let contribution = limited(frame, path, path.throughput * light);
+        let t_max = sample.distance * F::splat(SHADOW_END);
+        let shadow = ShadowRay {
+            ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
+            contribution,
+            medium: path.medium,
+            mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
+        };
+        Lit { emitter, share, shadow }
+    }
 }
 
 /// A direction from a lobe.
@@ -429,6 +515,7 @@ fn reflected<F: Float>(
         width,
         spread,
         medium: bodies.beyond(through),
+        travelled: zero,
         ..*path
     };
     (next, goes_on)

@@ -24,20 +24,44 @@ pub struct Traced<'a> {
     /// The path whose random numbers the ray draws.
     pub path: &'a Path<f32>,
     /// The ray, if it goes from where the path is to a light, and not along the path.
-    pub shadow: Option<Ray<f32>>,
+    pub shadow: Option<Shadow<'a>>,
+}
+
+/// A ray to a light.
+#[derive(Clone, Copy)]
+pub struct Shadow<'a> {
+    /// The ray.
+    pub ray: Ray<f32>,
+    /// Is told of surfaces that it goes straight through, perhaps more than once of each.
+    pub passes: &'a (dyn Fn(&Crossing) + Sync),
 }
 
 impl Traced<'_> {
     /// Whether the ray meets something where it crosses a surface: always the same answer, as its
     /// number belongs to the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
-        let Self { frame, path, .. } = *self;
-        let scene = &frame.scene;
+        let scene = &self.frame.scene;
         let Hit { primitive, instance, .. } = crossing.hit;
         let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
         if !material.shows(crossing.front != scene.geometry.is_mirrored(primitive)) {
             return false;
         }
+        if material.coverage != Coverage::Whole && !self.is_covered(material, crossing) {
+            return false;
+        }
+        match self.shadow {
+            Some(Shadow { passes, .. }) if material.straight => {
+                passes(crossing);
+                false
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether something of a surface that is not whole is there.
+    fn is_covered(&self, material: &Material, crossing: &Crossing) -> bool {
+        let Self { frame, path, .. } = *self;
+        let Hit { primitive, instance, .. } = crossing.hit;
         let there = self.coverage(material, crossing);
         if material.coverage != Coverage::Blend {
             return there > 0.0;
@@ -57,7 +81,7 @@ impl Traced<'_> {
             (Transport::Path, _) => path.only_key(frame.seed),
             (Transport::Whitted, None) => path.key(frame.seed),
             // Each vertex has many of them.
-            (Transport::Whitted, Some(ray)) => {
+            (Transport::Whitted, Some(Shadow { ray, .. })) => {
                 let Vector { x, y, z } = ray.direction;
                 let which = [x, y, z].map(|c| Wrapping(c.to_bits())).into_iter().reduce(combine);
                 path.key(frame.seed).fork(which.unwrap_or_default().0)
@@ -68,11 +92,14 @@ impl Traced<'_> {
     /// The coverage of the surface there.
     fn coverage(&self, material: &Material, crossing: &Crossing) -> f32 {
         let scene = &self.frame.scene;
-        let Hit { t, u, v, primitive, instance } = crossing.hit;
-        let hit = HitLanes { t, u, v, primitive: Wrapping(primitive), instance: Wrapping(instance) };
+        let Hit { u, v, primitive, .. } = crossing.hit;
+        let hit = HitLanes::one(&crossing.hit);
         let uv = match primitive & SPHERE {
             0 => (u, v),
-            _ => Surface::new(&scene.geometry, &self.shadow.unwrap_or(self.path.ray()), &hit, true).uv,
+            _ => {
+                let ray = self.shadow.map_or(self.path.ray(), |shadow| shadow.ray);
+                Surface::new(&scene.geometry, &ray, &hit, true).uv
+            }
         };
         let at = point_coordinates(&scene.geometry, &hit, uv, true);
         let tables = Tables { geometry: &scene.geometry, textures: &scene.textures };

@@ -11,10 +11,11 @@ use super::decision::decide;
 use super::observe::{self, Continuation, Nobody, Observer};
 use super::path::{Path, pack_pixel, unpack_pixel};
 use super::path_tracing::VertexOutcome;
-use super::presence::Traced;
+use super::presence::{Shadow, Traced};
 use super::shadow::connect;
 use super::sharing::pilot::Measured;
 use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
+use super::straight::{Crossings, arriving};
 use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::{Asker, Stack, any_ray, closest_ray};
@@ -28,6 +29,7 @@ use crate::world::Transport;
 /// A worker's buffers.
 pub struct Recursion {
     stack: Stack,
+    crossings: Crossings,
     forks: SmallVec<[Path<f32>; 32]>,
     /// For shared paths: those of one sample of a block.
     shared: Option<(Slots, Connections)>,
@@ -37,7 +39,8 @@ impl Recursion {
     /// For a frame.
     pub fn new(frame: &Frame) -> Self {
         let shared = frame.sharing.map(|_| (Slots::new(1), Connections::default()));
-        Self { stack: Stack::new(&frame.scene.bvh), forks: SmallVec::new(), shared }
+        let (stack, crossings) = (Stack::new(&frame.scene.bvh), Crossings::default());
+        Self { stack, crossings, forks: SmallVec::new(), shared }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -51,8 +54,8 @@ impl Recursion {
         observer: &mut dyn Observer,
     ) {
         let looks = observer.looks();
-        let Self { stack, forks, shared } = self;
-        let mut tile = Tile { frame, level, statistics, stack, forks, looks, observer };
+        let Self { stack, crossings, forks, shared } = self;
+        let mut tile = Tile { frame, level, statistics, stack, crossings, forks, looks, observer };
         match shared {
             Some((slots, connections)) => tile.render_shared(film, samples, slots, connections),
             None => tile.render_plain(film, samples, &|_, _| true),
@@ -65,8 +68,8 @@ impl Recursion {
 pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> (Vec<Measured>, u64) {
     let (stack, forks) = (&mut Stack::new(&frame.scene.bvh), &mut SmallVec::new());
     let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
-    let level = Level::detect();
-    let mut tile = Tile { frame, level, statistics, stack, forks, looks: false, observer };
+    let (level, crossings) = (Level::detect(), &mut Crossings::default());
+    let mut tile = Tile { frame, level, statistics, stack, crossings, forks, looks: false, observer };
     let mut slots = Slots::new(1);
     let measure = |block| {
         slots.enter(frame, block);
@@ -84,6 +87,7 @@ struct Tile<'a> {
     level: Level,
     statistics: &'a mut Statistics,
     stack: &'a mut Stack,
+    crossings: &'a mut Crossings,
     forks: &'a mut SmallVec<[Path<f32>; 32]>,
     looks: bool,
     observer: &'a mut dyn Observer,
@@ -121,7 +125,7 @@ impl Tile<'_> {
     /// Whether something lies between a path's vertex and a light.
     fn is_blocked(&mut self, path: &Path<f32>, ray: Ray<f32>) -> bool {
         self.statistics.rays.shadow += 1;
-        let traced = Traced { frame: self.frame, path, shadow: Some(ray) };
+        let traced = Traced { frame: self.frame, path, shadow: Some(Shadow { ray, passes: &|_| {} }) };
         any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
     }
 
@@ -140,7 +144,7 @@ impl Tile<'_> {
                 }
                 return to_rgb(radiance);
             }
-            let (vertex, scatter, radiance) = whitted::hit(frame, &path, &one_lane(&hit), true);
+            let (vertex, scatter, radiance) = whitted::hit(frame, &path, &HitLanes::one(&hit), true);
             path.radiance = radiance;
             if self.looks {
                 let (own, shading) = (vertex.geometric_normal, vertex.normal);
@@ -192,7 +196,7 @@ impl Tile<'_> {
             }
             return None;
         }
-        let lane = one_lane(&hit);
+        let lane = HitLanes::one(&hit);
         let material = material_of(&frame.scene.geometry, &lane, true).0;
         let outcome = path_tracing::hit(frame, path, &lane, material, true);
         path.radiance = outcome.radiance;
@@ -212,12 +216,14 @@ impl Tile<'_> {
         if !outcome.shadow.mask {
             return;
         }
-        let blocked = self.is_blocked(path, outcome.shadow.ray);
-        if !blocked {
-            path.radiance = connect(path.radiance, outcome.shadow.contribution);
+        self.statistics.rays.shadow += 1;
+        let Self { frame, level, .. } = *self;
+        let light = arriving(frame, level, path, &outcome.shadow, self.stack, self.crossings);
+        if let Some(light) = light {
+            path.radiance = connect(path.radiance, light);
         }
         if self.looks {
-            self.observer.report(&observe::path_shadow(path, blocked, path.radiance));
+            self.observer.report(&observe::path_shadow(path, light.is_none(), path.radiance));
         }
     }
 
@@ -251,9 +257,11 @@ impl Tile<'_> {
             if !slots.recall() {
                 // The rays do not count.
                 let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
+                let crossings = &mut *self.crossings;
                 let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
                 let frame = &pilot.frame;
-                let mut aside = Tile { frame, level, statistics, stack, forks, looks: false, observer };
+                let mut aside =
+                    Tile { frame, level, statistics, stack, crossings, forks, looks: false, observer };
                 aside.look(slots);
                 slots.choose(pilot);
             }
@@ -307,7 +315,7 @@ impl Tile<'_> {
         }
         Within(film).deposit(path.pixel.0, path.sample.0, to_rgb(path.radiance));
         let Some(outcome) = first else { return };
-        let lane = one_lane(&hit);
+        let lane = HitLanes::one(&hit);
         let material = material_of(&self.frame.scene.geometry, &lane, true).0;
         slots.first(&path, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
         let Some(next) = self.onward(&path, &outcome) else { return };
@@ -374,17 +382,6 @@ impl Tile<'_> {
                 }
             }
         }
-    }
-}
-
-#[inline(always)]
-fn one_lane(hit: &Hit) -> HitLanes<f32> {
-    HitLanes {
-        t: hit.t,
-        u: hit.u,
-        v: hit.v,
-        primitive: Wrapping(hit.primitive),
-        instance: Wrapping(hit.instance),
     }
 }
 

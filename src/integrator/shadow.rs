@@ -1,7 +1,7 @@
 //! Rays to lights, of both transports.
 
-use crate::math::{Color, Ray, Vector};
-use crate::simd::{Float, Mask};
+use crate::math::{Color, NONE, Ray, Vector};
+use crate::simd::{Float, Int, Mask};
 
 /// A ray to a light and what arrives along it if nothing is between.
 #[derive(Clone, Copy)]
@@ -10,6 +10,8 @@ pub struct ShadowRay<F: Float> {
     pub ray: Ray<F>,
     /// To be added to the path's radiance.
     pub contribution: Color<F>,
+    /// The material of the body that it begins in, which absorbs light on its way, or [`NONE`].
+    pub medium: F::Int,
     /// Lanes in which there is something to gain.
     pub mask: F::Mask,
 }
@@ -23,7 +25,27 @@ impl<F: Float> ShadowRay<F> {
         Self {
             ray: Ray { origin: Vector::zero(), direction: up, t_min: zero, t_max: zero },
             contribution: Color::black(),
+            medium: F::Int::splat(NONE),
             mask: F::Mask::from_bits(0),
+        }
+    }
+}
+
+impl<F: Float> ShadowRay<F> {
+    /// One or the other, lane by lane.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
+        let (a, b) = (&yes.ray, &no.ray);
+        Self {
+            ray: Ray {
+                origin: Vector::select(mask, a.origin, b.origin),
+                direction: Vector::select(mask, a.direction, b.direction),
+                t_min: F::select(mask, a.t_min, b.t_min),
+                t_max: F::select(mask, a.t_max, b.t_max),
+            },
+            contribution: Color::select(mask, yes.contribution, no.contribution),
+            medium: F::Int::select(mask, yes.medium, no.medium),
+            mask: (mask & yes.mask) | (!mask & no.mask),
         }
     }
 }

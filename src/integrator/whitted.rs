@@ -9,7 +9,7 @@
 use super::Frame;
 use super::path::Path;
 use super::shadow::ShadowRay;
-use crate::math::{Color, Ray, Vector};
+use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::hash::combine;
 use crate::sampling::pattern::point_of_many;
@@ -217,6 +217,7 @@ pub fn light_ray<F: Float>(
             t_max: sample.distance * F::splat(emitter::SHADOW_END),
         },
         contribution,
+        medium: F::Int::splat(NONE),
         mask: mask & lit & contribution.max_component().gt(zero),
     }
 }

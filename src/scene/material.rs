@@ -3,6 +3,9 @@
 use crate::bvh::Presence;
 use crate::math::NONE;
 
+/// Microfacets that spread light less than this α are those of a perfect mirror.
+pub const SMOOTH: f32 = 1e-3;
+
 /// A colour: a constant times a texture, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorParam {
@@ -184,6 +187,9 @@ pub struct Material {
     pub thin: bool,
     /// 20 / Abbe number; 0 where all colours are bent alike.
     pub dispersion: f32,
+    /// Whether some light goes straight on behind it, and rays to lights with it ([`Material::lets_straight_on`]):
+    /// only under the path transport.
+    pub straight: bool,
     /// Whether it is the boundary of a body.
     pub encloses: bool,
     /// What the body does to light within it.
@@ -226,6 +232,7 @@ impl Material {
     pub fn presence(&self, mirrored: bool) -> Presence {
         match (self.coverage, self.shows(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
+            _ if self.straight => Presence::Asked,
             (Coverage::Whole, true) => Presence::Always,
             (Coverage::Whole, false) if mirrored => Presence::Back,
             (Coverage::Whole, false) => Presence::Front,
@@ -252,6 +259,20 @@ impl Material {
     /// Whether its microfacets may be longer one way.
     pub fn is_stretched(&self) -> bool {
         self.has_mirror() && self.anisotropy > 0.0
+    }
+
+    /// Whether it is smooth somewhere, and bends nothing of the light that it lets through: a thin sheet, or a body that
+    /// refracts like its surroundings.
+    pub fn lets_straight_on(&self) -> bool {
+        let rough = self.roughness.factor;
+        let smooth = rough * rough < SMOOTH || self.roughness.texture != NONE;
+        let unbent = self.thin || (self.ior == 1.0 && self.dispersion == 0.0);
+        !self.transmission.is_zero() && smooth && unbent && !self.unlit
+    }
+
+    /// Whether it encloses a body that does anything to light.
+    pub fn fills(&self) -> bool {
+        self.encloses && !self.medium.is_clear()
     }
 
     /// Whether it gives off light.

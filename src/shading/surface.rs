@@ -1,8 +1,10 @@
 //! A hit to a point with normals, texture coordinates and a bound on its rounding error.
 
+use std::num::Wrapping;
+
 use crate::bvh::SPHERE;
 use crate::math::elementary::{acos_turns, atan2_turns};
-use crate::math::{NONE, Ray, Vector};
+use crate::math::{Hit, NONE, Ray, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};
 
@@ -19,6 +21,15 @@ pub struct HitLanes<F: Float> {
     pub primitive: F::Int,
     /// Instance id or [`NONE`].
     pub instance: F::Int,
+}
+
+impl HitLanes<f32> {
+    /// In one lane.
+    #[inline(always)]
+    pub fn one(hit: &Hit) -> Self {
+        let Hit { t, u, v, primitive, instance } = *hit;
+        Self { t, u, v, primitive: Wrapping(primitive), instance: Wrapping(instance) }
+    }
 }
 
 /// What shading knows of a hit point.

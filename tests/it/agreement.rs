@@ -87,6 +87,41 @@ const MEDIA: &str = r#"(
     ],
 )"#;
 
+/// Panes of all kinds before lamps of all kinds, in fog within fog around the camera.
+pub const WINDOWS: &str = r#"(
+    settings: (size: (24, 18), samples: 4, transport: Path, background: (0.1, 0.2, 0.4), copied_triangles: 0),
+    materials: {
+        "pane": Principled(metallic: 0, roughness: 0, transmission: 1, base_color: (0.9, 0.7, 0.8)),
+        "milky": Principled(metallic: 0, roughness: 0, transmission: 0.6, base_color: 0.9, clearcoat: 0.5),
+        "here and there": Principled(metallic: 0, roughness: Texture(image: "noise.png", filter: Nearest),
+                                     transmission: Image("noise.png"), base_color: Image("noise.png"), alpha: 0.6,
+                                     alpha_mode: Blend),
+        "fog": Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1,
+                          volume: (attenuation_color: (0.9, 0.8, 0.7), attenuation_distance_m: 3,
+                                   multiscatter_color: 0.9, scatter_anisotropy: 0.4)),
+        "smoke": Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1, base_color: (0.8, 0.9, 1),
+                            volume: (attenuation_color: (0.2, 0.3, 0.5), attenuation_distance_m: 1,
+                                     multiscatter_color: (0.4, 0.5, 0.6))),
+    },
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 55), transform: LookAt(from: (0.3, 2, 6), to: (0, 0.3, 0))),
+        (shape: Sphere(radius_m: 7), material: "fog"),
+        (shape: Sphere(radius_m: 0.8), material: "smoke", transform: (translate: (-1.5, 0.9, 1))),
+        (shape: Mesh("cube.ply"), material: "smoke", transform: (translate: (-0.9, 0.6, 1), rotate_degrees: (20, 30, 0))),
+        (shape: Plane(corners: ((-4, 0, 4), (4, 0, 4), (4, 0, -4), (-4, 0, -4))), material: (diffuse: 0.7)),
+        (shape: Sphere(radius_m: 0.5), transform: (translate: (1, 0.5, 0)), material: (diffuse: (0.8, 0.3, 0.1), specular: 0.4)),
+        (shape: Sphere(radius_m: 0.3), transform: (translate: (2, 0.4, 1)), material: (ior: 1.5)),
+        (shape: Plane(corners: ((-2, 0, -1), (3, 0, -1), (3, 3, -1), (-2, 3, -1))), material: "pane"),
+        (shape: Plane(corners: ((-3, 1.5, -3), (3, 1.5, -3), (3, 1.5, 3), (-3, 1.5, 3))), material: "milky"),
+        (shape: Mesh("bowl.ply"), transform: (translate: (0.8, 1, 1), scale: 0.8), material: "here and there"),
+        (shape: Mesh("bowl.ply"), transform: (translate: (-0.5, 0.4, 2), scale: (-0.6, 0.8, 0.6)), material: "pane"),
+        (light: Point(power_w: 60), transform: (translate: (1, 4, -2))),
+        (light: Area(power_w: 60, size_m: 1, visible: true), transform: LookAt(from: (-1, 3, -3), to: (0, 0, 0))),
+        (light: Directional(irradiance: 0.7), transform: LookAt(from: (1, 3, 2), to: (0, 0, 0))),
+        (light: Environment(image: "floats.hdr")),
+    ],
+)"#;
+
 /// Facing mirrors with textured weights, through a lens, under two area lights of several samples.
 pub const MIRRORS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 20, filter: Tent(radius: 1.25)),
@@ -262,6 +297,11 @@ fn glass() {
 #[test]
 fn media() {
     check(MEDIA);
+}
+
+#[test]
+fn windows() {
+    check(WINDOWS);
 }
 
 #[test]

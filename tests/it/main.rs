@@ -26,6 +26,7 @@ mod pictures;
 mod references;
 mod scenes;
 mod sharing;
+mod straight;
 mod studies;
 mod support;
 mod tev;

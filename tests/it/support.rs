@@ -19,6 +19,7 @@ impl AssetFiles for MadeUp {
     fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Arc<Mesh>, LoadError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
             Some("tetrahedron") => Ok(tetrahedron().into()),
+            Some("cube") => Ok(cube().into()),
             Some("bowl") => Ok(bowl().into()),
             Some("ball") => Ok(icosphere(3, |_| 1.0).into()),
             _ => {
@@ -141,6 +142,17 @@ fn tetrahedron() -> Mesh {
             Rgb::splat(1.0),
         ],
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// Of side 1 about the origin, flat.
+fn cube() -> Mesh {
+    let corner = |i: u32| Vec3::from_array([0, 1, 2].map(|axis| (i >> axis & 1) as f32 - 0.5));
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    Mesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
         ..Mesh::default()
     }
 }

@@ -13,6 +13,7 @@ pub mod first_hits;
 mod path_stages;
 pub mod queue;
 mod reports;
+pub mod shadows;
 mod sharing;
 mod stages;
 
@@ -21,16 +22,17 @@ use std::time::Instant;
 
 use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
-use super::shadow::connect;
 use super::sharing::Sink;
+use super::straight::Crossings;
 use super::{Frame, Sorting, Stage, Statistics};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
-use crate::math::{Color, Rgb};
+use crate::math::Rgb;
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
 use path_stages::{Groups, Roles, ShadePathsStage};
-use queue::{Columns, Ends, HitQueue, OfPaths, OfShadows, PADDING, PathQueue, ShadowQueue, VertexQueue};
+use queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue, VertexQueue};
+use shadows::ShadowQueue;
 use sharing::Shared;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 
@@ -49,6 +51,7 @@ pub struct Wave {
     roles: Roles,
     shared: Option<Shared>,
     occluded: Vec<u32>,
+    crossings: Crossings,
     pixels: Vec<u32>,
     samples: Vec<u32>,
     groups: Groups,
@@ -69,12 +72,13 @@ impl Wave {
             vertices: VertexQueue(Columns::new(capacity)),
             reflect: PathQueue(Columns::new(capacity)),
             refract: PathQueue(Columns::new(capacity)),
-            shadow: ShadowQueue(Columns::new(capacity)),
+            shadow: ShadowQueue::new(frame, capacity),
             pending: PathQueue(Columns::new(capacity)),
             goes_on: integers(),
             roles: if shared.is_some() { Roles::new(capacity) } else { Roles::default() },
             shared,
             occluded: integers(),
+            crossings: Crossings::default(),
             pixels: integers(),
             samples: integers(),
             groups: Groups::new(capacity, frame.scene.materials.len(), sorting),
@@ -209,10 +213,10 @@ impl Wave {
     fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples {
-                if self.shadow.0.room() < self.paths.0.len() {
+                if self.shadow.room() < self.paths.0.len() {
                     self.shadows(frame, level, clock);
                 }
-                let before = self.shadow.0.len();
+                let before = self.shadow.count();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(level, LightStage { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
@@ -220,29 +224,6 @@ impl Wave {
             }
         }
         self.shadows(frame, level, clock);
-    }
-
-    /// Traces the shadow queue and adds what arrives, in the queue's order.
-    fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
-        let count = self.shadow.0.len();
-        let surfaces = OfShadows { frame, paths: &self.paths, shadow: &self.shadow };
-        let rays = self.shadow.rays(&self.ends, &surfaces);
-        let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
-        bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
-        let ([r, g, b], targets) = self.shadow.contributions();
-        let [to_r, to_g, to_b] = self.paths.radiance_mut();
-        for i in 0..count {
-            if self.occluded[i] == 0 {
-                let to = targets[i] as usize;
-                let so_far = Color::new(to_r[to], to_g[to], to_b[to]);
-                let sum = connect(so_far, Color::new(r[i], g[i], b[i]));
-                (to_r[to], to_g[to], to_b[to]) = (sum.r, sum.g, sum.b);
-            }
-        }
-        clock.statistics.rays.shadow += count as u64;
-        self.report_shadows(frame, level, clock.observer);
-        self.shadow.0.clear();
-        clock.stage(Stage::Shadow);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.

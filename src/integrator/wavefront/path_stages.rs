@@ -1,6 +1,7 @@
 //! Stages of the path transport: hits are shaded material by material.
 
-use super::queue::{HitQueue, PathQueue, ShadowQueue};
+use super::queue::{HitQueue, PathQueue};
+use super::shadows::ShadowQueue;
 use super::stages::{lanes, numbered};
 use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};

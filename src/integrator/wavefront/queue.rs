@@ -4,12 +4,13 @@
 
 use crate::bvh::{Asker, Crossing, HitsMut, Rays, Surfaces};
 use crate::integrator::Frame;
+use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
 use crate::integrator::presence::Traced;
-use crate::integrator::shadow::ShadowRay;
-use crate::math::{Color, Ray, Vector};
+use crate::math::{Color, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
+use crate::world::Settings;
 
 /// At least as wide as any lane type.
 pub const PADDING: usize = 16;
@@ -114,6 +115,11 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         &self.floats[column][..self.length]
     }
 
+    /// The same to write to.
+    pub fn floats_mut(&mut self, column: usize) -> &mut [f32] {
+        &mut self.floats[column][..self.length]
+    }
+
     /// A column of integers.
     pub fn integers(&self, column: usize) -> &[u32] {
         &self.integers[column][..self.length]
@@ -146,26 +152,29 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
     Color::new(v.x, v.y, v.z)
 }
 
-/// Paths: origin, direction, throughput, radiance, density, width, spread; pixel,
-/// sample, branch, depth, medium, facing, scatterings, source.
+/// Paths: origin, direction, throughput, radiance, density, width, spread, way travelled;
+/// pixel, sample, branch, depth with scatterings, medium, facing, source.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<15, 8>);
+pub struct PathQueue(pub Columns<16, 7>);
 
 /// Bytes of a path in its queue.
-pub const PATH_BYTES: usize = Columns::<15, 8>::ITEM;
+pub const PATH_BYTES: usize = Columns::<16, 7>::ITEM;
 /// Bytes of a hit.
 pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
-/// Bytes of a shadow ray.
-pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM;
 /// Bytes of a vertex.
 pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
 /// Column of [`PathQueue`].
 const RADIANCE: usize = 9;
 /// Integer column of [`PathQueue`].
-const SOURCE: usize = 7;
+const SOURCE: usize = 6;
+/// Bits of a path's depth in the column that it shares with its scatterings.
+const DEPTH_BITS: i32 = 17;
+const DEPTH_MASK: u32 = (1 << DEPTH_BITS) - 1;
+
+const _: () = assert!(Settings::MOST_DEPTH + MOST < 1 << DEPTH_BITS && MOST < 1 << (32 - DEPTH_BITS));
 
 impl PathQueue {
     /// The paths from `at` on.
@@ -180,13 +189,14 @@ impl PathQueue {
             pixel: q.integer(0, at),
             sample: q.integer(1, at),
             branch: q.integer(2, at),
-            depth: q.integer(3, at),
+            depth: q.integer::<F::Int>(3, at) & F::Int::splat(DEPTH_MASK),
             pdf: q.float(12, at),
             width: q.float(13, at),
             spread: q.float(14, at),
             medium: q.integer(4, at),
             facing: q.integer(5, at),
-            scatterings: q.integer(6, at),
+            scatterings: q.integer::<F::Int>(3, at).shr::<DEPTH_BITS>(),
+            travelled: q.float(15, at),
         }
     }
 
@@ -194,6 +204,7 @@ impl PathQueue {
     #[inline(always)]
     pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> Path<F> {
         let (f, i) = (&self.0.floats, &self.0.integers);
+        let bounces = F::Int::gather(&i[3], places, mask);
         Path {
             origin: gather_vector::<F>([&f[0], &f[1], &f[2]], places, mask),
             direction: gather_vector::<F>([&f[3], &f[4], &f[5]], places, mask),
@@ -202,13 +213,14 @@ impl PathQueue {
             pixel: F::Int::gather(&i[0], places, mask),
             sample: F::Int::gather(&i[1], places, mask),
             branch: F::Int::gather(&i[2], places, mask),
-            depth: F::Int::gather(&i[3], places, mask),
+            depth: bounces & F::Int::splat(DEPTH_MASK),
             pdf: F::gather(&f[12], places, mask),
             width: F::gather(&f[13], places, mask),
             spread: F::gather(&f[14], places, mask),
             medium: F::Int::gather(&i[4], places, mask),
             facing: F::Int::gather(&i[5], places, mask),
-            scatterings: F::Int::gather(&i[6], places, mask),
+            scatterings: bounces.shr::<DEPTH_BITS>(),
+            travelled: F::gather(&f[15], places, mask),
         }
     }
 
@@ -216,10 +228,12 @@ impl PathQueue {
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
+        let Path { pdf, width, spread, travelled, .. } = *path;
         let floats =
-            [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, path.pdf, path.width, path.spread];
+            [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, pdf, width, spread, travelled];
         let Path { pixel, sample, branch, depth, medium, facing, scatterings, .. } = *path;
-        let integers = [pixel, sample, branch, depth, medium, facing, scatterings, source];
+        let bounces = depth | scatterings.shl::<DEPTH_BITS>();
+        let integers = [pixel, sample, branch, bounces, medium, facing, source];
         self.0.pack::<F>(at, mask, floats, integers);
     }
 
@@ -347,57 +361,6 @@ impl HitQueue {
     }
 }
 
-/// Shadow rays: origin, direction, end, contribution; which hit they are for.
-pub struct ShadowQueue(pub Columns<10, 1>);
-
-impl ShadowQueue {
-    /// Appends rays.
-    #[inline(always)]
-    pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
-        let at = self.0.length;
-        self.store(at, shadow, target);
-        self.0.set_len(at + shadow.mask.count());
-    }
-
-    /// Packs rays to place `at`.
-    #[inline(always)]
-    pub fn store<F: Float>(&mut self, at: usize, shadow: &ShadowRay<F>, target: F::Int) {
-        let (o, d, c) = (shadow.ray.origin, shadow.ray.direction, shadow.contribution);
-        let floats = [o.x, o.y, o.z, d.x, d.y, d.z, shadow.ray.t_max, c.r, c.g, c.b];
-        self.0.pack::<F>(at, shadow.mask, floats, [target]);
-    }
-
-    /// The rays, with a column of where they begin.
-    pub fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfShadows) -> Rays<'a> {
-        let n = self.0.length;
-        let column = |i: usize| &self.0.floats[i][..n];
-        Rays {
-            origin: [0, 1, 2].map(column),
-            direction: [3, 4, 5].map(column),
-            t_min: &ends.zero[..n],
-            t_max: column(6),
-            asker: Asker::new(surfaces, 0),
-        }
-    }
-
-    /// One of them.
-    pub fn ray(&self, i: usize) -> Ray<f32> {
-        let q = &self.0;
-        Ray {
-            origin: Vector::new(q.float(0, i), q.float(1, i), q.float(2, i)),
-            direction: Vector::new(q.float(3, i), q.float(4, i), q.float(5, i)),
-            t_min: 0.0,
-            t_max: q.float(6, i),
-        }
-    }
-
-    /// What arrives along each and at which hit.
-    pub fn contributions(&self) -> ([&[f32]; 3], &[u32]) {
-        let n = self.0.length;
-        ([7, 8, 9].map(|i| &self.0.floats[i][..n]), &self.0.integers[0][..n])
-    }
-}
-
 /// Columns for rays that begin at their origin and have no end.
 pub struct Ends {
     zero: Vec<f32>,
@@ -408,6 +371,11 @@ impl Ends {
     /// For queues of a capacity.
     pub fn new(capacity: usize) -> Self {
         Self { zero: vec![0.0; capacity], infinity: vec![f32::INFINITY; capacity] }
+    }
+
+    /// Where `count` rays begin.
+    pub fn zero(&self, count: usize) -> &[f32] {
+        &self.zero[..count]
     }
 
     /// Bytes of both.
@@ -427,23 +395,6 @@ pub struct OfPaths<'a> {
 impl Surfaces for OfPaths<'_> {
     fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
         Traced { frame: self.frame, path: &self.paths.load(ray), shadow: None }.meets(crossing)
-    }
-}
-
-/// Which surfaces exist for rays to lights.
-pub struct OfShadows<'a> {
-    /// The scene.
-    pub frame: &'a Frame,
-    /// Where the rays come from.
-    pub paths: &'a PathQueue,
-    /// The rays.
-    pub shadow: &'a ShadowQueue,
-}
-
-impl Surfaces for OfShadows<'_> {
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
-        let path = &self.paths.load(self.shadow.0.integers[0][ray] as usize);
-        Traced { frame: self.frame, path, shadow: Some(self.shadow.ray(ray)) }.meets(crossing)
     }
 }
 

@@ -18,7 +18,7 @@ impl Wave {
         paths.map(|queue| queue.0.bytes()).iter().sum::<usize>()
             + self.hits.0.bytes()
             + self.vertices.0.bytes()
-            + self.shadow.0.bytes()
+            + self.shadow.bytes()
             + columns.map(|column| size_of_val(&column[..])).iter().sum::<usize>()
             + self.ends.bytes()
             + self.shared.as_ref().map_or(0, |shared| shared.bytes())
@@ -130,7 +130,7 @@ impl Wave {
             });
         }
         let open = (0..count).filter(|i| self.occluded[*i] == 0);
-        let capacity = self.shadow.0.capacity();
+        let capacity = self.shadow.capacity();
         observer.report(&Event::Wave(flow(Stage::Shadow, level, count, capacity, open)));
     }
 

@@ -1,7 +1,8 @@
 //! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
 //! queue; what happens to light in it is in [`crate::integrator::whitted`].
 
-use super::queue::{HitQueue, PathQueue, ShadowQueue, VertexQueue};
+use super::queue::{HitQueue, PathQueue, VertexQueue};
+use super::shadows::ShadowQueue;
 use crate::integrator::observe::{self, Observer};
 use crate::integrator::sharing::Sink;
 use crate::integrator::{Frame, begin, path_tracing, whitted};

@@ -13,11 +13,10 @@ use super::sheen;
 use super::stretched;
 use super::tables::LobeTables;
 use crate::math::{Color, Vector};
+use crate::scene::material::SMOOTH;
 use crate::simd::{Float, Mask, Outlined};
 
 const PI: f32 = std::f32::consts::PI;
-/// Narrower lobes than this are perfect mirrors.
-pub const SMOOTH: f32 = 1e-3;
 
 /// A surface seen from one direction.
 pub struct Bsdf<F: Float> {
@@ -370,7 +369,7 @@ impl<F: Float> Bsdf<F> {
         if !self.has.transmission || !(mask & !self.smooth).any() {
             return (value, pdf);
         }
-        let (mut lobe, density) = if self.has.solid { self.bent(wi) } else { self.straight(wi) };
+        let (mut lobe, density) = if self.has.solid { self.bent(wi) } else { self.unbent(wi) };
         if !self.has.solid {
             let other = self.albedo(wi, mask);
             lobe = lobe + self.often_through() * (self.lost(&other) * lambert);
@@ -398,7 +397,7 @@ impl<F: Float> Bsdf<F> {
 
     /// Through a thin sheet: the mirror lobe, flipped to the other side.
     #[inline(always)]
-    fn straight(&self, wi: Vector<F>) -> (Color<F>, F) {
+    fn unbent(&self, wi: Vector<F>) -> (Color<F>, F) {
         let p = &self.p;
         let turned = Vector::new(wi.x, wi.y, -wi.z);
         let h = (self.wo + turned).normalize();
@@ -425,10 +424,26 @@ impl<F: Float> Bsdf<F> {
         let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
         let fresnel = self.fresnel(cos_o.max(zero));
-        let passes = self.through() * fresnel.dielectric.complement() * self.gain.dielectric;
+        let passes = self.transmitted(&fresnel) * self.gain.dielectric;
         let value = passes * (density * visible);
         let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
+    }
+
+    /// The part of light that goes straight on where the surface is smooth, if it bends none.
+    #[inline(always)]
+    pub fn straight(&self) -> Color<F> {
+        if !self.has.transmission {
+            return Color::black();
+        }
+        let fresnel = self.fresnel(self.wo.z.max(F::zero()));
+        Color::select(self.smooth, self.transmitted(&fresnel) * self.below, Color::black())
+    }
+
+    /// What a microfacet transmits.
+    #[inline(always)]
+    pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
+        self.through() * fresnel.dielectric.complement()
     }
 
     /// The factor on transmitted light, for the wavelength that is followed.

@@ -131,7 +131,7 @@ impl<F: Float> Bsdf<F> {
             };
         }
         let left = (F::one() - reflects).max(F::splat(1e-20));
-        let passes = self.through() * fresnel.dielectric.complement() * (chance / left);
+        let passes = self.transmitted(&fresnel) * (chance / left);
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();

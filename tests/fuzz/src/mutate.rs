@@ -1,6 +1,7 @@
 //! Changes to what bytes mean: the text of scenes token by token, the JSON of glTF and film files value by value,
 //! with lengths and check sums that are right again.
 
+use crate::targets::NEXT_FILM;
 use serde_json::{Map, Value, json};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -35,6 +36,20 @@ pub fn by_meaning(target: &str, bytes: &[u8], random: &mut Random) -> Option<Vec
         }
         "gltf" => gltf_changed(bytes, random),
         "film" => film_changed(bytes, random),
+        "films" => {
+            let cut = bytes.windows(NEXT_FILM.len()).position(|window| window == NEXT_FILM)?;
+            let (first, second) = (&bytes[..cut], &bytes[cut + NEXT_FILM.len()..]);
+            // What one of them says and the other does not; or both the same.
+            Some(match random.below(4) {
+                0 => [first, NEXT_FILM, &film_changed(second, random)?].concat(),
+                1 => [&film_changed(first, random)?, NEXT_FILM, second].concat(),
+                2 => [first, NEXT_FILM, first].concat(),
+                _ => {
+                    let changed = film_changed(first, random)?;
+                    [&changed, NEXT_FILM, &changed].concat()
+                }
+            })
+        }
         _ => None,
     }
 }

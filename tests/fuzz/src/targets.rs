@@ -2,13 +2,16 @@
 //! is read or refused in one line; what is read is compiled and rendered a few pixels large by both schedules, to the
 //! same bits. Whatever else happens is a fault.
 
+use std::ffi::{OsStr, OsString};
 use std::io::{Cursor, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use rayfront::compile::compile;
+use rayfront::internals::cli;
 use rayfront::internals::formats::ron::query::{Query, select, set};
 use rayfront::internals::formats::{self, LoadOptions, film_file, picture, rays, ron, study};
 use rayfront::internals::integrator::{Frame, Schedule};
@@ -24,7 +27,7 @@ use crate::support::MadeUp;
 pub type Target = fn(&[u8]);
 
 /// All kinds, by the names of their folders.
-pub const ALL: [(&str, Target); 11] = [
+pub const ALL: [(&str, Target); 12] = [
     ("ron", scene),
     ("gltf", model),
     ("ply", ply),
@@ -32,11 +35,15 @@ pub const ALL: [(&str, Target); 11] = [
     ("picture", image),
     ("rays", ray_file),
     ("film", film),
+    ("films", films),
     ("study", study_file),
     ("query", query),
     ("edit", edit),
     ("http", request),
 ];
+
+/// Separates two films.
+pub const NEXT_FILM: &[u8] = b"\n#---- b.film\n";
 
 /// Separates an OBJ file from its library.
 pub const LIBRARY: &[u8] = b"\n#---- a.mtl\n";
@@ -176,6 +183,35 @@ fn film(bytes: &[u8]) {
         Ok(None) => {}
         Err(error) => is_fair(&error),
     }
+}
+
+/// Two films are merged, and the first of them continued, by the program itself: that ends with an exit code, changes
+/// nothing but its outputs, and there are outputs exactly if it says so.
+fn films(bytes: &[u8]) {
+    let cut = bytes.windows(NEXT_FILM.len()).position(|window| window == NEXT_FILM);
+    let (first, second) = bytes.split_at(cut.unwrap_or(bytes.len()));
+    let second = second.get(NEXT_FILM.len()..).unwrap_or_default();
+    let scene = file("films.ron", SHOWN.as_bytes());
+    let (a, b) = (file("films-a.film", first), file("films-b.film", second));
+    let to = ["png", "film"].map(|extension| FOLDER.path().join("films-out").with_extension(extension));
+    let run = |words: &[&dyn AsRef<OsStr>], is_written: &[&PathBuf]| {
+        for output in &to {
+            let _ = std::fs::remove_file(output);
+        }
+        let words = words.iter().map(|word| word.as_ref().to_owned());
+        let code = cli::carry_out(std::iter::once(OsString::from("rayfront")).chain(words));
+        for (path, bytes) in [(&scene, SHOWN.as_bytes()), (&a, first), (&b, second)] {
+            assert!(std::fs::read(path).is_ok_and(|now| now == bytes), "{} has changed", path.display());
+        }
+        for output in is_written {
+            let there = output.exists();
+            assert_eq!(there, code == ExitCode::SUCCESS, "{}: {code:?}", output.display());
+        }
+    };
+    let [image, film] = &to;
+    run(&[&"merge", &"--partial", &"--quiet", &a, &b, &"-o", image, &"-o", film], &[image, film]);
+    let scene = &scene;
+    run(&[&"resume", &"--quiet", &a, &"--scene-file", scene, &"--max-time", &"1s", &"-o", image], &[image]);
 }
 
 fn study_file(bytes: &[u8]) {

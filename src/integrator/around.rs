@@ -1,0 +1,66 @@
+//! The body that the camera is in.
+
+use crate::bvh::{Asker, Stack, closest_ray};
+use crate::math::{NONE, Ray, Vector};
+use crate::scene::{CompiledScene, Material};
+use crate::shading::{HitLanes, Surface};
+use crate::simd::Level;
+
+/// Rays that ask for it. A lens or a mesh with holes may let one of them out elsewhere.
+const RAYS: [[f32; 3]; 7] = [
+    [0.36, 0.48, 0.8],
+    [-0.48, 0.8, 0.36],
+    [0.8, -0.36, 0.48],
+    [-0.36, -0.8, 0.48],
+    [0.48, 0.36, -0.8],
+    [-0.8, 0.48, -0.36],
+    [-0.48, -0.36, -0.8],
+];
+/// The most surfaces that a ray is followed through.
+const MOST: usize = 256;
+
+/// The material of the body around the camera's place, as most of some rays find it, or [`NONE`] if there is none that
+/// does anything to light.
+pub fn the_camera(scene: &CompiledScene) -> u32 {
+    if !scene.materials.iter().any(Material::fills) {
+        return NONE;
+    }
+    let mut stack = Stack::new(&scene.bvh);
+    let mut found = RAYS.map(|direction| left_by(scene, direction, &mut stack));
+    found.sort_unstable();
+    // What more than half of them say is in the middle.
+    let middle = found[RAYS.len() / 2];
+    let votes = found.iter().filter(|material| **material == middle).count();
+    if 2 * votes > RAYS.len() { middle } else { NONE }
+}
+
+/// The body that a ray from the camera leaves first without having entered it, if that acts on light.
+fn left_by(scene: &CompiledScene, direction: [f32; 3], stack: &mut Stack) -> u32 {
+    let vector = |[x, y, z]: [f32; 3]| Vector::new(x, y, z);
+    let (origin, direction) = (vector(scene.camera.origin.to_array()), vector(direction).normalize());
+    let mut ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+    let mut entered = Vec::new();
+    for _ in 0..MOST {
+        let hit = closest_ray(Level::detect(), &scene.bvh, &ray, Asker::CREDULOUS, stack);
+        if hit.is_miss() {
+            break;
+        }
+        ray.t_min = hit.t;
+        let lane = HitLanes::one(&hit);
+        let surface = Surface::new(&scene.geometry, &ray, &lane, true);
+        let material = scene.geometry.material_of(hit.primitive, hit.instance);
+        let record = &scene.materials[material as usize];
+        if !record.encloses {
+            continue;
+        }
+        let body = (material, scene.geometry.entity_of(hit.primitive, hit.instance));
+        if !surface.inside {
+            entered.push(body);
+        } else if let Some(place) = entered.iter().rposition(|other| *other == body) {
+            entered.remove(place);
+        } else {
+            return if record.medium.is_clear() { NONE } else { material };
+        }
+    }
+    NONE
+}

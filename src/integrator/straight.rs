@@ -1,0 +1,85 @@
+//! What arrives along rays to lights that go straight through surfaces: thin smooth sheets, and the boundaries of
+//! bodies that refract like their surroundings, such as fog.
+//!
+//! Kernels only say which rays nothing blocks. What such a ray went through is asked of the tree once more, ray by
+//! ray. It is a set of crossings, in the order of (t, primitive, instance), so it does not depend on who asks.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::Frame;
+use super::medium::passed;
+use super::path::Path;
+use super::path_tracing::{Bodies, bsdf};
+use super::presence::{Shadow, Traced};
+use super::shadow::ShadowRay;
+use crate::bvh::{Asker, Crossing, Stack, any_ray};
+use crate::math::Color;
+use crate::shading::emitter::SHADOW_END;
+use crate::shading::surface::material_of;
+use crate::shading::{HitLanes, ShadingPoint, Surface};
+use crate::simd::Level;
+
+/// Room for the surfaces that a ray goes through. One thread alone uses it; the lock is there because queries may be
+/// shared by threads, and so may those whom they ask.
+#[derive(Default)]
+pub struct Crossings(Mutex<Vec<Crossing>>);
+
+impl Crossings {
+    fn empty(&mut self) {
+        self.all().clear();
+    }
+
+    fn add(&self, crossing: &Crossing) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(*crossing);
+    }
+
+    fn all(&mut self) -> &mut Vec<Crossing> {
+        self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What of a path's light sample arrives at its vertex, or none if something is in its way.
+pub fn arriving(
+    frame: &Frame,
+    level: Level,
+    path: &Path<f32>,
+    shadow: &ShadowRay<f32>,
+    stack: &mut Stack,
+    room: &mut Crossings,
+) -> Option<Color<f32>> {
+    room.empty();
+    let passes = |crossing: &Crossing| room.add(crossing);
+    let traced = Traced { frame, path, shadow: Some(Shadow { ray: shadow.ray, passes: &passes }) };
+    if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
+        return None;
+    }
+    Some(left(frame, path, shadow, in_order(room.all())))
+}
+
+/// The crossings from the ray's beginning to its end, each once: a triangle that was cut may have been met in several
+/// leaves.
+fn in_order(crossed: &mut Vec<Crossing>) -> &[Crossing] {
+    let which = |crossing: &Crossing| (crossing.hit.primitive, crossing.hit.instance, crossing.front);
+    let by_t = |a: &Crossing, b: &Crossing| a.hit.t.total_cmp(&b.hit.t);
+    crossed.sort_by(|a, b| which(a).cmp(&which(b)).then(by_t(a, b)));
+    crossed.dedup_by_key(|crossing| which(crossing));
+    crossed.sort_by(by_t);
+    crossed
+}
+
+/// What is left of the light behind all of them, and of the bodies in between.
+fn left(frame: &Frame, path: &Path<f32>, shadow: &ShadowRay<f32>, crossed: &[Crossing]) -> Color<f32> {
+    let (scene, ShadowRay { ray, contribution, .. }) = (&frame.scene, shadow);
+    let (mut light, mut medium, mut begin) = (*contribution, shadow.medium, 0.0);
+    for Crossing { hit, .. } in crossed {
+        let lane = HitLanes::one(hit);
+        let material = material_of(&scene.geometry, &lane, true).0;
+        let surface = Surface::new(&scene.geometry, ray, &lane, true);
+        let point = ShadingPoint::new(scene, material, &lane, &surface, ray.direction, 0.0, true);
+        let bsdf = bsdf(point.has(), frame, path, &point, path.only_key(frame.seed), true);
+        light = passed(frame, light, medium, hit.t - begin, true) * bsdf.straight();
+        medium = Bodies::new(medium, &surface, point.material, material).beyond(true);
+        begin = hit.t;
+    }
+    passed(frame, light, medium, ray.t_max / SHADOW_END - begin, true)
+}

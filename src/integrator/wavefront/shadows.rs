@@ -1,0 +1,198 @@
+//! Rays to lights: their queue, and the stage that traces it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::queue::{Columns, Ends, PathQueue};
+use super::{Clock, Wave};
+use crate::bvh::{self, Asker, Coherence, Crossing, Rays, Surfaces};
+use crate::integrator::presence::{Shadow, Traced};
+use crate::integrator::shadow::{ShadowRay, connect};
+use crate::integrator::straight::arriving;
+use crate::integrator::{Frame, Stage};
+use crate::math::{Color, NONE, Ray, Vector};
+use crate::scene::Material;
+use crate::simd::{Float, Level};
+use crate::world::Transport;
+
+/// Bytes of a shadow ray.
+pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM + Columns::<0, 1>::ITEM;
+
+/// Shadow rays.
+pub struct ShadowQueue {
+    /// Origin, direction, end, contribution; which hit they are for.
+    rays: Columns<10, 1>,
+    /// The materials of the bodies that they begin in, if the scene has bodies that do anything to light.
+    media: Option<Columns<0, 1>>,
+    /// Whether each goes straight through something; empty if nothing lets rays through.
+    passes: Vec<AtomicBool>,
+}
+
+impl ShadowQueue {
+    /// Room for `capacity` rays.
+    pub fn new(frame: &Frame, capacity: usize) -> Self {
+        let any = |is: fn(&Material) -> bool| {
+            frame.transport == Transport::Path && frame.scene.materials.iter().any(is)
+        };
+        let passes = if any(|material| material.straight) { capacity } else { 0 };
+        Self {
+            rays: Columns::new(capacity),
+            media: any(Material::fills).then(|| Columns::new(capacity)),
+            passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
+        }
+    }
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        self.rays.bytes() + self.media.as_ref().map_or(0, Columns::bytes) + self.passes.len()
+    }
+
+    /// How many rays there are.
+    pub fn count(&self) -> usize {
+        self.rays.len()
+    }
+
+    /// How many fit in all.
+    pub fn capacity(&self) -> usize {
+        self.rays.capacity()
+    }
+
+    /// How many more fit.
+    pub fn room(&self) -> usize {
+        self.rays.room()
+    }
+
+    /// Forgets all rays.
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.media.iter_mut().for_each(Columns::clear);
+    }
+
+    /// Appends rays.
+    #[inline(always)]
+    pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
+        let ShadowRay { ray: Ray { origin: o, direction: d, t_max, .. }, contribution: c, medium, mask } =
+            *shadow;
+        self.rays.append::<F>(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_max, c.r, c.g, c.b], [target]);
+        if let Some(media) = &mut self.media {
+            media.append::<F>(mask, [], [medium]);
+        }
+    }
+
+    /// The rays, with a column of where they begin.
+    fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfShadows) -> Rays<'a> {
+        let column = |i: usize| self.rays.floats(i);
+        Rays {
+            origin: [0, 1, 2].map(column),
+            direction: [3, 4, 5].map(column),
+            t_min: ends.zero(self.count()),
+            t_max: column(6),
+            asker: Asker::new(surfaces, 0),
+        }
+    }
+
+    /// One of them.
+    pub fn ray(&self, i: usize) -> Ray<f32> {
+        let vector = |column: usize| {
+            let [x, y, z] = [0, 1, 2].map(|axis| self.rays.floats(column + axis)[i]);
+            Vector::new(x, y, z)
+        };
+        Ray { origin: vector(0), direction: vector(3), t_min: 0.0, t_max: self.rays.floats(6)[i] }
+    }
+
+    /// The hit that one is for.
+    fn target(&self, i: usize) -> usize {
+        self.rays.integers(0)[i] as usize
+    }
+
+    /// The material of the body in which one begins, or [`NONE`].
+    fn medium(&self, i: usize) -> u32 {
+        self.media.as_ref().map_or(NONE, |media| media.integers(0)[i])
+    }
+
+    /// What arrives along each and at which hit.
+    pub fn contributions(&self) -> ([&[f32]; 3], &[u32]) {
+        ([7, 8, 9].map(|i| self.rays.floats(i)), self.rays.integers(0))
+    }
+
+    /// Sets what one brings.
+    fn bring(&mut self, i: usize, contribution: Color<f32>) {
+        let Color { r, g, b } = contribution;
+        for (column, value) in [7, 8, 9].into_iter().zip([r, g, b]) {
+            self.rays.floats_mut(column)[i] = value;
+        }
+    }
+}
+
+/// Which surfaces exist for rays to lights.
+struct OfShadows<'a> {
+    frame: &'a Frame,
+    /// Where the rays come from.
+    paths: &'a PathQueue,
+    shadow: &'a ShadowQueue,
+}
+
+impl Surfaces for OfShadows<'_> {
+    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+        let path = &self.paths.load(self.shadow.target(ray));
+        let passes = |_: &Crossing| {
+            if let Some(passes) = self.shadow.passes.get(ray) {
+                passes.store(true, Ordering::Relaxed);
+            }
+        };
+        let shadow = Shadow { ray: self.shadow.ray(ray), passes: &passes };
+        Traced { frame: self.frame, path, shadow: Some(shadow) }.meets(crossing)
+    }
+}
+
+impl Wave {
+    /// Traces the shadow queue and adds what arrives, in the queue's order.
+    pub(super) fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+        let count = self.shadow.count();
+        self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
+        let surfaces = OfShadows { frame, paths: &self.paths, shadow: &self.shadow };
+        let rays = self.shadow.rays(&self.ends, &surfaces);
+        let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
+        bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
+        self.weaken(frame, level, count);
+        let ([r, g, b], targets) = self.shadow.contributions();
+        let [to_r, to_g, to_b] = self.paths.radiance_mut();
+        for i in 0..count {
+            if self.occluded[i] == 0 {
+                let to = targets[i] as usize;
+                let so_far = Color::new(to_r[to], to_g[to], to_b[to]);
+                let sum = connect(so_far, Color::new(r[i], g[i], b[i]));
+                (to_r[to], to_g[to], to_b[to]) = (sum.r, sum.g, sum.b);
+            }
+        }
+        clock.statistics.rays.shadow += count as u64;
+        self.report_shadows(frame, level, clock.observer);
+        self.shadow.clear();
+        clock.stage(Stage::Shadow);
+    }
+
+    /// What is left of the light along rays that nothing blocks, behind surfaces that they go straight through, and in
+    /// the bodies where they begin.
+    fn weaken(&mut self, frame: &Frame, level: Level, count: usize) {
+        if self.shadow.media.is_none() && self.shadow.passes.is_empty() {
+            return;
+        }
+        for i in (0..count).filter(|i| self.occluded[*i] == 0) {
+            let medium = self.shadow.medium(i);
+            let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
+            if medium == NONE && !passes {
+                continue;
+            }
+            let path = self.paths.load::<f32>(self.shadow.target(i));
+            let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
+            let shadow = ShadowRay {
+                ray: self.shadow.ray(i),
+                contribution: Color::new(r, g, b),
+                medium: std::num::Wrapping(medium),
+                mask: true,
+            };
+            let (stack, room) = (&mut self.stack, &mut self.crossings);
+            let left = arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black());
+            self.shadow.bring(i, left);
+        }
+    }
+}

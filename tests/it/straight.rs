@@ -1,0 +1,284 @@
+//! Light that goes straight through surfaces on its way from lamps: through panes, and into fog.
+
+use std::f64::consts::PI;
+
+use rayfront::math::Rgb;
+use rayfront::world::Sharing;
+
+use crate::support::{Picture, picture, world};
+
+/// A spot of the floor about the origin, seen from aside, under whatever else there is; `settings` end with a comma.
+fn floor(settings: &str, entities: &str) -> [f64; 3] {
+    let text = format!(
+        "(settings: (transport: Path, filter: Box, sharing: Off, {settings}),
+          entities: [
+              (camera: Orthographic(height_m: 0.001), transform: LookAt(from: (1, 0.1, 0), to: (0, 0, 0))),
+              (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.8)),
+              {entities}
+          ])"
+    );
+    mean(&picture(&text))
+}
+
+fn mean(picture: &Picture) -> [f64; 3] {
+    let sum = |channel: fn(&Rgb) -> f32| picture.pixels.iter().map(|p| f64::from(channel(p))).sum::<f64>();
+    [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / picture.pixels.len() as f64)
+}
+
+fn assert_near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
+    for (one, other) in found.iter().zip(expected) {
+        assert!((one / other - 1.0).abs() < tolerance, "{what}: {found:?}, not {expected:?}");
+    }
+}
+
+/// Schlick's term for glass of index 1.5.
+fn reflected(cosine: f64) -> f64 {
+    0.04 + 0.96 * (1.0 - cosine).powi(5)
+}
+
+const FEW: &str = "size: (4, 4), samples: 4, max_depth: 1";
+const LAMP: &str = "(light: Point(power_w: 100), transform: (translate: (1, 2, 0))),";
+
+#[test]
+fn lamps_shine_through_all_panes_on_the_way() {
+    let (square, cosine) = (5.0f64, 2.0 / 5.0f64.sqrt());
+    let plain = 0.8 / PI * 100.0 / (4.0 * PI) / square * cosine;
+    assert_near(floor(FEW, LAMP), [plain; 3], 1e-4, "nothing between");
+    let panes = [
+        (
+            "a pane",
+            "(shape: Plane(corners: ((-5, 1, -5), (5, 1, -5), (5, 1, 5), (-5, 1, 5))),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1)),",
+            [1.0 - reflected(cosine); 3],
+        ),
+        (
+            "a coloured one that scatters a part of the light",
+            "(shape: Plane(corners: ((-5, 1.2, -5), (5, 1.2, -5), (5, 1.2, 5), (-5, 1.2, 5))),
+              material: Principled(metallic: 0, roughness: 0, transmission: 0.7, base_color: (0.9, 0.5, 0.2))),",
+            [0.9, 0.5, 0.2].map(|c| 0.7 * c * (1.0 - reflected(cosine))),
+        ),
+        (
+            "a bubble, met twice",
+            "(shape: Sphere(radius_m: 0.3), transform: (translate: (0.75, 1.5, 0)),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1, double_sided: true)),",
+            [0.96 * 0.96; 3],
+        ),
+        (
+            "a bubble without an inside",
+            "(shape: Sphere(radius_m: 0.1), transform: (translate: (0.3, 0.6, 0)),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1)),",
+            [0.96; 3],
+        ),
+        (
+            "a sheet of which nothing is there",
+            "(shape: Plane(corners: ((0.2, 0.2, -1), (0.2, 2, -1), (0.2, 2, 1), (0.2, 0.2, 1))),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1, base_color: 0, alpha: 0,
+                                   alpha_mode: Blend)),",
+            [1.0; 3],
+        ),
+        (
+            "copies of a mesh, one of them mirrored",
+            "(shape: Mesh(\"cube.ply\"), transform: (translate: (0.26, 0.5, 0), scale: 0.2),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, base_color: 0.9,
+                                   double_sided: true)),
+             (shape: Mesh(\"cube.ply\"), transform: (translate: (0.4, 0.8, 0.01), scale: (-0.1, 0.1, 0.1)),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, base_color: 0.9,
+                                   double_sided: true)),",
+            [0.9f64.powi(4); 3],
+        ),
+    ];
+    let (mut all, mut left) = (LAMP.to_owned(), [plain; 3]);
+    for (what, pane, transmitted) in &panes {
+        let expected = transmitted.map(|part| plain * part);
+        for settings in [FEW.to_owned(), format!("{FEW}, copied_triangles: 0, build_quality: High")] {
+            assert_near(floor(&settings, &format!("{LAMP}{pane}")), expected, 1e-3, what);
+        }
+        all += pane;
+        left = [0, 1, 2].map(|channel| left[channel] * transmitted[channel]);
+    }
+    assert_near(floor(FEW, &all), left, 2e-3, "all of them");
+}
+
+#[test]
+fn glass_that_bends_light_and_rough_glass_stop_rays_to_lamps() {
+    for glass in ["roughness: 0, volume: ()", "roughness: 0.3"] {
+        let pane = format!(
+            "(shape: Plane(corners: ((-5, 1, -5), (5, 1, -5), (5, 1, 5), (-5, 1, 5))),
+              material: Principled(metallic: 0, transmission: 1, {glass})),"
+        );
+        assert_eq!(
+            floor("samples: 1, max_depth: 0, size: (4, 4)", &format!("{LAMP}{pane}")),
+            [0.0; 3],
+            "{glass}"
+        );
+    }
+}
+
+/// What is found by rays that are drawn and what is found by rays to lamps is all there is, however few bounces there
+/// may be.
+#[test]
+fn lamps_that_can_be_hit_are_as_bright_behind_panes_as_their_rays_say() {
+    for side in [0.1, 1.0, 6.0] {
+        for depth in [0, 1, 5] {
+            let entities = format!(
+                "(light: Area(power_w: 100, size_m: {side}, visible: true),
+                  transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (1, 0, 0))),
+                 (shape: Plane(corners: ((-9, 1, -9), (9, 1, -9), (9, 1, 9), (-9, 1, 9))),
+                  material: Principled(metallic: 0, roughness: 0, transmission: 1, base_color: (1, 0.6, 0.3))),
+                 (shape: Plane(corners: ((-9, 1.5, -9), (9, 1.5, -9), (9, 1.5, 9), (-9, 1.5, 9))),
+                  material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0)),"
+            );
+            // No light comes back to the floor from the panes but by its own mirror image.
+            let settings = format!("size: (16, 16), samples: 64, max_depth: {depth}");
+            let found = floor(&settings, &entities);
+            let steps = 400;
+            let (mut sum, cell) = (0.0, side / f64::from(steps));
+            let radiance = 100.0 / (PI * side * side);
+            let place = |i: i32| (f64::from(i) + 0.5) * cell - side / 2.0;
+            for (x, z) in
+                (0..steps).flat_map(|i| (0..steps).map(move |k| (i, k))).map(|(i, k)| (place(i), place(k)))
+            {
+                let square = x * x + z * z + 4.0;
+                let cosine = 2.0 / square.sqrt();
+                sum += radiance * (1.0 - reflected(cosine)) * cosine * cosine / square * cell * cell;
+            }
+            let expected = [1.0, 0.6, 0.3].map(|color| 0.8 / PI * sum * color);
+            // At a depth of 5 the floor also sees itself in the pane.
+            let more = if depth < 2 { 0.01 } else { 0.08 };
+            for (found, expected) in found.iter().zip(expected) {
+                let ratio = found / expected;
+                assert!((0.99..1.0 + more).contains(&ratio), "{side} m, {depth} bounces: {ratio}");
+            }
+        }
+    }
+}
+
+/// A picture around the scene is sampled, too.
+#[test]
+fn surroundings_are_as_bright_behind_panes() {
+    let entities = |pane: &str| {
+        format!(
+            "(light: Environment(image: \"floats.hdr\")),
+             (shape: Plane(corners: ((-99, 1, -99), (99, 1, -99), (99, 1, 99), (-99, 1, 99))),
+              material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, base_color: {pane})),"
+        )
+    };
+    let settings = "size: (16, 16), samples: 64, max_depth: 1";
+    let clear = floor(settings, "(light: Environment(image: \"floats.hdr\")),");
+    let dark = floor(settings, &entities("(0.8, 0.5, 0.25)"));
+    let expected = [0, 1, 2].map(|channel| clear[channel] * [0.8, 0.5, 0.25][channel]);
+    assert_near(dark, expected, 0.02, "the floor's sky");
+}
+
+/// What bends no light and has such a volume.
+fn fog(volume: &str) -> String {
+    format!("material: Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1, volume: ({volume}))")
+}
+
+#[test]
+fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
+    let absorbing = "attenuation_color: (0.9, 0.5, 0.2), attenuation_distance_m: 1";
+    let ball = format!(
+        "(light: Directional(irradiance: 2), transform: LookAt(from: (0, 3, 4), to: (0, 0, 0))),
+         (shape: Sphere(radius_m: 1.5), {}),",
+        fog(absorbing)
+    );
+    // The camera is within.
+    let way_in = 1.5;
+    let way_out = (1.0f64 + 0.01).sqrt();
+    let expected = [0.9f64, 0.5, 0.2].map(|c| 2.0 * 0.6 * 0.8 / PI * c.powf(way_in + way_out));
+    assert_near(floor(FEW, &ball), expected, 2e-3, "from within");
+    // A lamp in it, and one behind a second body within.
+    let lamp = format!(
+        "{LAMP}(shape: Sphere(radius_m: 5), {}),
+         (shape: Sphere(radius_m: 0.5), transform: (translate: (0.5, 1, 0)),
+          material: Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1, base_color: (0.5, 1, 1),
+                               volume: (attenuation_color: 0.3, attenuation_distance_m: 1))),",
+        fog(absorbing)
+    );
+    let (square, cosine) = (5.0f64, 2.0 / 5.0f64.sqrt());
+    let plain = 0.8 / PI * 100.0 / (4.0 * PI) / square * cosine;
+    // Behind a body within a body there is none.
+    let before = 5.0f64.sqrt() / 2.0 - 0.5;
+    let expected = [(0.9f64, 0.25), (0.5, 1.0), (0.2, 1.0)]
+        .map(|(color, tint)| plain * tint * 0.3 * color.powf(before + way_out));
+    assert_near(floor(FEW, &lamp), expected, 2e-3, "a lamp within");
+}
+
+/// Once scattered light of a thin slab that the sun shines on from the camera, or from beside it.
+#[test]
+fn fog_scatters_the_light_of_lamps_as_its_phase_function_says() {
+    let phase = |g: f64, cosine: f64| (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
+    // So much is absorbed that hardly anything is scattered twice.
+    let (sigma, color) = (-0.3f64.ln(), 0.004f64);
+    let root = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color * color).sqrt();
+    let albedo = 1.0 - root * root;
+    for anisotropy in [-0.5, 0.0, 0.7] {
+        for angle in [0.0f64, 60.0, 120.0, 180.0] {
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            let text = format!(
+                "(settings: (size: (8, 8), samples: 256, transport: Path, filter: Box, sharing: Off),
+                  entities: [
+                      (camera: Orthographic(height_m: 0.01), transform: LookAt(from: (0, 0, 9), to: (0, 0, 0))),
+                      (light: Directional(irradiance: 2),
+                       transform: LookAt(from: ({}, 0, {}), to: (0, 0, 0), up: (0, 1, 0))),
+                      (shape: Mesh(\"cube.ply\"), transform: (scale: (40, 40, 1)), {}),
+                  ])",
+                9.0 * sine,
+                9.0 * cosine,
+                fog(&format!(
+                    "attenuation_color: 0.3, attenuation_distance_m: 1, multiscatter_color: {color},
+                     scatter_anisotropy: {anisotropy}"
+                ))
+            );
+            let found = mean(&picture(&text))[1];
+            let once: f64 = (0..1000)
+                .map(|i| (f64::from(i) + 0.5) / 1000.0)
+                .map(|depth| {
+                    let way_in = if cosine > 0.0 { depth } else { 1.0 - depth } / cosine.abs();
+                    albedo * sigma * (-sigma * (depth + way_in)).exp() / 1000.0
+                })
+                .sum::<f64>()
+                * 2.0
+                * phase(anisotropy, -cosine);
+            assert!((found / once - 1.0).abs() < 0.03, "g {anisotropy}, {angle}°: {found}, not {once}");
+        }
+    }
+}
+
+/// A lamp that rays can hit is not counted twice in fog, whatever its size.
+#[test]
+fn lamps_in_fog_are_as_bright_by_their_rays_as_by_chance() {
+    let scene = |visible: bool, ior: f32| {
+        format!(
+            "(settings: (size: (12, 12), samples: 4096, transport: Path, filter: Box, sharing: Off),
+              entities: [
+                  (camera: Pinhole(vertical_fov_degrees: 30), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))),
+                  (light: Area(power_w: 30, size_m: 4, visible: {visible}),
+                   transform: LookAt(from: (0, 2.5, 0), to: (0, 0, 0), up: (1, 0, 0))),
+                  (shape: Sphere(radius_m: 1), material: Principled(metallic: 0, roughness: 0, ior: {ior},
+                   transmission: 1, volume: (attenuation_color: (0.8, 0.6, 0.4), attenuation_distance_m: 1,
+                   multiscatter_color: 0.95, scatter_anisotropy: 0.3))),
+              ])"
+        )
+    };
+    let sampled = mean(&picture(&scene(false, 1.0)));
+    // With an index that hardly bends light, no ray to a lamp gets in: paths find it by themselves.
+    let by_chance = mean(&picture(&scene(true, 1.00001)));
+    let both = mean(&picture(&scene(true, 1.0)));
+    assert_near(both, sampled, 0.01, "both ways");
+    assert_near(by_chance, sampled, 0.02, "by chance");
+}
+
+/// Sharing paths changes the noise alone.
+#[test]
+fn shared_paths_see_the_same_light_through_windows() {
+    let mut world = world(crate::agreement::WINDOWS);
+    world.settings.samples = 256;
+    let mut means = [Sharing::Off, Sharing::Groups(16)].map(|sharing| {
+        world.settings.sharing = sharing;
+        mean(&Picture::of(&world))
+    });
+    let [alone, together] = &mut means;
+    assert_near(*together, *alone, 0.02, "shared");
+}
