@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::bvh::{self, Asker, Stack};
+use crate::bvh::{self, Asker, Crossing, Stack, Surfaces};
 use crate::film::{Features, Film};
 use crate::integrator::Frame;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
@@ -73,6 +73,16 @@ pub struct Met {
     pub back: bool,
 }
 
+/// Surfaces that rays to lights do not go straight through.
+struct Stopping<'a>(&'a CompiledScene);
+
+impl Surfaces for Stopping<'_> {
+    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
+        let Hit { primitive, instance, .. } = crossing.hit;
+        !self.0.materials[self.0.geometry.material_of(primitive, instance) as usize].straight
+    }
+}
+
 /// Rays through a scene, one by one.
 pub struct Tracer<'a> {
     scene: &'a CompiledScene,
@@ -85,13 +95,14 @@ impl<'a> Tracer<'a> {
         Self { scene, stack: Stack::new(&scene.bvh), level: Level::detect() }
     }
 
-    /// The first thing on the way, within a distance.
+    /// The first thing on the way, within a distance, that stops rays to lights.
     pub fn first(&mut self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Met> {
         let scene = self.scene;
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
         let t_min = 1e-5 * scene.bounds.size().length();
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
-        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::CREDULOUS, &mut self.stack);
+        let hit =
+            bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::new(&Stopping(scene), 0), &mut self.stack);
         (!hit.is_miss()).then(|| Met {
             entity: scene.geometry.entity_of(hit.primitive, hit.instance),
             material: scene.geometry.material_of(hit.primitive, hit.instance),

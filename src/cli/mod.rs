@@ -51,13 +51,22 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::render::check_environment;
 pub use args::Arguments;
 use failure::{Failure, Fault};
+
+/// Bytes of the stack that the program runs on.
+const STACK: usize = 8 << 20;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     interrupt::guard();
-    carry_out(std::env::args_os())
+    let run = || carry_out(std::env::args_os());
+    // The stack that the system gives a process can be too small (`ulimit -s`).
+    match std::thread::Builder::new().name("main".into()).stack_size(STACK).spawn(run) {
+        Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+        Err(_) => run(),
+    }
 }
 
 /// Does what words say, the first of which is the program's name.
@@ -79,6 +88,7 @@ pub fn understands(words: &[String]) -> Result<(), String> {
 
 fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     arguments.limits.set();
+    check_environment()?;
     match arguments.command {
         Some(args::Command::Render(scene)) => render::run(&scene),
         Some(args::Command::Info(info)) => info::run(&info),

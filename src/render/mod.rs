@@ -34,6 +34,7 @@ pub(crate) mod gathered;
 mod needs;
 mod observed;
 pub(crate) mod session;
+mod threads;
 
 pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
@@ -43,5 +44,7 @@ pub(crate) use gathered::{Gathered, Pass};
 #[cfg(any(feature = "cli", feature = "python"))]
 pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
-pub use session::{DEFAULT_WAVE, Options, Session, ThreadError, on_threads};
-pub(crate) use session::{OnProgress, Progress, thread_pool, tiles};
+pub use session::{DEFAULT_WAVE, Options, Session};
+pub(crate) use session::{OnProgress, Progress, tiles};
+pub use threads::{ThreadError, on_threads};
+pub(crate) use threads::{check_environment, thread_pool};

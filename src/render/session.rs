@@ -438,43 +438,6 @@ fn one_by_one(
     film
 }
 
-/// More threads are of no use to anybody.
-const MOST_THREADS: usize = 1024;
-
-/// Does something on `threads` threads, at most 1,024; 0 stands for one for each core. Sessions in it use all of
-/// them.
-///
-/// # Errors
-///
-/// [`ThreadError`] if there are to be more than 1,024 threads, or if the system gives no more.
-pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
-    Ok(thread_pool(threads)?.install(work))
-}
-
-/// A pool of `threads` threads; 0 stands for one for each core.
-pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
-    if threads > MOST_THREADS {
-        return Err(ThreadError { threads, reason: format!("more than {MOST_THREADS} are of no use") });
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
-}
-
-/// Threads could not be started: there are to be too many, or the system gives no more.
-#[derive(Debug)]
-pub struct ThreadError {
-    threads: usize,
-    reason: String,
-}
-
-impl std::error::Error for ThreadError {}
-
-impl std::fmt::Display for ThreadError {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "cannot start {} threads: {}: use fewer", self.threads, self.reason)
-    }
-}
-
 /// Nothing that holds these locks can panic halfway through a change.
 pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())

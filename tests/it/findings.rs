@@ -38,6 +38,8 @@ const FLOOR: &str =
 const BALL: &str = r#"(name: "ball", shape: Sphere(radius_m: 1))"#;
 const LAMP: &str = r#"(name: "lamp", light: Point(power_w: 600), transform: (translate: (2, 4, 3)))"#;
 
+const SUN: &str = r#"(name: "sun", light: Directional(irradiance: 3, angle_degrees: 0.53), transform: LookAt(from: (3, 3, 0), to: (0, 0, 0)))"#;
+
 /// A scene of some entities under the path transport.
 fn scene(entities: &[&str]) -> String {
     format!("(settings: (transport: Path), entities: [{}])", entities.join(", "))
@@ -291,6 +293,19 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["metals let no light through", "metallic: 0"],
         ),
         (
+            "a window of solid glass before the sun",
+            scene(&[
+                EYE,
+                BALL,
+                FLOOR,
+                SUN,
+                r#"(name: "window", shape: Mesh("cube.ply"), transform: (translate: (3, 4, 0), scale: (0.02, 10, 8)),
+                    material: Principled(metallic: 0, roughness: 0, transmission: 1, volume: ()))"#,
+                "(light: Environment(radiance: 0.1))",
+            ]),
+            vec!["sun", "the glass of \"window\" keeps its light from", "without a volume"],
+        ),
+        (
             "fog that no light gets into",
             scene(&[
                 EYE,
@@ -345,7 +360,19 @@ fn broken_scenes_are_told_why() {
 /// The scene that all of these were made of.
 #[test]
 fn a_good_scene_is_told_nothing() {
-    assert_eq!(told(&world(&scene(&[EYE, BALL, FLOOR, LAMP]))), [""; 0]);
+    let pane = r#"(name: "window", shape: Plane(corners: ((3, -1, -4), (3, 9, -4), (3, 9, 4), (3, -1, 4))),
+        material: Principled(metallic: 0, roughness: 0, transmission: 1))"#;
+    let fog = |radius: f32| {
+        format!(
+            "(name: \"fog\", shape: Sphere(radius_m: {radius}), material: Principled(metallic: 0, roughness: 0,
+              ior: 1, transmission: 1, volume: (attenuation_color: 0.8, attenuation_distance_m: 5,
+              multiscatter_color: 0.9)))"
+        )
+    };
+    for more in [&[LAMP][..], &[SUN, pane], &[LAMP, &fog(20.0)], &[LAMP, &fog(1.5)]] {
+        let entities = [&[EYE, BALL, FLOOR], more].concat();
+        assert_eq!(told(&world(&scene(&entities))), [""; 0], "{more:?}");
+    }
 }
 
 /// A scene's findings, without its loader's and compilation's notes.
