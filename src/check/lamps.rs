@@ -46,7 +46,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         ));
     }
     let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
-    let mut tracer = Tracer::new(scene);
+    let mut tracer = Tracer::to_lights(scene);
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let mut lamps: Vec<_> = query.iter().collect();
     lamps.sort_by_key(|(entity, _)| entity.id());

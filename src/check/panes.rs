@@ -27,7 +27,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     if world.settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
         return;
     }
-    let mut tracer = Tracer::new(scene);
+    let mut tracer = Tracer::to_lights(scene);
     for (light, name) in scene.lights.iter().zip(light_names(world)).take(MOST) {
         let Some((pane, part)) = pane_before(checked, &mut tracer, light) else { continue };
         let pane = words(&checked.name(pane));

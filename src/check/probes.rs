@@ -86,23 +86,31 @@ impl Surfaces for Stopping<'_> {
 /// Rays through a scene, one by one.
 pub struct Tracer<'a> {
     scene: &'a CompiledScene,
+    /// Whether they lead to lights.
+    to_lights: bool,
     stack: Stack,
     level: Level,
 }
 
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a CompiledScene) -> Self {
-        Self { scene, stack: Stack::new(&scene.bvh), level: Level::detect() }
+        Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), level: Level::detect() }
     }
 
-    /// The first thing on the way, within a distance, that stops rays to lights.
+    /// Rays that lead to lights, and so straight through some surfaces.
+    pub fn to_lights(scene: &'a CompiledScene) -> Self {
+        Self { to_lights: true, ..Self::new(scene) }
+    }
+
+    /// The first thing on the way, within a distance.
     pub fn first(&mut self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Met> {
         let scene = self.scene;
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
         let t_min = 1e-5 * scene.bounds.size().length();
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
-        let hit =
-            bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::new(&Stopping(scene), 0), &mut self.stack);
+        let stopping = Stopping(scene);
+        let asker = if self.to_lights { Asker::new(&stopping, 0) } else { Asker::CREDULOUS };
+        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, asker, &mut self.stack);
         (!hit.is_miss()).then(|| Met {
             entity: scene.geometry.entity_of(hit.primitive, hit.instance),
             material: scene.geometry.material_of(hit.primitive, hit.instance),

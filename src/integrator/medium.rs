@@ -11,6 +11,7 @@ use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, Key};
 use crate::scene::Material;
 use crate::scene::material::Medium;
+use crate::shading::Surface;
 use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
 use crate::simd::{Float, Int, Mask};
@@ -216,6 +217,31 @@ fn cosine<F: Float>(g: f32, u: F) -> F {
     let (own, square) = (F::splat(g), F::splat(g * g));
     let ratio = F::splat(1.0 - g * g) / (one - own + two * own * u);
     ((one + square - ratio * ratio) / (two * own)).clamp(-1.0, 1.0)
+}
+
+/// The absorbing bodies on both sides of a surface.
+pub(super) struct Bodies<F: Float> {
+    /// That on the viewer's side, or [`NONE`].
+    near: F::Int,
+    /// The body on the other side.
+    far: F::Int,
+}
+
+impl<F: Float> Bodies<F> {
+    #[inline(always)]
+    pub fn new(near: F::Int, surface: &Surface<F>, record: &Material, material: u32) -> Self {
+        if !record.encloses {
+            return Self { near, far: near };
+        }
+        let inside = F::Int::splat(if record.medium.is_clear() { NONE } else { material });
+        Self { near, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
+    }
+
+    /// The body that light travels in next, depending on whether it passed through the surface.
+    #[inline(always)]
+    pub fn beyond(&self, through: F::Mask) -> F::Int {
+        F::Int::select(through, self.far, self.near)
+    }
 }
 
 #[cfg(test)]

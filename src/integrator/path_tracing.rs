@@ -9,7 +9,7 @@
 use super::Frame;
 use super::bounces;
 use super::ends::{is_last, roulette};
-use super::medium;
+use super::medium::{self, Bodies};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
@@ -240,31 +240,6 @@ impl<F: Float> ScatteringVertex<'_, F> {
 #[inline(always)]
 pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
     drawn.through & !drawn.wide & drawn.pdf.le(F::zero())
-}
-
-/// The absorbing bodies on both sides of a surface.
-pub(super) struct Bodies<F: Float> {
-    /// That on the viewer's side, or [`NONE`].
-    near: F::Int,
-    /// The body on the other side.
-    far: F::Int,
-}
-
-impl<F: Float> Bodies<F> {
-    #[inline(always)]
-    pub fn new(near: F::Int, surface: &Surface<F>, record: &Material, material: u32) -> Self {
-        if !record.encloses {
-            return Self { near, far: near };
-        }
-        let inside = F::Int::splat(if record.medium.is_clear() { NONE } else { material });
-        Self { near, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
-    }
-
-    /// The body that light travels in next, depending on whether it passed through the surface.
-    #[inline(always)]
-    pub fn beyond(&self, through: F::Mask) -> F::Int {
-        F::Int::select(through, self.far, self.near)
-    }
 }
 
 /// What the surface, which has such lobes, does to light, of the wavelength that the path follows if it follows one.

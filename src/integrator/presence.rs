@@ -21,8 +21,8 @@ use crate::world::Transport;
 pub struct Traced<'a> {
     /// The scene.
     pub frame: &'a Frame,
-    /// The path whose random numbers the ray draws.
-    pub path: &'a Path<f32>,
+    /// The path whose random numbers the ray draws: wanted only where something is not there as a whole.
+    pub path: &'a (dyn Fn() -> Path<f32> + Sync),
     /// The ray, if it goes from where the path is to a light, and not along the path.
     pub shadow: Option<Shadow<'a>>,
 }
@@ -60,9 +60,9 @@ impl Traced<'_> {
 
     /// Whether something of a surface that is not whole is there.
     fn is_covered(&self, material: &Material, crossing: &Crossing) -> bool {
-        let Self { frame, path, .. } = *self;
+        let (frame, path) = (self.frame, (self.path)());
         let Hit { primitive, instance, .. } = crossing.hit;
-        let there = self.coverage(material, crossing);
+        let there = self.coverage(&path, material, crossing);
         if material.coverage != Coverage::Blend {
             return there > 0.0;
         }
@@ -70,13 +70,13 @@ impl Traced<'_> {
             combine(combine(Wrapping(primitive), Wrapping(instance)), Wrapping(crossing.front.into()));
         let dimension = if self.shadow.is_some() { Dimension::ShadowAlpha } else { Dimension::Alpha };
         let number: f32 =
-            draw_1d(frame.sampler, frame.samples, self.key().fork(layer.0), dimension.at(path.depth));
+            draw_1d(frame.sampler, frame.samples, self.key(&path).fork(layer.0), dimension.at(path.depth));
         there > number
     }
 
     /// Which random numbers it draws.
-    fn key(&self) -> Key<Wrapping<u32>> {
-        let Self { frame, path, shadow } = *self;
+    fn key(&self, path: &Path<f32>) -> Key<Wrapping<u32>> {
+        let Self { frame, shadow, .. } = *self;
         match (frame.transport, shadow) {
             (Transport::Path, _) => path.only_key(frame.seed),
             (Transport::Whitted, None) => path.key(frame.seed),
@@ -90,14 +90,14 @@ impl Traced<'_> {
     }
 
     /// The coverage of the surface there.
-    fn coverage(&self, material: &Material, crossing: &Crossing) -> f32 {
+    fn coverage(&self, path: &Path<f32>, material: &Material, crossing: &Crossing) -> f32 {
         let scene = &self.frame.scene;
         let Hit { u, v, primitive, .. } = crossing.hit;
         let hit = HitLanes::one(&crossing.hit);
         let uv = match primitive & SPHERE {
             0 => (u, v),
             _ => {
-                let ray = self.shadow.map_or(self.path.ray(), |shadow| shadow.ray);
+                let ray = self.shadow.map_or(path.ray(), |shadow| shadow.ray);
                 Surface::new(&scene.geometry, &ray, &hit, true).uv
             }
         };

@@ -118,14 +118,15 @@ impl Tile<'_> {
 
     /// What a path meets next.
     fn meet(&mut self, path: &Path<f32>) -> Hit {
-        let traced = Traced { frame: self.frame, path, shadow: None };
+        let traced = Traced { frame: self.frame, path: &|| *path, shadow: None };
         closest_ray(self.level, &self.frame.scene.bvh, &path.ray(), Asker::new(&traced, 0), self.stack)
     }
 
     /// Whether something lies between a path's vertex and a light.
     fn is_blocked(&mut self, path: &Path<f32>, ray: Ray<f32>) -> bool {
         self.statistics.rays.shadow += 1;
-        let traced = Traced { frame: self.frame, path, shadow: Some(Shadow { ray, passes: &|_| {} }) };
+        let shadow = Some(Shadow { ray, passes: &|_| {} });
+        let traced = Traced { frame: self.frame, path: &|| *path, shadow };
         any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
     }
 

@@ -7,9 +7,9 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Frame;
-use super::medium::passed;
+use super::medium::{Bodies, passed};
 use super::path::Path;
-use super::path_tracing::{Bodies, bsdf};
+use super::path_tracing::bsdf;
 use super::presence::{Shadow, Traced};
 use super::shadow::ShadowRay;
 use crate::bvh::{Asker, Crossing, Stack, any_ray};
@@ -49,7 +49,7 @@ pub fn arriving(
 ) -> Option<Color<f32>> {
     room.empty();
     let passes = |crossing: &Crossing| room.add(crossing);
-    let traced = Traced { frame, path, shadow: Some(Shadow { ray: shadow.ray, passes: &passes }) };
+    let traced = Traced { frame, path: &|| *path, shadow: Some(Shadow { ray: shadow.ray, passes: &passes }) };
     if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
         return None;
     }

@@ -430,18 +430,21 @@ fn a_limit_of_the_only_kind_there_is_is_max_depth() {
 /// Light passes a body by going in and coming out.
 #[test]
 fn a_body_is_seen_through_with_two_bounces() {
-    let seen = |transmission: u32| {
+    let seen = |ior: f32, transmission: u32| {
         let mut world = world(1, 16);
         world.settings.background = Background::Constant(Rgb::WHITE);
         world.settings.depth_limits.transmission = Some(transmission);
-        let clear = BlinnPhong { ior: Some(1.0), ..BlinnPhong::default() };
+        let clear = BlinnPhong { ior: Some(ior), ..BlinnPhong::default() };
         let clear = world.assets.add_material(None, Material::BlinnPhong(clear));
         world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, clear, at(Vec3::new(0.0, 0.0, -1.5))));
         Picture::of(&world).at(0, 0).r
     };
-    assert_eq!(seen(0), 0.0);
+    let bending = 1.0001;
+    assert_eq!(seen(bending, 0), 0.0);
     // The second way through is the last bounce and one more.
-    assert!((seen(1) - 1.0).abs() < 1e-5 && (seen(2) - 1.0).abs() < 1e-5);
+    assert!((seen(bending, 1) - 1.0).abs() < 1e-5 && (seen(bending, 2) - 1.0).abs() < 1e-5);
+    // Straight through is no bounce.
+    assert!((seen(1.0, 0) - 1.0).abs() < 1e-5);
 }
 
 /// Kinds are drawn by the same numbers in every schedule.

@@ -210,7 +210,7 @@ fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
 fn fog_scatters_the_light_of_lamps_as_its_phase_function_says() {
     let phase = |g: f64, cosine: f64| (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
     // So much is absorbed that hardly anything is scattered twice.
-    let (sigma, color) = (-0.3f64.ln(), 0.004f64);
+    let (sigma, color) = (-0.3f64.ln(), 0.0004f64);
     let root = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color * color).sqrt();
     let albedo = 1.0 - root * root;
     for anisotropy in [-0.5, 0.0, 0.7] {

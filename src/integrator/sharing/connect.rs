@@ -105,13 +105,15 @@ impl Surfaces for OfConnections<'_> {
     /// same numbers say what is there, so that densities are those of one and the same scene.
     fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
         let Self { frame, slots, queue } = *self;
-        let vector = |column: usize| {
-            let [x, y, z] = [0, 1, 2].map(|axis| queue.0.floats(column + axis)[ray]);
-            Vector::new(x, y, z)
+        let path = || {
+            let vector = |column: usize| {
+                let [x, y, z] = [0, 1, 2].map(|axis| queue.0.floats(column + axis)[ray]);
+                Vector::new(x, y, z)
+            };
+            let (origin, direction) = (vector(0), vector(3));
+            let slot = &slots.slots[queue.0.integers(1)[ray] as usize];
+            Path { origin, direction, depth: std::num::Wrapping(1), ..path_of(frame, slot) }
         };
-        let (origin, direction) = (vector(0), vector(3));
-        let slot = &slots.slots[queue.0.integers(1)[ray] as usize];
-        let path = Path { origin, direction, depth: std::num::Wrapping(1), ..path_of(frame, slot) };
         Traced { frame, path: &path, shadow: None }.meets(crossing)
     }
 }

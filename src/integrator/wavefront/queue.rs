@@ -394,7 +394,7 @@ pub struct OfPaths<'a> {
 
 impl Surfaces for OfPaths<'_> {
     fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
-        Traced { frame: self.frame, path: &self.paths.load(ray), shadow: None }.meets(crossing)
+        Traced { frame: self.frame, path: &|| self.paths.load(ray), shadow: None }.meets(crossing)
     }
 }
 

@@ -133,14 +133,14 @@ struct OfShadows<'a> {
 
 impl Surfaces for OfShadows<'_> {
     fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
-        let path = &self.paths.load(self.shadow.target(ray));
+        let path = || self.paths.load(self.shadow.target(ray));
         let passes = |_: &Crossing| {
             if let Some(passes) = self.shadow.passes.get(ray) {
                 passes.store(true, Ordering::Relaxed);
             }
         };
         let shadow = Shadow { ray: self.shadow.ray(ray), passes: &passes };
-        Traced { frame: self.frame, path, shadow: Some(shadow) }.meets(crossing)
+        Traced { frame: self.frame, path: &path, shadow: Some(shadow) }.meets(crossing)
     }
 }
 

@@ -430,22 +430,6 @@ impl<F: Float> Bsdf<F> {
         (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
 
-    /// The part of light that goes straight on where the surface is smooth, if it bends none.
-    #[inline(always)]
-    pub fn straight(&self) -> Color<F> {
-        if !self.has.transmission {
-            return Color::black();
-        }
-        let fresnel = self.fresnel(self.wo.z.max(F::zero()));
-        Color::select(self.smooth, self.transmitted(&fresnel) * self.below, Color::black())
-    }
-
-    /// What a microfacet transmits.
-    #[inline(always)]
-    pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
-        self.through() * fresnel.dielectric.complement()
-    }
-
     /// The factor on transmitted light, for the wavelength that is followed.
     #[inline(always)]
     pub(super) fn through(&self) -> Color<F> {
