@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::bvh::{self, Asker, Crossing, Stack, Surfaces};
 use crate::film::{Features, Film};
 use crate::integrator::Frame;
+use crate::integrator::presence::crossed;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
@@ -73,13 +74,16 @@ pub struct Met {
     pub back: bool,
 }
 
-/// Surfaces that rays to lights do not go straight through.
-struct Stopping<'a>(&'a CompiledScene);
+/// Surfaces that have a side where they are met, however much of them is there.
+struct Sided<'a> {
+    scene: &'a CompiledScene,
+    /// Without those that rays to lights go straight through.
+    to_lights: bool,
+}
 
-impl Surfaces for Stopping<'_> {
+impl Surfaces for Sided<'_> {
     fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
-        let Hit { primitive, instance, .. } = crossing.hit;
-        !self.0.materials[self.0.geometry.material_of(primitive, instance) as usize].straight
+        crossed(self.scene, crossing).is_some_and(|material| !(self.to_lights && material.straight))
     }
 }
 
@@ -108,8 +112,8 @@ impl<'a> Tracer<'a> {
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
         let t_min = 1e-5 * scene.bounds.size().length();
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
-        let stopping = Stopping(scene);
-        let asker = if self.to_lights { Asker::new(&stopping, 0) } else { Asker::CREDULOUS };
+        let sided = Sided { scene, to_lights: self.to_lights };
+        let asker = Asker::new(&sided, 0);
         let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, asker, &mut self.stack);
         (!hit.is_miss()).then(|| Met {
             entity: scene.geometry.entity_of(hit.primitive, hit.instance),

@@ -178,6 +178,9 @@ fn step_lines(step: &Step) -> Vec<String> {
     if let Some(Fate::Scattered { distance_m }) = vertex.fate {
         lines.push(format!("      scattered   within the body, after {distance_m} m"));
     }
+    if vertex.fate == Some(Fate::Straight) {
+        lines.push("      goes on     straight through, which is no bounce".into());
+    }
     if let Some(Fate::Drawn { kind, through, exact }) = vertex.fate {
         lines.push(format!(
             "      draws       from {} {} lobe{}",

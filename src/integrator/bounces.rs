@@ -12,6 +12,9 @@ pub const MOST: u32 = (1 << BITS) - 1;
 /// Set when a path has had more bounces of a kind than it may: its last ray looks for what shines.
 const SPENT: u32 = 1 << 31;
 
+/// Set when a path has been scattered within a body, which is no bounce.
+pub const SCATTERED: u32 = 1 << 30;
+
 const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
 
 /// What a lobe does to light.

@@ -7,7 +7,7 @@ use super::path::Path;
 use super::path_tracing::LitWithin;
 use super::{Frame, medium, path_tracing};
 use crate::math::Vector;
-use crate::shading::{HitLanes, ShadingPoint, Surface};
+use crate::shading::{HitLanes, Surface};
 use crate::simd::Outlined;
 
 /// What happens to a path at a vertex.
@@ -40,6 +40,8 @@ pub enum Fate {
     },
     /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
+    /// It goes straight on behind the surface, as if that were a filter: no bounce.
+    Straight,
     /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
     Absorbed,
     /// Nothing that comes from the drawn direction would be left.
@@ -61,7 +63,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
     let width = path.width + path.spread * hit.t;
-    let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, true);
+    let point = path_tracing::shading_point(frame, path, hit, material, &surface, width, true);
     let mut decision = Decision {
         position: surface.position,
         geometric_normal: surface.geometric_normal,
@@ -100,12 +102,15 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     }
     let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
     let left = path.throughput * drawn.weight;
-    decision.fate = if last && !path_tracing::goes_straight(&drawn) {
+    let straight = record.straight && path_tracing::goes_straight(&drawn);
+    decision.fate = if last && !straight {
         Fate::Last
     } else if !drawn.valid {
         Fate::Absorbed
     } else if left.max_component() <= 0.0 {
         Fate::Black
+    } else if straight {
+        Fate::Straight
     } else {
         let (kind, through) = (LobeKind::of(drawn.wide, drawn.through), drawn.through);
         Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }

@@ -11,7 +11,7 @@ use crate::simd::{Float, Int, Mask};
 /// The lanes whose path has had its last bounce: the last of all, or the last of its kind.
 #[inline(always)]
 pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
-    // Scattering within bodies does not count.
+    // Scattering within bodies does not count, nor does going straight through.
     let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
     if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
 }

@@ -3,6 +3,7 @@
 //! one that does not, rays to lights go straight.
 
 use super::Frame;
+use super::bounces::SCATTERED;
 use super::ends::{is_last, roulette};
 use super::path::Path;
 use crate::math::elementary::{exp2, log2, sin_cos_turns};
@@ -157,6 +158,7 @@ pub fn scattered<F: Float>(
         radiance: Color::black(),
         depth: path.depth + one,
         scatterings: path.scatterings + one,
+        branch: path.branch | F::Int::splat(SCATTERED),
         pdf,
         travelled: F::zero(),
         facing: F::Int::splat(NONE),

@@ -96,10 +96,16 @@ impl Frame {
             Transport::Whitted => LobeTables::NONE,
             Transport::Path => LobeTables::of(&scene.materials),
         };
-        let sharing = Grouping::of(&scene.materials, settings);
+        let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
+        let around = match settings.transport {
+            Transport::Whitted => NONE,
+            Transport::Path => around::the_camera(&scene, size),
+        };
+        // Ways through a body take from what is lent.
+        let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
         let mut frame = Self {
             scene,
-            size: settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE)),
+            size,
             samples: Grid::new(settings.samples),
             pattern: settings.pixel_pattern,
             filter: FilterTable::new(settings.filter),
@@ -116,11 +122,8 @@ impl Frame {
             pilot: None,
             unit,
             lobes,
-            around: NONE,
+            around,
         };
-        if settings.transport == Transport::Path {
-            frame.around = around::the_camera(&frame.scene);
-        }
         if settings.sharing == Sharing::Auto && frame.sharing.is_some() {
             frame.pilot = Some(Arc::new(Pilot::new(&frame)));
         }

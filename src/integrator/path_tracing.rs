@@ -1,7 +1,7 @@
 //! The path transport: light that is scattered any number of times. At every vertex one light is
 //! sampled and one direction drawn from the surface's lobes; what both can find is shared out by
 //! the power heuristic (Veach 1997). With [`super::whitted`] the only place that reads or writes
-//! throughput and radiance.
+//! throughput and radiance, but for what [`super::medium`] and [`super::straight`] take away on the way.
 //!
 //! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
 //! gives off, then what its light sends.
@@ -65,12 +65,12 @@ fn heuristic<F: Float>(own: F, other: F) -> F {
     F::one() / (F::one() + ratio * ratio)
 }
 
-/// Clamps light as the settings say; what the camera sees directly never is.
+/// Clamps light as the settings say; what the camera sees directly, or straight through surfaces, never is.
 #[inline(always)]
-fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
+pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
     let Some(most) = frame.clamp else { return light };
     let largest = light.max_component();
-    let bright = largest.gt(F::splat(most)) & !path.depth.eq(F::Int::splat(0));
+    let bright = largest.gt(F::splat(most)) & !path.branch.eq(F::Int::splat(0));
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
@@ -123,7 +123,7 @@ pub fn hit<F: Float>(
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
-    let point = ShadingPoint::new(scene, material, hit, &surface, path.direction, width, mask);
+    let point = shading_point(frame, path, hit, material, &surface, width, mask);
     let key = path.only_key(frame.seed);
     let flight = medium::flight(frame, path, hit.t, mask);
     let path = &Path { throughput: flight.throughput, ..*path };
@@ -172,6 +172,23 @@ pub fn hit<F: Float>(
         vertex.scatter(has, has_scattered, &mut out);
     }
     out
+}
+
+/// Where a path meets a material, and its ray is `width` metres wide. What light goes straight through is looked up
+/// without a width: rays to lights, which have none, must find the same.
+#[inline(always)]
+pub(super) fn shading_point<'a, F: Float>(
+    frame: &'a Frame,
+    path: &Path<F>,
+    hit: &'a HitLanes<F>,
+    material: u32,
+    surface: &'a Surface<F>,
+    width: F,
+    mask: F::Mask,
+) -> ShadingPoint<'a, F> {
+    let scene = &frame.scene;
+    let width = if scene.materials[material as usize].straight { F::zero() } else { width };
+    ShadingPoint::new(scene, material, hit, surface, path.direction, width, mask)
 }
 
 /// Where a surface scatters light.
@@ -365,7 +382,7 @@ fn to_light<F: Float>(
         sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let contribution = limited(frame, path, path.throughput * light);
+    let contribution = path.throughput * light;
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {
@@ -415,7 +432,7 @@ impl<F: Float> Outlined for LitWithin<'_, F> {
         let density = sample.pdf * chance;
         let share = F::select(sample.shared, heuristic(density, phase), F::one());
         let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
-        let contribution = limited(frame, path, path.throughput * light);
+        let contribution = path.throughput * light;
         let t_max = sample.distance * F::splat(SHADOW_END);
         let shadow = ShadowRay {
             ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },

@@ -10,8 +10,8 @@ use crate::math::{Hit, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, Key};
-use crate::scene::Material;
 use crate::scene::material::Coverage;
+use crate::scene::{CompiledScene, Material};
 use crate::shading::details::point_coordinates;
 use crate::shading::point::{Tables, coverage};
 use crate::shading::{HitLanes, Surface};
@@ -36,16 +36,18 @@ pub struct Shadow<'a> {
     pub passes: &'a (dyn Fn(&Crossing) + Sync),
 }
 
+/// The material of what a ray crosses, if that has the side that the ray comes to.
+pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing) -> Option<&'a Material> {
+    let Hit { primitive, instance, .. } = crossing.hit;
+    let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
+    material.shows(crossing.front != scene.geometry.is_mirrored(primitive)).then_some(material)
+}
+
 impl Traced<'_> {
     /// Whether the ray meets something where it crosses a surface: always the same answer, as its
     /// number belongs to the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
-        let scene = &self.frame.scene;
-        let Hit { primitive, instance, .. } = crossing.hit;
-        let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
-        if !material.shows(crossing.front != scene.geometry.is_mirrored(primitive)) {
-            return false;
-        }
+        let Some(material) = crossed(&self.frame.scene, crossing) else { return false };
         if material.coverage != Coverage::Whole && !self.is_covered(material, crossing) {
             return false;
         }

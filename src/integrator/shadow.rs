@@ -8,7 +8,7 @@ use crate::simd::{Float, Int, Mask};
 pub struct ShadowRay<F: Float> {
     /// Ends just before the light.
     pub ray: Ray<F>,
-    /// To be added to the path's radiance.
+    /// What it brings if nothing stops or weakens it, not clamped.
     pub contribution: Color<F>,
     /// The material of the body that it begins in, which absorbs light on its way, or [`NONE`].
     pub medium: F::Int,

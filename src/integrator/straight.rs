@@ -1,15 +1,15 @@
 //! What arrives along rays to lights that go straight through surfaces: thin smooth sheets, and the boundaries of
 //! bodies that refract like their surroundings, such as fog.
 //!
-//! Kernels only say which rays nothing blocks. What such a ray went through is asked of the tree once more, ray by
-//! ray. It is a set of crossings, in the order of (t, primitive, instance), so it does not depend on who asks.
+//! Kernels only say which rays nothing blocks. The tree is then asked again, ray by ray, what such a ray went through.
+//! The answer is a set of crossings in the order of (t, primitive, instance), so it does not depend on who asks.
 
 use std::sync::{Mutex, PoisonError};
 
 use super::Frame;
 use super::medium::{Bodies, passed};
 use super::path::Path;
-use super::path_tracing::bsdf;
+use super::path_tracing::{bsdf, limited};
 use super::presence::{Shadow, Traced};
 use super::shadow::ShadowRay;
 use crate::bvh::{Asker, Crossing, Stack, any_ray};
@@ -38,7 +38,7 @@ impl Crossings {
     }
 }
 
-/// What of a path's light sample arrives at its vertex, or none if something is in its way.
+/// What a path's light sample adds to its radiance, or none if something is in its way.
 pub fn arriving(
     frame: &Frame,
     level: Level,
@@ -53,7 +53,7 @@ pub fn arriving(
     if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
         return None;
     }
-    Some(left(frame, path, shadow, in_order(room.all())))
+    Some(limited(frame, path, left(frame, path, shadow, in_order(room.all()))))
 }
 
 /// The crossings from the ray's beginning to its end, each once: a triangle that was cut may have been met in several

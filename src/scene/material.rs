@@ -3,7 +3,7 @@
 use crate::bvh::Presence;
 use crate::math::NONE;
 
-/// Microfacets that spread light less than this α are those of a perfect mirror.
+/// Microfacets with a smaller α than this count as a perfect mirror.
 pub const SMOOTH: f32 = 1e-3;
 
 /// A colour: a constant times a texture, if there is one.

@@ -201,8 +201,12 @@ pub fn pdf<F: Float>(
         pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
     }
     if sphere.any() {
-        let one_minus_cos = cone(first, row.number(9)).0;
-        pdf = F::select(sphere, F::splat(0.5 / std::f32::consts::PI) / one_minus_cos, pdf);
+        let radius = row.number(9);
+        let per_steradian = F::splat(0.5 / std::f32::consts::PI) / cone(first, radius).0;
+        // From outside, only the near side is sampled.
+        let outside = first.dot(first).gt(radius * radius);
+        let far_side = outside & t.gt(direction.dot(first));
+        pdf = F::select(sphere, F::select(far_side, F::zero(), per_steradian), pdf);
     }
     pdf
 }

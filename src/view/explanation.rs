@@ -119,6 +119,7 @@ fn lobe(fate: Fate) -> Option<String> {
             let side = if through && kind == LobeKind::Diffuse { ", to the other side" } else { "" };
             Some(format!("{article} {} lobe{side}", kind.name()))
         }
+        Fate::Straight => Some("straight through: no bounce".into()),
         Fate::Scattered { distance_m } => Some(format!("scattered within, after {distance_m} m")),
         _ => None,
     }

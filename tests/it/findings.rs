@@ -293,6 +293,17 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["metals let no light through", "metallic: 0"],
         ),
         (
+            "a pane that is there from the other side alone",
+            scene(&[
+                EYE,
+                FLOOR,
+                LAMP,
+                r#"(name: "pane", shape: Triangle(vertices: ((-3, -1, 2), (0, 4, 2), (3, -1, 2))),
+                    material: Principled(metallic: 0, roughness: 0, transmission: 1))"#,
+            ]),
+            vec!["pane", "seen from behind", "double_sided: true"],
+        ),
+        (
             "a window of solid glass before the sun",
             scene(&[
                 EYE,

@@ -270,6 +270,122 @@ fn lamps_in_fog_are_as_bright_by_their_rays_as_by_chance() {
     assert_near(by_chance, sampled, 0.02, "by chance");
 }
 
+/// Both sides of a bubble shine, but lamps are only sampled on the near side.
+#[test]
+fn what_shines_behind_what_shines_is_seen() {
+    for side in ["metallic: 0, roughness: 0, transmission: 1, specular: 0", "alpha: 0, alpha_mode: Blend"] {
+        let bubble = format!(
+            "(shape: Sphere(radius_m: 0.5), transform: (translate: (0, 2, 0)),
+              material: Principled({side}, emission: 3, double_sided: true)),"
+        );
+        let found = floor("size: (16, 16), samples: 64, max_depth: 1", &bubble);
+        let sides = if side.starts_with("alpha") { 0.0 } else { 2.0 };
+        let expected = sides * 0.8 * 3.0 * 0.25 / 4.0;
+        assert!((found[1] - expected).abs() < 0.01 * expected, "{side}: {found:?}, not {expected}");
+    }
+    let half = "(shape: Sphere(radius_m: 0.5), transform: (translate: (0, 2, 0)),
+         material: Principled(base_color: 0, specular: 0, metallic: 0, alpha: 0.5, alpha_mode: Blend, emission: 3,
+                              double_sided: true)),";
+    let found = floor("size: (16, 16), samples: 256, max_depth: 1", half);
+    // Half of the near side, and half of what is seen of the far side through the other half.
+    let expected = 0.75 * 0.8 * 3.0 * 0.25 / 4.0;
+    assert_near(found, [expected; 3], 0.02, "a veil");
+}
+
+/// Rays to lamps and drawn rays find the same part of a pane smooth, whatever its pictures are filtered with.
+#[test]
+fn panes_with_pictures_look_alike_to_all_rays() {
+    let scene = |visible: bool, filter: &str| {
+        format!(
+            "(light: Area(power_w: 100, size_m: 2, visible: {visible}),
+              transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (1, 0, 0))),
+             (shape: Plane(corners: ((-9, 1, -9), (9, 1, -9), (9, 1, 9), (-9, 1, 9))),
+              material: Principled(metallic: 0, transmission: 1, specular: 0,
+                roughness: Texture(image: \"quarters.png\", channel: Red, scale: 20, filter: {filter}))),"
+        )
+    };
+    for filter in ["Nearest", "Trilinear"] {
+        let settings = "size: (32, 32), samples: 256, max_depth: 0";
+        let [seen, unseen] = [true, false].map(|visible| floor(settings, &scene(visible, filter)));
+        assert_near(seen, unseen, 0.02, filter);
+    }
+}
+
+/// What a path brings is clamped as it arrives, not as it sets out.
+#[test]
+fn light_is_clamped_behind_panes() {
+    let mirror = |clamp: &str| {
+        let text = format!(
+            "(settings: (size: (4, 4), samples: 4, max_depth: 1, transport: Path, filter: Box {clamp}),
+              entities: [
+                  (camera: Orthographic(height_m: 0.001), transform: LookAt(from: (0, 1, 3), to: (0, 1, 0))),
+                  (shape: Plane(corners: ((-1, 0, 0), (1, 0, 0), (1, 2, 0), (-1, 2, 0))),
+                   material: Principled(metallic: 1, roughness: 0, base_color: 1)),
+                  (shape: Plane(corners: ((-9, -9, 9), (9, -9, 9), (9, 9, 9), (-9, 9, 9))), material: (diffuse: 0.5)),
+                  (light: Directional(irradiance: 1000), transform: LookAt(from: (3, 0, 0), to: (0, 0, 9))),
+                  (shape: Plane(corners: ((-9, -9, 8), (9, -9, 8), (9, 9, 8), (-9, 9, 8))),
+                   material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, base_color: 0.01)),
+              ])"
+        );
+        mean(&picture(&text))[0]
+    };
+    // The mirror and the pane are passed once each by the ray that is drawn, and once by the ray to the sun.
+    let whole = 0.01 * 0.01 * 1000.0 * (9.0 / 90.0f64.sqrt()) * 0.5 / PI;
+    assert!((mirror("") / whole - 1.0).abs() < 1e-3, "{}", mirror(""));
+    assert!((mirror(", clamp: 1") / whole - 1.0).abs() < 1e-3, "less than the limit");
+    assert!((mirror(", clamp: 0.01") - 0.01).abs() < 1e-6, "more than the limit");
+}
+
+/// However rough the boundary, and whatever else is said of it.
+#[test]
+fn fog_has_no_boundary() {
+    let ball = |more: &str| {
+        format!(
+            "{LAMP}(shape: Sphere(radius_m: 1.5), material: Principled(metallic: 0, transmission: 1, ior: 1, {more}
+               volume: (attenuation_color: 0.5, attenuation_distance_m: 1, multiscatter_color: 0.5))),"
+        )
+    };
+    let smooth = floor("size: (8, 8), samples: 64", &ball("roughness: 0,"));
+    for more in ["", "roughness: 0.02,", "dispersion: 1,", "anisotropy: (strength: 0.5),"] {
+        assert_eq!(floor("size: (8, 8), samples: 64", &ball(more)), smooth, "{more}");
+    }
+    // No table is missing.
+    floor(FEW, &ball("roughness: 0, anisotropy: (strength: 0.5),").replace("ior: 1,", "ior: 1.5,"));
+}
+
+/// The rays of an orthographic camera begin side by side, so its place alone says nothing.
+#[test]
+fn parallel_rays_do_not_all_begin_in_a_body_about_the_camera() {
+    let text = format!(
+        "(settings: (size: (16, 16), samples: 16, transport: Path, filter: Box, background: 1),
+          entities: [
+              (camera: Orthographic(height_m: 10), transform: LookAt(from: (0, 0, 0), to: (0, 0, -1))),
+              (shape: Sphere(radius_m: 0.1), {}),
+          ])",
+        fog("attenuation_color: 0.1, attenuation_distance_m: 0.1")
+    );
+    assert!(mean(&picture(&text))[0] > 0.98);
+}
+
+/// Paths that are lost on their way through a body cannot be lent to others.
+#[test]
+fn paths_are_not_shared_within_bodies() {
+    let [alone, together] = ["Off", "16"].map(|sharing| {
+        let text = format!(
+            "(settings: (size: (16, 16), samples: 64, transport: Path, filter: Box, sharing: {sharing}),
+              entities: [
+                  (camera: Pinhole, transform: LookAt(from: (0, 0.5, 0.9), to: (0, 0, 0))),
+                  (shape: Sphere(radius_m: 1.5), {}),
+                  (shape: Mesh(\"cube.ply\"), transform: (scale: 2), material: (diffuse: 0.8)),
+                  (light: Point(power_w: 10), transform: (translate: (0.3, 0.8, 0.2))),
+              ])",
+            fog("attenuation_color: (0.5, 0.1, 0.01), attenuation_distance_m: 1")
+        );
+        mean(&picture(&text))
+    });
+    assert_near(together, alone, 0.02, "shared");
+}
+
 /// Sharing paths changes the noise alone.
 #[test]
 fn shared_paths_see_the_same_light_through_windows() {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::queue::{Columns, Ends, PathQueue};
 use super::{Clock, Wave};
 use crate::bvh::{self, Asker, Coherence, Crossing, Rays, Surfaces};
+use crate::integrator::path_tracing::limited;
 use crate::integrator::presence::{Shadow, Traced};
 use crate::integrator::shadow::{ShadowRay, connect};
 use crate::integrator::straight::arriving;
@@ -170,28 +171,31 @@ impl Wave {
         clock.stage(Stage::Shadow);
     }
 
-    /// What is left of the light along rays that nothing blocks, behind surfaces that they go straight through, and in
-    /// the bodies where they begin.
+    /// What rays that nothing blocks bring: what is left behind surfaces that they go straight through, and in the
+    /// bodies where they begin; clamped.
     fn weaken(&mut self, frame: &Frame, level: Level, count: usize) {
-        if self.shadow.media.is_none() && self.shadow.passes.is_empty() {
+        let clamps = frame.transport == Transport::Path && frame.clamp.is_some();
+        if self.shadow.media.is_none() && self.shadow.passes.is_empty() && !clamps {
             return;
         }
         for i in (0..count).filter(|i| self.occluded[*i] == 0) {
             let medium = self.shadow.medium(i);
             let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
-            if medium == NONE && !passes {
+            let is_weakened = medium != NONE || passes;
+            if !is_weakened && !clamps {
                 continue;
             }
             let path = self.paths.load::<f32>(self.shadow.target(i));
             let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
-            let shadow = ShadowRay {
-                ray: self.shadow.ray(i),
-                contribution: Color::new(r, g, b),
-                medium: std::num::Wrapping(medium),
-                mask: true,
+            let contribution = Color::new(r, g, b);
+            let left = if is_weakened {
+                let (ray, medium) = (self.shadow.ray(i), std::num::Wrapping(medium));
+                let shadow = ShadowRay { ray, contribution, medium, mask: true };
+                let (stack, room) = (&mut self.stack, &mut self.crossings);
+                arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black())
+            } else {
+                limited(frame, &path, contribution)
             };
-            let (stack, room) = (&mut self.stack, &mut self.crossings);
-            let left = arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black());
             self.shadow.bring(i, left);
         }
     }

@@ -47,7 +47,8 @@ impl LobeTables {
         let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
         let mirror = any(|m| m.has_mirror() || !m.coat.is_zero());
         let stretched = any(Material::is_stretched);
-        let glass = any(|m| !m.transmission.is_zero() && !m.thin && !m.roughness.is_zero());
+        let glass =
+            any(|m| !m.transmission.is_zero() && !m.thin && (!m.roughness.is_zero() || m.is_stretched()));
         let sheen = any(|m| !m.sheen_color.is_black());
         std::thread::scope(|scope| {
             // If no thread can be started, the table is made below.

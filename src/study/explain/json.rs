@@ -60,8 +60,13 @@ fn step(step: &Step) -> Value {
 
 /// The lobe that a direction was drawn from.
 fn lobe(fate: Fate) -> Option<Value> {
-    let Fate::Drawn { kind, through, exact } = fate else { return None };
-    Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
+    match fate {
+        Fate::Drawn { kind, through, exact } => {
+            Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
+        }
+        Fate::Straight => Some(json!({"kind": "straight", "through": true, "exact": true})),
+        _ => None,
+    }
 }
 
 fn lit(lit: &LightRay) -> Value {

@@ -421,7 +421,7 @@ impl Story<'_> {
             Fate::Unlit => Why::Unlit,
             Fate::Absorbed => Why::Absorbed,
             Fate::Black => Why::Black,
-            Fate::Scattered { .. } | Fate::Drawn { .. } => Why::Roulette,
+            Fate::Scattered { .. } | Fate::Straight | Fate::Drawn { .. } => Why::Roulette,
         }
     }
 }

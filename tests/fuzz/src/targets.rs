@@ -210,6 +210,10 @@ fn films(bytes: &[u8]) {
     };
     let [image, film] = &to;
     run(&[&"merge", &"--partial", &"--quiet", &a, &b, &"-o", image, &"-o", film], &[image, film]);
+    // That takes ten times as long.
+    if !bytes.len().is_multiple_of(4) {
+        return;
+    }
     let scene = &scene;
     run(&[&"resume", &"--quiet", &a, &"--scene-file", scene, &"--max-time", &"1s", &"-o", image], &[image]);
 }
