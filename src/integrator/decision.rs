@@ -4,7 +4,7 @@
 use super::bounces::LobeKind;
 use super::ends::is_last;
 use super::path::Path;
-use super::path_tracing::LitWithin;
+use super::within::LitWithin;
 use super::{Frame, medium, path_tracing};
 use crate::math::Vector;
 use crate::shading::{HitLanes, Surface};

@@ -19,6 +19,7 @@ pub mod statistics;
 pub mod straight;
 pub mod wavefront;
 pub mod whitted;
+mod within;
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -13,6 +13,7 @@ use super::medium::{self, Bodies};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
+use super::within::LitWithin;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::{Dimension, Key};
@@ -24,7 +25,7 @@ use crate::shading::principled::draw::BsdfSample;
 use crate::shading::principled::parameters::Has;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
-use crate::simd::{Float, Int, Mask, Outlined};
+use crate::simd::{Float, Int, Mask};
 use crate::world::Sampler;
 
 /// The result of a hit.
@@ -59,7 +60,7 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
 
 /// The share of a technique of density `own` where another has density `other`.
 #[inline(always)]
-fn heuristic<F: Float>(own: F, other: F) -> F {
+pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
     // Divided first, because squares of large densities overflow.
     let ratio = other / own.max(F::splat(1e-30));
     F::one() / (F::one() + ratio * ratio)
@@ -81,7 +82,7 @@ pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) 
 /// square. A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in
 /// between.
 #[inline(always)]
-fn choose<F: Float>(
+pub(super) fn choose<F: Float>(
     frame: &Frame,
     position: Vector<F>,
     facing: F::Int,
@@ -396,52 +397,6 @@ fn to_light<F: Float>(
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };
     (shadow, value)
-}
-
-/// Light on paths that are scattered within bodies whose boundary lets it in unbent.
-pub(super) struct LitWithin<'a, F: Float> {
-    pub frame: &'a Frame,
-    pub path: &'a Path<F>,
-    pub flight: &'a medium::Flight<F>,
-    pub key: Key<F::Int>,
-}
-
-/// A ray to a point of a light.
-pub(super) struct Lit<F: Float> {
-    pub emitter: F::Int,
-    /// The weight of finding the light this way.
-    pub share: F,
-    pub shadow: ShadowRay<F>,
-}
-
-impl<F: Float> Outlined for LitWithin<'_, F> {
-    type Output = Lit<F>;
-    #[inline(always)]
-    fn run(self) -> Lit<F> {
-        let Self { frame, path, flight, key } = self;
-        let (scene, zero) = (&frame.scene, F::zero());
-        let none = F::Int::splat(NONE);
-        let mask = medium::is_lit(frame, path.medium, flight.scattered & !is_last(frame, path));
-        if scene.emitters.is_empty() || !mask.any() {
-            return Lit { emitter: none, share: F::one(), shadow: ShadowRay::none() };
-        }
-        let origin = path.origin + path.direction * flight.t;
-        let (emitter, chance, u) = choose(frame, origin, none, (path.depth, key), mask);
-        let sample = emitter::sample(scene, emitter, origin, u, mask);
-        let phase = medium::phase(frame, path.medium, path.direction.dot(sample.direction), mask);
-        let density = sample.pdf * chance;
-        let share = F::select(sample.shared, heuristic(density, phase), F::one());
-        let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
-        let contribution = path.throughput * light;
-        let t_max = sample.distance * F::splat(SHADOW_END);
-        let shadow = ShadowRay {
-            ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
-            contribution,
-            medium: path.medium,
-            mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
-        };
-        Lit { emitter, share, shadow }
-    }
 }
 
 /// A direction from a lobe.
