@@ -242,7 +242,7 @@ impl Session {
 
     /// Renders the next `count` samples of every pixel, or as many as are left; or finishes the pass that was under
     /// way. With adaptive sampling, once blocks get different numbers, it renders the next round instead. Uses all
-    /// threads of the rayon pool that it is called from: see [`on_threads`].
+    /// threads of the rayon pool that it is called from: see [`on_threads`](super::on_threads).
     pub fn advance(&mut self, count: u32) {
         self.advance_until(count, &AtomicBool::new(false), &|_| ());
     }
