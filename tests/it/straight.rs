@@ -384,10 +384,15 @@ fn paths_are_not_shared_within_bodies() {
 /// Sharing paths changes the noise alone.
 #[test]
 fn shared_paths_see_the_same_light_through_windows() {
-    let mut world = world(crate::agreement::WINDOWS);
+    let mut world = world(&crate::agreement::windows_in_air());
     world.settings.samples = 256;
+    let frame = |world: &rayfront::world::World| {
+        let scene = rayfront::compile::compile(world, None).expect("a scene");
+        rayfront::internals::integrator::Frame::new(scene, &world.settings)
+    };
     let mut means = [Sharing::Off, Sharing::Groups(16)].map(|sharing| {
         world.settings.sharing = sharing;
+        assert_eq!(frame(&world).sharing.is_some(), sharing != Sharing::Off);
         mean(&Picture::of(&world))
     });
     let [alone, together] = &mut means;
