@@ -142,10 +142,10 @@ fn single_scattering_albedo(color: f32) -> f32 {
 }
 
 fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
+    let classic = classic::from_principled(m, assets);
+    let m = &without_unseen_boundary(m);
     let volume = m.volume.filter(|_| m.transmission.factor != 0.0 || m.diffuse_transmission.factor != 0.0);
     let solid = volume.is_some() && m.transmission.factor > 0.0;
-    // However rough, a boundary between equal indices neither bends nor reflects light.
-    let is_unseen = solid && m.ior == 1.0 && m.metallic.factor == 0.0 && m.iridescence.factor.factor == 0.0;
     Material {
         base_color: color(m.base_color),
         alpha: scalar(m.alpha),
@@ -157,25 +157,21 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         // Light inside a body meets its back: that is there.
         hides_back: !m.double_sided && volume.is_none(),
         metallic: scalar(m.metallic),
-        roughness: if is_unseen { ScalarParam::constant(0.0) } else { scalar(m.roughness) },
+        roughness: scalar(m.roughness),
         normal: normal(m.normal),
         bump: m.bump.map(bump),
         emission: color(m.emission),
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
         // Below 1: what is thinner than its surroundings, as air in glass.
-        ior: match m.ior {
-            0.0 => 1e3,
-            ior if is_unseen => ior,
-            ior => bending(ior.max(1e-3), m.roughness),
-        },
+        ior: if m.ior == 0.0 { 1e3 } else { bending(m.ior.max(1e-3), m.roughness) },
         specular: scalar(m.specular),
         specular_color: color(m.specular_color),
         f0: reflectance(m.ior),
         constant_fresnel: false,
         transmission: scalar(m.transmission),
         thin: !solid,
-        dispersion: if solid && !is_unseen { m.dispersion } else { 0.0 },
+        dispersion: if solid { m.dispersion } else { 0.0 },
         straight: false,
         encloses: volume.is_some(),
         medium: volume.map_or(Medium::CLEAR, medium),
@@ -188,16 +184,27 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         coat_f90: [1.0; 3],
         sheen_color: color(m.sheen_color),
         sheen_roughness: scalar(m.sheen_roughness),
-        anisotropy: if is_unseen { 0.0 } else { m.anisotropy.strength },
+        anisotropy: m.anisotropy.strength,
         anisotropy_direction: {
             let angle = m.anisotropy.rotation as f64;
             [libm::cos(angle) as f32, libm::sin(angle) as f32]
         },
         anisotropy_texture: m.anisotropy.texture.map_or(NONE, |t| t.0),
         film: (m.iridescence.factor.factor > 0.0).then(|| film(&m.iridescence)),
-        classic: classic::from_principled(m, assets),
+        classic,
         textured: false,
     }
+}
+
+/// However rough, a boundary between equal indices neither bends nor reflects light: that of fog is smooth.
+fn without_unseen_boundary(m: &world::Principled) -> world::Principled {
+    let is_solid = m.volume.is_some() && m.transmission.factor > 0.0;
+    let mirrors = m.metallic.factor != 0.0 || m.iridescence.factor.factor != 0.0;
+    if !is_solid || m.ior != 1.0 || mirrors {
+        return m.clone();
+    }
+    let roughness = ScalarInput { factor: 0.0, texture: None };
+    world::Principled { roughness, dispersion: 0.0, anisotropy: Default::default(), ..m.clone() }
 }
 
 /// An index that rough glass can have: at exactly 1 its microfacets, which bend nothing, would have no

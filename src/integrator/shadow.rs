@@ -29,9 +29,7 @@ impl<F: Float> ShadowRay<F> {
             mask: F::Mask::from_bits(0),
         }
     }
-}
 
-impl<F: Float> ShadowRay<F> {
     /// One or the other, lane by lane.
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {

@@ -15,21 +15,24 @@ pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> R
 
 /// A pool of `threads` threads; 0 stands for one for each core.
 pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
-    check_number(threads)?;
-    check_environment()?;
+    check_number(threads, "")?;
+    if threads == 0 {
+        check_environment()?;
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
 }
 
-fn check_number(threads: usize) -> Result<(), ThreadError> {
-    let reason = || format!("more than {MOST_THREADS} are of no use");
+/// `asked`: what asks for them, in front of the reason.
+fn check_number(threads: usize, asked: &str) -> Result<(), ThreadError> {
+    let reason = || format!("{asked}more than {MOST_THREADS} are of no use");
     if threads > MOST_THREADS { Err(ThreadError { threads, reason: reason() }) } else { Ok(()) }
 }
 
 /// The same for what the environment asks for where nothing else says how many threads there are to be.
 pub fn check_environment() -> Result<(), ThreadError> {
     let wanted = std::env::var("RAYON_NUM_THREADS").ok().and_then(|threads| threads.parse().ok());
-    check_number(wanted.unwrap_or(0))
+    check_number(wanted.unwrap_or(0), "as RAYON_NUM_THREADS says, and ")
 }
 
 /// Threads could not be started: there are to be too many, or the system gives no more.

@@ -2,7 +2,7 @@
 
 use super::bsdf::Bsdf;
 use super::ggx::Ggx;
-use super::reflectance::{Reflectance, schlick};
+use super::reflectance::schlick;
 use crate::math::{Color, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::simd::{Float, Mask};
@@ -80,22 +80,6 @@ impl<F: Float> Bsdf<F> {
             through: goes_through,
             wide,
         }
-    }
-
-    /// The part of light that goes straight on where the surface is smooth, if it bends none.
-    #[inline(always)]
-    pub fn straight(&self) -> Color<F> {
-        if !self.has.transmission {
-            return Color::black();
-        }
-        let fresnel = self.fresnel(self.wo.z.max(F::zero()));
-        Color::select(self.smooth, self.transmitted(&fresnel) * self.below, Color::black())
-    }
-
-    /// What a microfacet transmits.
-    #[inline(always)]
-    pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
-        self.through() * fresnel.dielectric.complement()
     }
 
     /// Chooses a lobe by slices of the unit square: each lobe's points are as even within its slice as all points are

@@ -107,6 +107,22 @@ fn rest<F: Float>(once: Color<F>, further: Color<F>, own: &Albedo<F>) -> Color<F
 }
 
 impl<F: Float> Bsdf<F> {
+    /// The part of light that goes straight on where the surface is smooth, if it bends none.
+    #[inline(always)]
+    pub fn straight(&self) -> Color<F> {
+        if !self.has.transmission {
+            return Color::black();
+        }
+        let fresnel = self.fresnel(self.wo.z.max(F::zero()));
+        Color::select(self.smooth, self.transmitted(&fresnel) * self.below, Color::black())
+    }
+
+    /// What a microfacet transmits.
+    #[inline(always)]
+    pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
+        self.through() * fresnel.dielectric.complement()
+    }
+
     /// Reflectance of a microfacet.
     #[inline(always)]
     pub(super) fn fresnel(&self, cos: F) -> Reflectance<F> {

@@ -131,7 +131,11 @@ fn limits_of_the_system_are_no_abort() {
         4,
         &["an image of 6000x6000", "ulimit -v"],
     );
-    expect(&shell(here, "RAYON_NUM_THREADS=100000 rayfront scene.ron -q -o a.png"), 4, &["100000", "no use"]);
+    expect(
+        &shell(here, "RAYON_NUM_THREADS=100000 rayfront scene.ron -q -o a.png"),
+        4,
+        &["100000", "RAYON_NUM_THREADS"],
+    );
     expect(&shell(here, "ulimit -s 64; rayfront scene.ron -s 1 -q -o a.png"), 0, &[]);
     for kilobytes in [60_000, 100_000, 200_000, 250_000, 300_000] {
         let output = shell(here, &format!("ulimit -v {kilobytes}; rayfront sheet.ply -t 2 -s 1 -q -o a.png"));
