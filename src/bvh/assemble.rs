@@ -8,9 +8,7 @@ use smallvec::SmallVec;
 use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
 use super::collapse::{CollapsePlan, open};
-use super::layout::{
-    Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleBlock, WIDTH, order_of_children, pad,
-};
+use super::layout::{Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleBlock, WIDTH, pad};
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
 use crate::math::{Aabb, DVec3, Vec3};
@@ -93,7 +91,6 @@ impl Bvh {
         let geometry = primitives.geometry;
         // The size of these chunks does not matter, but with chunks of one there would be much to steal.
         self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
-        self.orders.par_extend(self.nodes[before[0]..].par_iter().with_min_len(64).map(order_of_children));
         let triangles = plan.triangles.par_iter().with_min_len(256);
         self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
         let spheres = plan.spheres.par_iter().with_min_len(256);
@@ -113,6 +110,7 @@ fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
         let child = &tree[child as usize];
         node.set(slot, &child.bounds, child.child);
     }
+    node.put_in_order();
     node
 }
 

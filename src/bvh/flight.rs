@@ -5,27 +5,26 @@
 //! block, and a ray that has ended makes room for the next of the queue. What one ray
 //! waits for (a node from memory, a long chain of operations) the others hide; the memory
 //! of a ray's next step is asked for a round ahead. No branch depends on what a ray
-//! finds: decisions are conditional moves, and a ray is written to all lists, of which one
-//! gets longer. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
+//! finds: decisions are conditional moves, and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
 //! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
 use std::hint::select_unpredictable;
+use std::marker::PhantomData;
 
 use super::answers::Answers;
-use super::layout::{Bvh, Child, ChildKind, Node, Order, TriangleBlock, WIDTH, back_to_front};
+use super::layout::{Bvh, Child, ChildKind, NODE_LINES, Node, TriangleBlock, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::ray::{LocalRay, is_finite, to_local};
-use super::traverse::LEAVE_INSTANCE;
+use super::traverse::{Entry, LEAVE_INSTANCE};
 use super::triangle::Exact;
 use super::{HitsMut, Rays};
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::sixteen::{key, key_distance};
-use crate::simd::{Kernel, Lanes, Sixteen, prefetch};
+use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, opaque, prefetch};
 
 /// Rays in flight.
 const RAYS: usize = 32;
-/// At the bottom of every stack, so that a window of eight keys can always be read.
+/// At the bottom of every stack, so that so many entries can always be read.
 const WINDOW: usize = 8;
 /// 32-bit entries of a cache line.
 const LINE: usize = 16;
@@ -37,51 +36,27 @@ pub(super) struct Flight {
     rays: Box<[InFlight; RAYS]>,
     /// Those that are in an instance, as they are in the world.
     outside: Box<[Row; RAYS]>,
-    stacks: Stacks,
+    stacks: Box<[RayStack; RAYS]>,
     prepared: Box<Prepared>,
 }
 
-/// What each ray has still to visit.
-struct Stacks {
-    /// Where the nearest hit is asked for.
-    keys: Vec<u64>,
-    /// Where any hit will do, and no distance is needed: child words.
-    words: Vec<u32>,
-    /// Entries of a ray.
-    each: usize,
+/// What a ray has still to visit.
+struct RayStack {
+    /// Child words.
+    words: Box<[u32]>,
+    /// Where the ray enters each; not written where any hit will do.
+    nears: Box<[f32]>,
 }
 
-impl Stacks {
+impl RayStack {
     fn new(bvh: &Bvh) -> Self {
         // Within an instance, the world's entries stay where they are; and there is room for a node's children, which
         // are written sixteen at a time.
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
         let needed = WINDOW + trees * bvh.stack_size + 2 + WIDTH;
         // An odd number of cache lines, so that not all begin in the same set of the cache.
-        let each = LINE * (needed.div_ceil(LINE) | 1);
-        Self { keys: vec![key(0.0, END); RAYS * each], words: vec![END; RAYS * each], each }
-    }
-
-    /// Those of a ray.
-    #[inline(always)]
-    fn of(&mut self, ray: usize) -> RayStack<'_> {
-        let first = ray * self.each;
-        RayStack { keys: &mut self.keys, words: &mut self.words, first }
-    }
-}
-
-/// A ray's stack.
-struct RayStack<'a> {
-    keys: &'a mut [u64],
-    words: &'a mut [u32],
-    first: usize,
-}
-
-impl RayStack<'_> {
-    /// A place on it.
-    #[inline(always)]
-    fn at(&self, place: u32) -> usize {
-        self.first + place as usize
+        let size = LINE * (needed.div_ceil(LINE) | 1);
+        Self { words: vec![END; size].into(), nears: vec![0.0; size].into() }
     }
 }
 
@@ -106,9 +81,9 @@ impl<A: Answers> Kernel for FlightQuery<'_, '_, A> {
 #[repr(C, align(64))]
 struct InFlight {
     row: Row,
-    /// Where it is: the node or block, and where the ray enters that.
-    current: u64,
-    /// Keys on its stack.
+    /// Where it is.
+    child: Child,
+    /// Entries of its stack. The one above these is where it is, or was when it came to this level.
     top: u32,
     /// Its place in the queue.
     index: u32,
@@ -119,74 +94,75 @@ struct InFlight {
     t_min: f32,
 }
 
-/// Numbers of rays.
-#[derive(Clone, Copy)]
-struct List {
-    rays: [u8; 256],
-    length: u8,
+/// Where the rays are. (Not lists of them in memory: the place in a list would depend on what the ray before
+/// has found, and loads wait for stores whose addresses are not known.)
+#[derive(Clone, Copy, Default)]
+struct Places {
+    /// Rays at nodes in the low half, rays at triangles in the high one.
+    at: u64,
+    /// Rays that have not ended, or whose end nobody has seen.
+    alive: u32,
 }
 
-impl List {
-    const EMPTY: List = List { rays: [0; 256], length: 0 };
-
-    /// How many there are. From now on the list is written again from its start: nothing is added faster than it is
-    /// read.
+impl Places {
+    /// The rays that are at nodes; from now on they are nowhere.
     #[inline(always)]
-    fn take(&mut self) -> u8 {
-        std::mem::take(&mut self.length)
+    fn take_nodes(&mut self) -> u32 {
+        let rays = self.at as u32;
+        self.at &= !u64::from(u32::MAX);
+        rays
     }
 
+    /// The same for triangles.
     #[inline(always)]
-    fn get(&self, i: u8) -> usize {
-        usize::from(self.rays[usize::from(i)]) % RAYS
+    fn take_triangles(&mut self) -> u32 {
+        let rays = (self.at >> 32) as u32;
+        self.at &= u64::from(u32::MAX);
+        rays
     }
 
-    /// Adds a ray if `wanted`.
+    /// The rays that are elsewhere.
     #[inline(always)]
-    fn append(&mut self, ray: usize, wanted: bool) {
-        self.rays[usize::from(self.length)] = ray as u8;
-        self.length = self.length.wrapping_add(u8::from(wanted));
+    fn others(&self) -> u32 {
+        self.alive & !(self.at as u32 | (self.at >> 32) as u32)
     }
 }
 
-/// Where rays are: at nodes, at triangles, elsewhere.
-struct Lists {
-    nodes: List,
-    triangles: List,
-    others: List,
-    /// Where nodes and blocks of triangles are.
-    base: [usize; 2],
-    /// Where nodes' orders are.
-    orders: usize,
+/// Takes a ray, of which there is at least one.
+#[inline(always)]
+fn take_first(rays: &mut u32) -> usize {
+    let first = rays.trailing_zeros() as usize % RAYS;
+    *rays &= rays.wrapping_sub(1);
+    first
 }
 
-impl Lists {
+/// Where the tree is in memory, by kinds of children.
+struct Memory {
+    /// The first one.
+    start: [usize; 4],
+    /// Bytes of each.
+    size: [usize; 4],
+}
+
+impl Memory {
     fn new(bvh: &Bvh) -> Self {
-        let base = [bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize];
+        let (nodes, triangles) = (bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize);
+        // Of others, nothing is asked for.
         Self {
-            nodes: List::EMPTY,
-            triangles: List::EMPTY,
-            others: List::EMPTY,
-            base,
-            orders: bvh.orders.as_ptr() as usize,
+            start: [nodes, triangles, nodes, nodes],
+            size: [size_of::<Node>(), size_of::<TriangleBlock>(), 0, 0],
         }
     }
 
-    /// Puts a ray where its next step is and asks for that step's memory.
+    /// Notes where a ray is and asks for the memory of its next step.
     #[inline(always)]
-    fn send<A: Answers>(&mut self, ray: usize, current: u64) {
-        let word = current as u32;
-        let (node, block) = (word >> 30 == ChildKind::Node as u32, word >> 30 == ChildKind::Triangles as u32);
-        self.nodes.append(ray, node);
-        self.triangles.append(ray, block);
-        self.others.append(ray, !node & !block);
-        let index = Child(word).index();
-        let address = self.base[0].wrapping_add(index.wrapping_mul(size_of::<Node>()));
-        let block_address = self.base[1].wrapping_add(index.wrapping_mul(size_of::<TriangleBlock>()));
-        prefetch(select_unpredictable(block, block_address, address), 7);
-        if !A::ANY {
-            prefetch(self.orders.wrapping_add(index.wrapping_mul(size_of::<Order>())), 1);
-        }
+    fn send<A: Answers>(&self, places: &mut Places, ray: usize, child: Child) {
+        const AT: [u64; 4] = [1, 1 << 32, 0, 0];
+        let kind = (child.0 >> 30) as usize;
+        places.at |= AT[kind] << ray;
+        let address = self.start[kind].wrapping_add(child.index().wrapping_mul(self.size[kind]));
+        // The last line of a node are its orders.
+        prefetch(address, if A::ANY { NODE_LINES - 1 } else { NODE_LINES });
     }
 }
 
@@ -195,7 +171,7 @@ impl Flight {
     pub fn new(bvh: &Bvh) -> Self {
         let ray = InFlight {
             row: Row::default(),
-            current: 0,
+            child: Child(END),
             top: 0,
             index: 0,
             best: Hit::MISS,
@@ -205,7 +181,7 @@ impl Flight {
         Self {
             rays: Box::new([ray; RAYS]),
             outside: Box::new([Row::default(); RAYS]),
-            stacks: Stacks::new(bvh),
+            stacks: Box::new(std::array::from_fn(|_| RayStack::new(bvh))),
             prepared: Box::default(),
         }
     }
@@ -213,135 +189,133 @@ impl Flight {
     /// Answers a queue.
     #[inline(always)]
     fn trace<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: Rays, answers: &mut A) {
-        let mut lists = Lists::new(bvh);
-        let (flight, stacks) = (&mut *self.rays, &mut self.stacks);
+        let memory = Memory::new(bvh);
+        let (flight, stacks) = (&mut *self.rays, &mut *self.stacks);
         let mut queue = Queue { bvh, rays, next: 0, prepared: &mut self.prepared };
-        for (i, f) in flight.iter_mut().enumerate() {
-            queue.refill::<L, A>(i, f, answers, &mut lists);
+        let mut places = Places::default();
+        for (ray, f) in flight.iter_mut().enumerate() {
+            queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
         }
-        loop {
-            for i in 0..lists.nodes.take() {
-                let ray = lists.nodes.get(i);
+        while places.alive != 0 {
+            let mut todo = places.take_nodes();
+            while todo != 0 {
+                let ray = take_first(&mut todo);
                 let f = &mut flight[ray];
-                f.step::<L, A>(bvh, &mut stacks.of(ray));
-                lists.send::<A>(ray, f.current);
+                f.step::<L, A>(bvh, &mut stacks[ray]);
+                memory.send::<A>(&mut places, ray, f.child);
             }
-            for i in 0..lists.triangles.take() {
-                let ray = lists.triangles.get(i);
+            let mut todo = places.take_triangles();
+            while todo != 0 {
+                let ray = take_first(&mut todo);
                 let f = &mut flight[ray];
-                if A::ANY {
-                    f.look_for_triangles::<L, A>(bvh, &queue.rays);
-                } else {
-                    f.test_triangles::<L>(bvh, &queue.rays);
-                }
-                f.pop::<L, A>(&stacks.of(ray));
-                lists.send::<A>(ray, f.current);
+                f.test_triangles::<L, A>(bvh, &queue.rays, &stacks[ray]);
+                f.pop::<L, A>(&stacks[ray]);
+                memory.send::<A>(&mut places, ray, f.child);
             }
-            for i in 0..lists.others.take() {
-                let ray = lists.others.get(i);
+            let mut todo = places.others();
+            while todo != 0 {
+                let ray = take_first(&mut todo);
                 let f = &mut flight[ray];
-                if f.child().0 == END {
+                if f.child.0 == END {
                     answers.put(f.index as usize, &f.best);
-                    queue.refill::<L, A>(ray, f, answers, &mut lists);
+                    queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
                     continue;
                 }
-                if f.child().kind() == ChildKind::Spheres {
-                    f.test_spheres::<L>(bvh, &queue.rays);
-                    f.pop::<L, A>(&stacks.of(ray));
+                if f.child.kind() == ChildKind::Spheres {
+                    f.test_spheres::<L>(bvh, &queue.rays, f.near::<A>(&stacks[ray]));
+                    f.pop::<L, A>(&stacks[ray]);
                 } else {
-                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks.of(ray), &mut self.outside[ray]);
+                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks[ray], &mut self.outside[ray]);
                 }
-                lists.send::<A>(ray, f.current);
-            }
-            if lists.nodes.length + lists.triangles.length + lists.others.length == 0 {
-                break;
+                memory.send::<A>(&mut places, ray, f.child);
             }
         }
     }
 }
 
 impl InFlight {
-    #[inline(always)]
-    fn child(&self) -> Child {
-        Child(self.current as u32)
-    }
-
     /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
     #[inline(always)]
     fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut RayStack) {
         let (waiting, below) = self.peek::<L, A>(stack);
-        let node = &bvh.nodes[self.current as u32 as usize];
+        let node = &bvh.nodes[self.child.0 as usize];
         let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
-        let top = stack.at(self.top);
-        let (next, count) = if A::ANY {
-            let Some(room) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return };
-            let (word, count) = <L::Node as Sixteen>::take_entered(near, far, &node.child, room);
-            (key(0.0, word), count)
+        let top = self.top as usize;
+        let Some(words) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return };
+        let (word, count) = if A::ANY {
+            <L::Node as Sixteen>::take_entered(near, far, &node.child, words)
         } else {
-            let Some(room) = stack.keys[top..].first_chunk_mut::<WIDTH>() else { return };
-            let order = back_to_front(&bvh.orders[self.current as u32 as usize], self.row.octant());
-            Sixteen::take_in_order(near, far, &node.child, order, room)
+            let Some(nears) = stack.nears[top..].first_chunk_mut::<WIDTH>() else { return };
+            Sixteen::take_in_order(near, far, &node.child, node.orders(self.row.octant()), nears, words)
         };
         let entered = count != 0;
-        self.current = select_unpredictable(entered, next, waiting);
+        self.child.0 = select_unpredictable(entered, opaque(word), waiting.0);
         self.top = select_unpredictable(entered, (self.top + count).wrapping_sub(1), below);
     }
 
     /// The canonical test.
     #[inline(always)]
-    fn test_triangles<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
-        let block = &bvh.triangles[self.child().index()];
-        let visit = self.visit(bvh, rays);
-        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
-        leaf::nearest_triangle::<L>(block, &source, &self.row.shear(), visit, &mut self.best);
-    }
-
-    /// Whether there is a hit in a block, without a branch on it.
-    #[inline(always)]
-    fn look_for_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays) {
-        let block = &bvh.triangles[self.child().index()];
-        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
-        let visit = self.visit(bvh, rays);
-        let found = leaf::hits_triangles::<L, A>(block, &source, &self.row.shear(), visit, self.best.t);
-        self.best.primitive = select_unpredictable(found, 0, self.best.primitive);
-    }
-
-    #[inline(always)]
-    fn visit<'a>(&self, bvh: &'a Bvh, rays: &Rays<'a>) -> Visit<'a> {
-        let asker = rays.asker(self.index as usize);
-        Visit::new(bvh, key_distance(self.current), self.t_min, self.instance, asker)
-    }
-
-    /// The next key on the stack and how many are below it. For the nearest hit, keys beyond the best hit are passed
-    /// over. If all eight on top are beyond it, the last of them is taken, which is useless but does no harm.
-    #[inline(always)]
-    fn peek<L: Lanes, A: Answers>(&self, stack: &RayStack) -> (u64, u32) {
-        if A::ANY {
-            let below = self.top.wrapping_sub(1);
-            return (key(0.0, stack.words[stack.at(below)]), below);
+    fn test_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
+        let block = &bvh.triangles[self.child.index()];
+        let shear = self.row.shear();
+        let is_settled = !bvh.conditional
+            && if A::ANY {
+                leaf::glance_for_any::<L>(block, &shear, self.t_min, &mut self.best)
+            } else {
+                let from = [self.near::<A>(stack), self.t_min];
+                leaf::glance::<L>(block, &shear, from, self.instance, &mut self.best)
+            };
+        if !is_settled {
+            let near = self.near::<A>(stack);
+            L::outlined(LookAgain { ray: self, near, bvh, rays, answers: PhantomData::<A> });
         }
-        let first = self.top.wrapping_sub(WINDOW as u32);
-        let window = stack.keys[stack.at(first)..].first_chunk::<WINDOW>();
-        let Some(window) = window else { return (key(0.0, END), 0) };
-        let place = <L::Node as Sixteen>::last_within(window, self.best.t);
-        (window[place % WINDOW], first + place as u32)
     }
 
-    /// Goes to the next key, or ends.
+    #[inline(always)]
+    fn visit<'a>(&self, bvh: &'a Bvh, rays: &Rays<'a>, near: f32) -> Visit<'a> {
+        let asker = rays.asker(self.index as usize);
+        Visit::new(bvh, near, self.t_min, self.instance, asker)
+    }
+
+    /// Where it has entered what it is at; 0 where any hit will do, since there it does not matter.
+    #[inline(always)]
+    fn near<A: Answers>(&self, stack: &RayStack) -> f32 {
+        if A::ANY { 0.0 } else { stack.nears[self.top as usize] }
+    }
+
+    /// What is next on the stack and how much is below it. For the nearest hit, what lies beyond the best hit is passed
+    /// over. If all that is looked at lies beyond it, the last of it is taken, which is useless but does no harm.
+    #[inline(always)]
+    fn peek<L: Lanes, A: Answers>(&self, stack: &RayStack) -> (Child, u32) {
+        let mut below = self.top.wrapping_sub(1);
+        if !A::ANY {
+            let first = self.top.wrapping_sub(WINDOW as u32) as usize;
+            let window = stack.nears.get(first..).unwrap_or_default();
+            let Some(window) = window.first_chunk::<WINDOW>() else { return (Child(END), 0) };
+            let mut within = 1u32;
+            for lane in (0..WINDOW).step_by(L::Block::WIDTH) {
+                within |= L::Block::load(&window[lane..]).le(L::Block::splat(self.best.t)).bits() << lane;
+            }
+            below = below.wrapping_sub((within << (32 - WINDOW)).leading_zeros());
+        }
+        (Child(stack.words[below as usize]), below)
+    }
+
+    /// Goes to what is next, or ends.
     #[inline(always)]
     fn pop<L: Lanes, A: Answers>(&mut self, stack: &RayStack) {
         let (waiting, below) = self.peek::<L, A>(stack);
         let ended = A::ANY && !self.best.is_miss();
-        self.current = select_unpredictable(ended, key(0.0, END), waiting);
+        self.child.0 = select_unpredictable(ended, END, waiting.0);
         self.top = below;
     }
 
     /// The canonical test of a block of spheres.
     #[inline(always)]
-    fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays) {
+    fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays, near: f32) {
         let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
-        let visit = self.visit(bvh, rays);
-        leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child().index()], &source.ray(), visit, &mut self.best);
+        let visit = self.visit(bvh, rays, near);
+        leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child.index()], &source.ray(), visit, &mut self.best);
     }
 
     /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
@@ -353,26 +327,49 @@ impl InFlight {
         stack: &mut RayStack,
         outside: &mut Row,
     ) {
-        if self.child().0 == LEAVE_INSTANCE {
+        if self.child.0 == LEAVE_INSTANCE {
             self.row.copy(outside);
             self.instance = NONE;
             return self.pop::<L, A>(stack);
         }
-        let number = self.child().index();
+        let number = self.child.index();
         let placed = &bvh.instances[number];
         let ray = to_local(&rays.get(self.index as usize), placed);
         if !is_finite(&ray) {
             return self.pop::<L, A>(stack);
         }
-        let near = key_distance(self.current);
-        let top = stack.at(self.top);
-        stack.keys[top] = key(0.0, LEAVE_INSTANCE);
-        stack.words[top] = LEAVE_INSTANCE;
+        let (near, top) = (self.near::<A>(stack), self.top as usize);
+        (stack.nears[top], stack.words[top]) = (0.0, LEAVE_INSTANCE);
+        stack.nears[top + 1] = near;
         self.top += 1;
         outside.copy(&self.row);
         self.row.write(&LocalRay::new(ray), near.max(self.t_min));
         self.instance = number as u32;
-        self.current = key(near, placed.root.child.0);
+        self.child = placed.root.child;
+    }
+}
+
+/// The test of a block's triangles where one glance does not settle it.
+struct LookAgain<'a, 'r, A> {
+    ray: &'a mut InFlight,
+    near: f32,
+    bvh: &'a Bvh,
+    rays: &'a Rays<'r>,
+    answers: PhantomData<A>,
+}
+
+impl<A: Answers> Kernel for LookAgain<'_, '_, A> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { ray, near, bvh, rays, .. } = self;
+        let block = &bvh.triangles[ray.child.index()];
+        let source = RaySource { bvh, rays, index: ray.index, instance: ray.instance };
+        let visit = ray.visit(bvh, rays, near);
+        if leaf::triangles::<L, A>(block, &source, &ray.row.shear(), visit, &mut ray.best) && A::ANY {
+            // Which one it is, nobody asks.
+            ray.best.primitive = 0;
+        }
     }
 }
 
@@ -410,9 +407,12 @@ impl Queue<'_> {
         &mut self,
         ray: usize,
         f: &mut InFlight,
+        stack: &mut RayStack,
         answers: &mut A,
-        lists: &mut Lists,
+        places: &mut Places,
+        memory: &Memory,
     ) {
+        places.alive &= !(1 << ray);
         while self.prepared.is_empty() {
             if self.next >= self.rays.len() {
                 return;
@@ -422,13 +422,14 @@ impl Queue<'_> {
         let place = self.prepared.take();
         let p = &*self.prepared;
         p.read(place, &mut f.row);
-        f.current = p.start(place);
         f.top = WINDOW as u32;
+        Entry { near: stack.nears[WINDOW], child: f.child } = p.start(place);
         f.index = p.first + place as u32;
         f.best = Hit { t: f.row.t_max(), ..Hit::MISS };
         f.instance = NONE;
         f.t_min = f.row.t_min();
-        lists.send::<A>(ray, f.current);
+        places.alive |= 1 << ray;
+        memory.send::<A>(places, ray, f.child);
     }
 
     /// Prepares the next rays.

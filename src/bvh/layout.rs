@@ -1,11 +1,10 @@
 //! The flattened tree as it lies in memory.
 
-use std::hint::select_unpredictable;
-
 use super::BuildQuality;
 use super::presence::{Presence, Word};
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
+use crate::simd::sixteen::shift;
 
 /// Children of a node.
 pub const WIDTH: usize = 16;
@@ -64,10 +63,13 @@ impl Child {
     }
 }
 
-/// 16 boxes and what is in them. 448 bytes: planes of one kind lie together, a cache line each.
+/// Cache lines of a node.
+pub const NODE_LINES: usize = size_of::<Node>() / 64;
+
+/// 16 boxes and what is in them. 512 bytes: planes of one kind lie together, a cache line each.
 ///
 /// ```text
-/// min.x ×16 │ max.x ×16 │ min.y ×16 │ max.y ×16 │ min.z ×16 │ max.z ×16 │ child ×16
+/// min.x ×16 │ max.x ×16 │ min.y ×16 │ max.y ×16 │ min.z ×16 │ max.z ×16 │ child ×16 │ order ×8
 /// ```
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
@@ -76,12 +78,18 @@ pub struct Node {
     pub planes: [[[f32; WIDTH]; 2]; 3],
     /// What each box holds.
     pub child: [u32; WIDTH],
+    /// The order in which rays want the boxes, by octant: bit i of it is set where they go down along axis i. That of
+    /// the opposite octant is the same from back to front.
+    pub order: [Order; 8],
 }
 
 impl Node {
     /// All 16 boxes unused.
-    pub const EMPTY: Node =
-        Node { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], child: [0; WIDTH] };
+    pub const EMPTY: Node = Node {
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        child: [0; WIDTH],
+        order: [0; 8],
+    };
 
     /// Fills one of the boxes.
     pub fn set(&mut self, slot: usize, bounds: &Aabb, child: Child) {
@@ -92,6 +100,22 @@ impl Node {
         self.child[slot] = child.0;
     }
 
+    /// The order in which rays of an octant want the boxes, from front to back and from back to front.
+    #[inline(always)]
+    pub fn orders(&self, octant: u32) -> [Order; 2] {
+        let octant = octant as usize % 8;
+        [self.order[octant], self.order[octant ^ 7]]
+    }
+
+    /// The planes across an axis that a ray meets first, which begin at place 0 or 16, and those on the other side.
+    #[inline(always)]
+    pub fn planes_across(&self, axis: usize, first: u32) -> (&[f32; WIDTH], &[f32; WIDTH]) {
+        let planes = &self.planes[axis];
+        let from =
+            |at: u32| planes.as_flattened()[(at as usize & WIDTH)..].first_chunk().unwrap_or(&planes[0]);
+        (from(first), from(!first))
+    }
+
     /// One of the boxes.
     pub fn bounds(&self, slot: usize) -> Aabb {
         let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][slot]));
@@ -99,41 +123,27 @@ impl Node {
     }
 }
 
-/// A node's children from back to front, four bits each, the first one lowest: for rays that go up along z, by the
-/// signs of their x and y. For rays that go the opposite way the order is reversed.
-pub type Order = [u64; 4];
+/// A node's children from front to back: see [`slot`].
+pub type Order = u64;
 
-/// The [`Order`] of a node's children, by their boxes' centres along the octants' diagonals.
-pub fn order_of_children(node: &Node) -> Order {
-    std::array::from_fn(|octant| {
-        let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
-        let mut depths = [(0.0, 0); WIDTH];
-        for (slot, depth) in depths.iter_mut().enumerate() {
-            let center = |axis: usize| node.planes[axis][0][slot] + node.planes[axis][1][slot];
-            // NaN where a box is not used.
-            *depth = (center(0) * sign(0) + center(1) * sign(1) + center(2), slot as u64);
+impl Node {
+    /// Finds the orders, once all boxes are set: by their centres along the octants' diagonals.
+    pub fn put_in_order(&mut self) {
+        for octant in 0..4 {
+            let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+            let mut depths = [(0.0, 0); WIDTH];
+            for (slot, depth) in depths.iter_mut().enumerate() {
+                let center = |axis: usize| self.planes[axis][0][slot] + self.planes[axis][1][slot];
+                // NaN where a box is not used.
+                *depth = (center(0) * sign(0) + center(1) * sign(1) + center(2), slot as u64);
+            }
+            depths.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for (place, (_, slot)) in depths.into_iter().enumerate() {
+                self.order[octant ^ 7] |= slot << shift(place);
+                self.order[octant] |= slot << shift(WIDTH - 1 - place);
+            }
         }
-        depths.sort_by(|a, b| b.0.total_cmp(&a.0));
-        depths.iter().rev().fold(0, |order, (_, slot)| order << 4 | slot)
-    })
-}
-
-/// The places of a node's children from back to front, four bits each, the first one lowest, for rays of an
-/// octant: bit i is set where they go down along axis i.
-#[inline(always)]
-pub fn back_to_front(order: &Order, octant: u32) -> u64 {
-    let opposite = octant >= 4;
-    let order = order[if opposite { octant ^ 7 } else { octant } as usize % 4];
-    // The other way round.
-    let reversed = order.swap_bytes();
-    let reversed = (reversed >> 4 & 0x0f0f_0f0f_0f0f_0f0f) | (reversed & 0x0f0f_0f0f_0f0f_0f0f) << 4;
-    select_unpredictable(opposite, reversed, order)
-}
-
-/// What is at a place of an order.
-#[inline(always)]
-pub fn slot(order: u64, place: usize) -> usize {
-    (order >> (4 * place) & 15) as usize
+    }
 }
 
 /// Up to 8 triangles, 320 bytes. Unused ones are degenerate and never hit.
@@ -261,8 +271,6 @@ impl Instance {
 pub struct Bvh {
     /// Inner nodes, depth first, children of a node together.
     pub nodes: Vec<Node>,
-    /// For each node the order in which rays want its children.
-    pub orders: Vec<Order>,
     /// Triangles.
     pub triangles: Vec<TriangleBlock>,
     /// Spheres.
@@ -304,7 +312,6 @@ impl Default for Bvh {
     fn default() -> Self {
         Self {
             nodes: Vec::new(),
-            orders: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
             instances: Vec::new(),
@@ -322,7 +329,9 @@ impl Bvh {
     #[inline(always)]
     pub(super) fn fetch(&self, child: Child) {
         match child.kind() {
-            ChildKind::Node => prefetch(self.nodes.as_ptr() as usize + child.index() * size_of::<Node>(), 7),
+            ChildKind::Node => {
+                prefetch(self.nodes.as_ptr() as usize + child.index() * size_of::<Node>(), NODE_LINES)
+            }
             ChildKind::Triangles => {
                 prefetch(self.triangles.as_ptr() as usize + child.index() * size_of::<TriangleBlock>(), 5);
             }
@@ -353,7 +362,6 @@ impl Bvh {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
-            + size_of_val(&self.orders[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.instances[..])
@@ -368,6 +376,7 @@ pub fn pad(bounds: Aabb) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::sixteen::slot;
 
     #[test]
     fn children_come_from_back_to_front() {
@@ -377,10 +386,9 @@ mod tests {
             let min = Vec3::from_array(corner);
             node.set(slot, &Aabb { min, max: min + 1.0 }, Child::new(ChildKind::Node, slot));
         }
-        let order = order_of_children(&node);
-        for octant in 0..8 {
-            let order = back_to_front(&order, octant);
-            let mut slots: Vec<_> = (0..WIDTH).map(|place| slot(order, place)).collect();
+        node.put_in_order();
+        for (octant, order) in node.order.into_iter().enumerate() {
+            let mut slots: Vec<_> = (0..WIDTH).rev().map(|place| slot(order, place)).collect();
             let used: Vec<_> = slots.iter().copied().filter(|slot| *slot < 4).collect();
             let depth = |slot: &usize| {
                 let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });
@@ -394,7 +402,7 @@ mod tests {
 
     #[test]
     fn sizes_are_whole_cache_lines() {
-        assert_eq!(size_of::<Node>(), 448);
+        assert_eq!(size_of::<Node>(), 512);
         assert_eq!(size_of::<TriangleBlock>(), 320);
         assert_eq!(size_of::<SphereBlock>(), 192);
     }

@@ -2,7 +2,6 @@
 
 use std::hint::select_unpredictable;
 
-use super::HitsMut;
 use super::answers::Answers;
 use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
 use super::presence::{Asker, Candidate, Presence, Word};
@@ -189,61 +188,59 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     false
 }
 
-/// Whether one of a block's triangles is hit no farther than `limit`, without a branch on it where
-/// all of them are there.
+/// Looks for any hit in a block, all of whose triangles are there, without a branch on whether there is one; marks
+/// `best` if so. If that does not settle it, since t has to be computed exactly, it says false and does nothing.
 #[inline(always)]
-pub(super) fn hits_triangles<L: Lanes, A: Answers>(
+pub(super) fn glance_for_any<L: Lanes>(
     block: &TriangleBlock,
-    ray: &impl Exact,
     shear: &Shear,
-    visit: Visit,
-    limit: f32,
+    t_min: f32,
+    best: &mut Hit,
 ) -> bool {
-    if visit.conditional {
-        return triangles::<L, A>(block, ray, shear, visit, &mut Hit { t: limit, ..Hit::MISS });
-    }
-    let asked = Asked::between(visit.t_min, limit);
-    let mut found = false;
+    let asked = Asked::between(t_min, best.t);
+    let (mut found, mut doubtful) = (false, false);
     for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
-        let hits = triangle::intersect_all::<L::Block>(block, lane, ray, shear, &asked);
-        let (near, t_min) = (L::Block::splat(visit.near), L::Block::splat(visit.t_min));
-        found |= acceptable(&hits, near, t_min, L::Block::splat(limit)).1.any();
+        let hits = triangle::intersect_roughly::<L::Block>(block, lane, shear, &asked);
+        doubtful |= hits.doubtful.any();
+        // Where any hit will do, it does not matter where the ray enters the block's box.
+        found |= (hits.mask & hits.t.gt(asked.t_min) & hits.t.le(asked.t_max)).any();
     }
-    found
+    best.primitive = select_unpredictable(found & !doubtful, 0, best.primitive);
+    !doubtful
 }
 
-/// Tests a block of triangles for the nearest hit, without a branch on whether there is one if all of them are there.
+/// Looks for the nearest hit in a block, all of whose triangles are there, without a branch on whether there is one.
+/// `near` is where the ray enters the block's box. If one glance does not settle it, since t has to be computed
+/// exactly, or more than one triangle is hit, or one is as far as the best hit so far, it says false and does nothing.
 #[inline(always)]
-pub(super) fn nearest_triangle<L: Lanes>(
+pub(super) fn glance<L: Lanes>(
     block: &TriangleBlock,
-    ray: &impl Exact,
     shear: &Shear,
-    visit: Visit,
+    [near, t_min]: [f32; 2],
+    instance: u32,
     best: &mut Hit,
-) {
-    if visit.conditional || L::Block::WIDTH < block.words.len() {
-        triangles::<L, HitsMut>(block, ray, shear, visit, best);
-        return;
+) -> bool {
+    if L::Block::WIDTH < block.words.len() {
+        return false;
     }
-    let asked = Asked::between(visit.t_min, best.t);
-    let hits = triangle::intersect_all::<L::Block>(block, 0, ray, shear, &asked);
-    let (near, t_min) = (L::Block::splat(visit.near), L::Block::splat(visit.t_min));
-    let (t, mask) = acceptable(&hits, near, t_min, L::Block::splat(best.t));
-    let least = L::Block::select(mask, t, L::Block::splat(f32::INFINITY)).least();
-    let bits = (mask & t.eq(L::Block::splat(least))).bits();
-    if (bits & bits.wrapping_sub(1) != 0) | (least == best.t) {
-        accept::<_, HitsMut>(&hits, &block.words, 0, visit, best);
-        return;
-    }
-    let (mut us, mut vs) = ([0.0; 8], [0.0; 8]);
+    let asked = Asked::between(t_min, best.t);
+    let hits = triangle::intersect_roughly::<L::Block>(block, 0, shear, &asked);
+    let (t, mask) = acceptable(&hits, L::Block::splat(near), asked.t_min, asked.t_max);
+    let bits = mask.bits();
+    let (mut ts, mut us, mut vs) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+    t.store(&mut ts);
     hits.u.store(&mut us);
     hits.v.store(&mut vs);
     let (found, lane) = (bits != 0, bits.trailing_zeros() as usize % 8);
-    best.t = select_unpredictable(found, least, best.t);
+    if hits.doubtful.any() | (bits & bits.wrapping_sub(1) != 0) | (found & (ts[lane] == best.t)) {
+        return false;
+    }
+    best.t = select_unpredictable(found, ts[lane], best.t);
     best.u = select_unpredictable(found, us[lane], best.u);
     best.v = select_unpredictable(found, vs[lane], best.v);
     best.primitive = select_unpredictable(found, Word(block.words[lane]).number(), best.primitive);
-    best.instance = select_unpredictable(found, visit.instance, best.instance);
+    best.instance = select_unpredictable(found, instance, best.instance);
+    true
 }
 
 /// The same as [`triangles`] for spheres.

@@ -119,7 +119,7 @@ impl Narrow {
                     leaf::triangles::<L, HitsMut>(block, ray, &local.shear, visit, &mut best);
                     break;
                 }
-                let backwards = local.slabs.near_side[(node.axis & 3) as usize % 3] & 1 == 1;
+                let backwards = local.slabs.near_planes[(node.axis & 3) as usize % 3] != 0;
                 let (first, second) = (index + 1, node.next);
                 let turned = backwards != (node.axis & 4 != 0);
                 let (nearer, farther) = if turned { (second, first) } else { (first, second) };

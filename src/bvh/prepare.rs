@@ -2,10 +2,10 @@
 
 use super::Rays;
 use super::direction_classes::padded;
-use super::layout::{Bvh, Root};
+use super::layout::{Bvh, Child, Root};
 use super::ray::{LocalRay, Slabs, slab_scales};
+use super::traverse::Entry;
 use super::triangle::{Longest, Shear};
-use crate::simd::sixteen::key;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, prefetch};
 
 /// Rays of a batch.
@@ -19,7 +19,7 @@ type Quad = [f32; 4];
 /// A prepared ray in rows of four numbers.
 ///
 /// ```text
-/// origin x y z, floor │ near scale x y z, t_max │ far scale x y z, entry │ near side x y z, longest │
+/// origin x y z, floor │ near scale x y z, t_max │ far scale x y z, entry │ near planes x y z, longest │
 /// sheared origin x y z, octant │ shear x y z, –
 /// ```
 #[derive(Clone, Copy, Default)]
@@ -47,7 +47,7 @@ impl Row {
             origin[axis] = slabs.origin[axis];
             near_scale[axis] = slabs.near_scale[axis];
             far_scale[axis] = slabs.far_scale[axis];
-            side[axis] = f32::from_bits(slabs.near_side[axis]);
+            side[axis] = f32::from_bits(slabs.near_planes[axis]);
             sheared[axis] = shear.origin[axis];
             slopes[axis] = shear.shear[axis];
         }
@@ -63,7 +63,7 @@ impl Row {
             origin: three(origin),
             near_scale: three(near_scale),
             far_scale: three(far_scale),
-            near_side: [x.to_bits(), y.to_bits(), z.to_bits()],
+            near_planes: [x.to_bits(), y.to_bits(), z.to_bits()],
             floor: origin[3],
         }
     }
@@ -157,8 +157,8 @@ impl Prepared {
 
     /// The tree's root with the distance where a ray enters it.
     #[inline(always)]
-    pub fn start(&self, place: usize) -> u64 {
-        key(self.rows[2][place][3], self.root)
+    pub fn start(&self, place: usize) -> Entry {
+        Entry { near: self.rows[2][place][3], child: Child(self.root) }
     }
 
     /// Prepares `count` rays from `first` on.
@@ -189,7 +189,8 @@ impl Prepared {
         let mut zeros = F::zero();
         let mut octant = F::Int::splat(0);
         let (mut origin, mut direction, mut reciprocal) = ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
-        let (mut near_scales, mut far_scales, mut sides) = ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
+        let (mut near_scales, mut far_scales, mut near_planes) =
+            ([F::zero(); 3], [F::zero(); 3], [F::zero(); 3]);
         for axis in 0..3 {
             let o = padded::<F>(&rays.origin[axis][first..]);
             let d = padded::<F>(&rays.direction[axis][first..]);
@@ -209,14 +210,15 @@ impl Prepared {
             // NaN where something is not finite.
             zeros = zeros + o * F::zero() + d * F::zero();
             (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
-            (near_scales[axis], far_scales[axis], sides[axis]) = (near_scale, far_scale, side.reinterpret());
+            (near_scales[axis], far_scales[axis]) = (near_scale, far_scale);
+            near_planes[axis] = side.shl::<4>().reinterpret();
         }
         let longest = Longest::new(direction);
         let o = longest.rename(origin);
         let d = longest.rename(direction);
         let r = longest.rename(reciprocal);
         let shear = [d[0] * r[2], d[1] * r[2], r[2]];
-        let columns = [origin, near_scales, far_scales, sides, o, shear];
+        let columns = [origin, near_scales, far_scales, near_planes, o, shear];
         let last = [t_min, t_max, near, longest.axis().reinterpret(), octant.reinterpret(), F::zero()];
         for ((rows, [x, y, z]), last) in self.rows.iter_mut().zip(columns).zip(last) {
             F::store_rows([x, y, z, last], &mut rows[at..]);

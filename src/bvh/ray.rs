@@ -87,8 +87,8 @@ pub(super) struct Slabs {
     pub origin: [f32; 3],
     pub near_scale: [f32; 3],
     pub far_scale: [f32; 3],
-    /// Which of a node's planes the ray meets first.
-    pub near_side: [u32; 3],
+    /// Where among a node's planes across an axis those begin that the ray meets first: 0 or 16.
+    pub near_planes: [u32; 3],
     /// Nothing is entered before this.
     pub floor: f32,
 }
@@ -102,7 +102,7 @@ impl Slabs {
             origin: [ray.origin.x, ray.origin.y, ray.origin.z],
             near_scale: reciprocal.map(|r| slab_scales(r).0),
             far_scale: reciprocal.map(|r| slab_scales(r).1),
-            near_side: reciprocal.map(|r| r.to_bits() >> 31),
+            near_planes: reciprocal.map(|r| (r.to_bits() >> 31) * WIDTH as u32),
             floor: ray.t_min,
         }
     }
@@ -110,8 +110,8 @@ impl Slabs {
     /// Bit i is set where the ray goes down along axis i.
     #[inline(always)]
     pub fn octant(&self) -> u32 {
-        let [x, y, z] = self.near_side;
-        x | y << 1 | z << 2
+        let [x, y, z] = self.near_planes;
+        (x | y << 1 | z << 2) / WIDTH as u32
     }
 
     /// Where the ray enters a box, if it does.
@@ -121,7 +121,7 @@ impl Slabs {
         let corners = [bounds.min, bounds.max];
         let (mut near, mut far) = (self.floor, f32::INFINITY);
         for axis in 0..3 {
-            let side = self.near_side[axis] as usize & 1;
+            let side = usize::from(self.near_planes[axis] != 0);
             // As for the children below: a NaN (0 · ∞, a ray in the plane) leaves the interval as it is.
             near = Float::max((self.origin[axis] - corners[side][axis]) * self.near_scale[axis], near);
             far = Float::min((self.origin[axis] - corners[1 - side][axis]) * self.far_scale[axis], far);
@@ -138,11 +138,10 @@ impl Slabs {
     pub fn meet_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, S) {
         let (mut near, mut far) = (S::splat(self.floor), S::splat(limit));
         for axis in 0..3 {
-            let side = self.near_side[axis] as usize & 1;
-            let planes = &node.planes[axis];
+            let (first, last) = node.planes_across(axis, self.near_planes[axis]);
             let origin = S::splat(self.origin[axis]);
-            near = ((origin - S::load(&planes[side])) * S::splat(self.near_scale[axis])).max(near);
-            far = ((origin - S::load(&planes[side ^ 1])) * S::splat(self.far_scale[axis])).min(far);
+            near = ((origin - S::load(first)) * S::splat(self.near_scale[axis])).max(near);
+            far = ((origin - S::load(last)) * S::splat(self.far_scale[axis])).min(far);
         }
         (near, far)
     }

@@ -1,7 +1,7 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
 use super::answers::{Answers, Occluded};
-use super::layout::{Bvh, Child, ChildKind, WIDTH, back_to_front};
+use super::layout::{Bvh, Child, ChildKind, WIDTH};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::presence::Asker;
@@ -12,18 +12,28 @@ use super::{HitsMut, Rays};
 use std::marker::PhantomData;
 
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::sixteen::{NO_KEY, key, key_distance};
 use crate::simd::{Kernel, Lanes, Sixteen};
 
-/// Nodes still to visit.
-pub(super) struct NodeStack(Vec<u64>);
+/// A part of a tree, and where a ray enters it.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    pub near: f32,
+    pub child: Child,
+}
+
+/// Parts of the tree still to visit: where the ray enters each, and which.
+pub(super) struct NodeStack {
+    nears: Vec<f32>,
+    words: Vec<u32>,
+}
 
 impl NodeStack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        // Twice, because within an instance the world's entries stay where they are. And room for a node's keys,
+        // Twice, because within an instance the world's entries stay where they are. And room for a node's children,
         // which are written sixteen at a time.
-        Self(vec![0; 2 * bvh.stack_size + 2 + WIDTH])
+        let size = 2 * bvh.stack_size + 2 + WIDTH;
+        Self { nears: vec![0.0; size], words: vec![0; size] }
     }
 }
 
@@ -50,9 +60,7 @@ pub(super) fn each<L: Lanes, A: Answers>(
                 prepared.read(place, &mut row);
                 let mut local = LocalRay { ray, slabs: row.slabs(), shear: row.shear() };
                 let (start, asker) = (prepared.start(place), rays.asker(first + place));
-                if walk::<L, A, _>(bvh, &mut local, asker, start, &mut keys.0, &mut best, &mut NoTally)
-                    && A::ANY
-                {
+                if walk::<L, A, _>(bvh, &mut local, asker, start, keys, &mut best, &mut NoTally) && A::ANY {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
                 }
@@ -64,10 +72,10 @@ pub(super) fn each<L: Lanes, A: Answers>(
 
 /// The tree's root and where a ray enters it.
 #[inline(always)]
-pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<u64> {
+pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<Entry> {
     let root = bvh.root.filter(|_| is_finite(ray))?;
     let near = slabs.enter(&root.bounds).filter(|near| *near <= ray.t_max)?;
-    Some(key(near, root.child.0))
+    Some(Entry { near, child: root.child })
 }
 
 /// What a ray meets in a part of the tree, if it is better than `best`, as a function of its own.
@@ -76,8 +84,8 @@ pub(super) struct Subtree<'a, A> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray<f32>,
     pub asker: Asker<'a>,
-    /// The part, and where the ray enters it.
-    pub start: u64,
+    /// The part.
+    pub start: Entry,
     pub keys: &'a mut NodeStack,
     pub best: &'a mut Hit,
     pub answers: PhantomData<A>,
@@ -89,7 +97,7 @@ impl<A: Answers> Kernel for Subtree<'_, A> {
     fn run<L: Lanes>(self) -> bool {
         let mut local = LocalRay::new(*self.ray);
         let Self { bvh, asker, start, keys, .. } = self;
-        let found = walk::<L, A, _>(bvh, &mut local, asker, start, &mut keys.0, self.best, &mut NoTally);
+        let found = walk::<L, A, _>(bvh, &mut local, asker, start, keys, self.best, &mut NoTally);
         if found {
             // Which one it is, nobody asks.
             self.best.primitive = 0;
@@ -122,7 +130,7 @@ pub(super) fn closest_counted<L: Lanes, T: Tally>(
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut local = LocalRay::new(*ray);
     if let Some(start) = start(bvh, ray, &local.slabs) {
-        walk::<L, HitsMut, T>(bvh, &mut local, asker, start, &mut stack.single.0, &mut best, tally);
+        walk::<L, HitsMut, T>(bvh, &mut local, asker, start, &mut stack.single, &mut best, tally);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
@@ -140,7 +148,7 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
     let mut local = LocalRay::new(*ray);
     match start(bvh, ray, &local.slabs) {
         Some(start) => {
-            walk::<L, Occluded, T>(bvh, &mut local, asker, start, &mut stack.single.0, &mut best, tally)
+            walk::<L, Occluded, T>(bvh, &mut local, asker, start, &mut stack.single, &mut best, tally)
         }
         None => false,
     }
@@ -153,42 +161,46 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
     bvh: &Bvh,
     local: &mut LocalRay,
     asker: Asker,
-    mut current: u64,
-    stack: &mut [u64],
+    start: Entry,
+    stack: &mut NodeStack,
     best: &mut Hit,
     tally: &mut T,
 ) -> bool {
     let world = local.ray;
+    let NodeStack { nears, words } = stack;
     let mut instance = NONE;
     let mut top = 0;
+    let Entry { mut near, mut child } = start;
     loop {
-        let child = Child(current as u32);
         match child.kind() {
             ChildKind::Node => {
                 let node = &bvh.nodes[child.index()];
                 tally.node();
-                let (near, far) = local.slabs.meet_children::<L::Node>(node, best.t);
-                let bits = near.le(far);
+                let (entries, exits) = local.slabs.meet_children::<L::Node>(node, best.t);
+                let bits = entries.le(exits);
                 if bits.is_power_of_two() {
                     // No distance is needed of a node that is visited at once, but of a leaf.
                     let slot = bits.trailing_zeros() as usize & 15;
                     let mut distances = [0.0; WIDTH];
-                    near.store(&mut distances);
-                    current = key(distances[slot], node.child[slot]);
+                    entries.store(&mut distances);
+                    (near, child) = (distances[slot], Child(node.child[slot]));
                     continue;
                 }
                 if bits != 0
-                    && let Some(room) = stack[top..].first_chunk_mut::<WIDTH>()
+                    && let Some(nears) = nears[top..].first_chunk_mut::<WIDTH>()
+                    && let Some(words) = words[top..].first_chunk_mut::<WIDTH>()
                 {
-                    let order = back_to_front(&bvh.orders[child.index()], local.slabs.octant());
-                    let (next, count) = Sixteen::take_in_order(near, far, &node.child, order, room);
-                    current = next;
-                    top += count as usize - 1;
+                    let orders = node.orders(local.slabs.octant());
+                    let (word, count) =
+                        Sixteen::take_in_order(entries, exits, &node.child, orders, nears, words);
+                    let last = count as usize - 1;
+                    (near, child) = (nears[last % WIDTH], Child(word));
+                    top += last;
                     continue;
                 }
             }
             ChildKind::Triangles => {
-                let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
+                let visit = Visit::new(bvh, near, world.t_min, instance, asker);
                 let block = &bvh.triangles[child.index()];
                 tally.leaf(|| tally::triangles(block));
                 if leaf::triangles::<L, A>(block, &local.ray, &local.shear, visit, best) {
@@ -196,7 +208,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 }
             }
             ChildKind::Spheres => {
-                let visit = Visit::new(bvh, key_distance(current), world.t_min, instance, asker);
+                let visit = Visit::new(bvh, near, world.t_min, instance, asker);
                 let block = &bvh.spheres[child.index()];
                 tally.leaf(|| tally::spheres(block));
                 if leaf::spheres::<L, A>(block, &local.ray, visit, best) {
@@ -212,27 +224,26 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 tally.instance();
                 let ray = to_local(&world, placed);
                 if is_finite(&ray) {
-                    stack[top] = key(0.0, LEAVE_INSTANCE);
+                    (nears[top], words[top]) = (0.0, LEAVE_INSTANCE);
                     top += 1;
                     *local = LocalRay::new(ray);
-                    local.slabs.floor = key_distance(current);
+                    local.slabs.floor = near;
                     instance = child.index() as u32;
-                    current = key(local.slabs.floor, placed.root.child.0);
+                    child = placed.root.child;
                     continue;
                 }
             }
         }
         // The next that is not beyond the best hit.
-        current = NO_KEY;
-        while top > 0 {
+        loop {
+            if top == 0 {
+                return false;
+            }
             top -= 1;
-            if key_distance(stack[top]) <= best.t {
-                current = stack[top];
+            if nears[top] <= best.t {
+                (near, child) = (nears[top], Child(words[top]));
                 break;
             }
-        }
-        if current == NO_KEY {
-            return false;
         }
     }
 }

@@ -108,21 +108,18 @@ pub fn intersect<T: Float>(
     hits
 }
 
-/// [`intersect`] without a branch on whether there is a hit at all.
+/// [`intersect`] without a branch on whether there is a hit at all; where t is doubtful, it is left so.
 #[inline(always)]
-pub fn intersect_all<T: Float>(
+pub fn intersect_roughly<T: Float>(
     block: &TriangleBlock,
     lane: usize,
-    ray: &impl Exact,
     shear: &Shear,
     asked: &Asked<T>,
 ) -> BlockHits<T> {
     let corners = corners::<T>(block, lane, shear);
     let edges = Edges::new(&corners);
     let mask = edges.inside() & asked.lanes;
-    let mut hits = edges.distances(&corners, T::splat(shear.shear[2]), asked, mask);
-    make_exact(&mut hits, block, lane, ray);
-    hits
+    edges.distances(&corners, T::splat(shear.shear[2]), asked, mask)
 }
 
 /// Computes t again where it is doubtful.
@@ -239,11 +236,10 @@ impl<T: Float> Edges<T> {
         let x = ax.abs().max(bx.abs()).max(cx.abs());
         let y = ay.abs().max(by.abs()).max(cy.abs());
         let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
-        let error = error_bound(x, y, [low, high], reciprocal.abs()) * scale.abs();
+        let margin = twice_error_bound(x, y, [low, high], side.abs(), scale.abs());
         // What is certainly out of range need not be exact; with NaN nothing is certain.
-        let margin = error * T::splat(2.0);
         let refused = (t + margin).lt(asked.t_min) | (t - margin).gt(asked.t_max);
-        let doubtful = mask & !refused & (t.abs() * T::splat(WANTED)).le(error);
+        let doubtful = mask & !refused & (t.abs() * T::splat(2.0 * WANTED)).le(margin);
         let (u, v) = (self.v * reciprocal, self.w * reciprocal);
         BlockHits { mask, doubtful, t, u, v, side, far: T::splat(f32::NAN) }
     }
@@ -297,16 +293,16 @@ fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
 /// t is computed again in double precision where its error may be larger than this part of it.
 const WANTED: f32 = 1.0 / 16_384.0;
 
-/// How far off the depth of a hit can be, from the corners' largest x and y and their least
-/// and largest depth. (The error of the edge functions after PBRT 4th ed., 6.8.7. Weights add up
-/// to 1 whatever their errors, so these count only as far as the corners' depths differ.)
+/// Twice how far off t can be, from the corners' largest x and y, their least and largest depth, and what a depth
+/// is worth in t: by the determinant's reciprocal, `side`, and directly, `scale`. (The error of the edge functions after
+/// PBRT 4th ed., 6.8.7, multiplied out. Weights add up to 1 whatever their errors, so these count only as far as the
+/// corners' depths differ.)
 #[inline(always)]
-fn error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], reciprocal: T) -> T {
+fn twice_error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], side: T, scale: T) -> T {
     const EPSILON: f32 = f32::EPSILON * 0.5;
     let z = low.abs().max(high.abs());
-    let (delta_x, delta_y) = ((x + z) * T::splat(6.0 * EPSILON), (y + z) * T::splat(6.0 * EPSILON));
-    let delta_edge = (x * y * T::splat(3.0 * EPSILON) + delta_y * x + delta_x * y) * T::splat(2.0);
-    delta_edge * (high - low) * T::splat(3.0) * reciprocal + z * T::splat(8.0 * EPSILON)
+    let edge = x * y * T::splat(180.0 * EPSILON) + (x + y) * z * T::splat(72.0 * EPSILON);
+    edge * (high - low) * side + z * (scale * T::splat(16.0 * EPSILON))
 }
 
 /// A triangle's plane in double precision.

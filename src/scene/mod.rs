@@ -177,14 +177,13 @@ impl CompiledScene {
     /// The first of its parts in which it differs from another scene, to the last bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
-        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 20] {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
             [
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
                 ("geometry", &of.geometry),
                 // What building took is not part of it.
                 ("the tree's nodes", &of.bvh.nodes),
-                ("their orders", &of.bvh.orders),
                 ("its triangles", &of.bvh.triangles),
                 ("its spheres", &of.bvh.spheres),
                 ("its instances", &of.bvh.instances),

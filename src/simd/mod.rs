@@ -339,6 +339,22 @@ pub fn prefetch(address: usize, lines: usize) {
     }
 }
 
+/// The same number, of which the compiler does not know where it comes from. (If it knows that one side of a selection
+/// is read from memory, it branches, to read it only where it is needed.)
+#[inline(always)]
+pub fn opaque(number: u32) -> u32 {
+    #[cfg(all(target_arch = "x86_64", not(miri)))]
+    let number = {
+        let mut same = number;
+        // SAFETY: nothing is done.
+        unsafe {
+            std::arch::asm!("/* {0:e} */", inout(reg) same, options(pure, nomem, nostack, preserves_flags));
+        }
+        same
+    };
+    number
+}
+
 /// Runs a kernel, compiled for `level`.
 pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {

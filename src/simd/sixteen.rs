@@ -1,24 +1,9 @@
 //! The sixteen children of a node of the acceleration structure: entry distances, and
-//! the keys (distance, child) by which they wait on a ray's stack.
+//! the children that are entered, in the order in which they wait on a ray's stack.
 
 use std::ops::{Mul, Sub};
 
 use super::{Float, Int, Mask};
-
-/// No key.
-pub const NO_KEY: u64 = u64::MAX;
-
-/// A distance, at least 0, and a word in one integer whose order is that of the distances.
-#[inline(always)]
-pub fn key(distance: f32, word: u32) -> u64 {
-    u64::from(distance.to_bits()) << 32 | u64::from(word)
-}
-
-/// The distance of a [`key`].
-#[inline(always)]
-pub fn key_distance(key: u64) -> f32 {
-    f32::from_bits((key >> 32) as u32)
-}
 
 /// Sixteen floats, however many lanes the machine has. The operations are those of
 /// [`super::Float`]; distances are at least 0.
@@ -35,22 +20,27 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn max(self, other: Self) -> Self;
     /// Bit i: `self[i] <= other[i]`.
     fn le(self, other: Self) -> u32;
-    /// The keys (`near[i]`, `words[i]`) of those boxes that are entered, where `near[i] <= far[i]`, go to the front
-    /// of `out`, with the one to visit first at the end. Returns that one and how many there are; behind them `out`
-    /// is undetermined. `order` names the boxes from back to front, four bits each, the lowest first; it is used
-    /// where the machine has no better one.
-    fn take_in_order(near: Self, far: Self, words: &[u32; 16], order: u64, out: &mut [u64; 16])
-    -> (u64, u32);
+    /// `near[i]` and `words[i]` of those boxes that are entered, where `near[i] <= far[i]`, go to the fronts of
+    /// `nears` and `out`, with the one to visit first at the end; behind them both are undetermined. Returns the word of
+    /// that one and how many there are. The orders name the
+    /// boxes from front to back and from back to front (see [`slot`]); they are used where the machine has no better
+    /// one.
+    fn take_in_order(
+        near: Self,
+        far: Self,
+        words: &[u32; 16],
+        orders: [u64; 2],
+        nears: &mut [f32; 16],
+        out: &mut [u32; 16],
+    ) -> (u32, u32);
     /// The words of those boxes go to the front of `out`, in the order of the lanes. Returns the last of them and how
     /// many there are.
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32);
-    /// Bit i of the result is the bit of `bits` that place i of `order` (four bits each) names.
+    /// Bit i of the result is the bit of `bits` that place i of `order` names.
     #[inline(always)]
     fn in_order(bits: u32, order: u64) -> u32 {
-        (0..16).fold(0, |ordered, i| ordered | (bits >> (order >> (4 * i) & 15) & 1) << i)
+        (0..16).fold(0, |ordered, i| ordered | (bits >> slot(order, i) & 1) << i)
     }
-    /// The place of the last key whose distance is at most `limit`; 0 if there is none.
-    fn last_within(keys: &[u64; 8], limit: f32) -> usize;
 }
 
 /// Plain floats: the oracle, and what processors without wide registers get.
@@ -115,16 +105,19 @@ impl Sixteen for Plain {
         bits
     }
     #[inline(always)]
-    fn take_in_order(near: Self, far: Self, words: &[u32; 16], _: u64, out: &mut [u64; 16]) -> (u64, u32) {
-        take_in_order(near, far, words, out)
+    fn take_in_order(
+        near: Self,
+        far: Self,
+        words: &[u32; 16],
+        _: [u64; 2],
+        nears: &mut [f32; 16],
+        out: &mut [u32; 16],
+    ) -> (u32, u32) {
+        take_in_order(near, far, words, nears, out)
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
         take_entered(near.le(far), words, out)
-    }
-    #[inline(always)]
-    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
-        last_within(keys, limit)
     }
 }
 
@@ -175,8 +168,35 @@ impl<F: Float> Sixteen for Two<F> {
         self.0.le(other.0).bits() | self.1.le(other.1).bits() << 8
     }
     #[inline(always)]
-    fn take_in_order(near: Self, far: Self, words: &[u32; 16], _: u64, out: &mut [u64; 16]) -> (u64, u32) {
-        take_in_order(near, far, words, out)
+    fn take_in_order(
+        near: Self,
+        far: Self,
+        words: &[u32; 16],
+        _: [u64; 2],
+        nears: &mut [f32; 16],
+        out: &mut [u32; 16],
+    ) -> (u32, u32) {
+        // Without a branch: all of them in the order of the lanes, then the last one to the place of the nearest, and
+        // that to the end.
+        let entered = (near.0.le(far.0), near.1.le(far.1));
+        let bits = near.le(far);
+        let none = F::splat(f32::INFINITY);
+        let least = F::select(entered.0, near.0, none).min(F::select(entered.1, near.1, none)).least();
+        let nearest = near.le(Self::splat(least)) & bits;
+        let (lane, last) = (nearest.trailing_zeros() & 15, 31 - (bits.leading_zeros() & 31));
+        let low = entered.0.count();
+        near.0.compress(entered.0, &mut nears[..8]);
+        near.1.compress(entered.1, &mut nears[low..][..8]);
+        F::Int::load(&words[..8]).compress(entered.0, &mut out[..8]);
+        F::Int::load(&words[8..]).compress(entered.1, &mut out[low..][..8]);
+        let mut distances = [0.0; 16];
+        near.store(&mut distances);
+        let place = (bits & ((1 << lane) - 1)).count_ones() as usize & 15;
+        (nears[place], out[place]) = (distances[last as usize & 15], words[last as usize & 15]);
+        let (word, count) = (words[lane as usize], bits.count_ones());
+        let end = count.wrapping_sub(1) as usize & 15;
+        (nears[end], out[end]) = (least, word);
+        (word, count)
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
@@ -188,31 +208,48 @@ impl<F: Float> Sixteen for Two<F> {
         let last = 31 - (entered.leading_zeros() & 31);
         (words[last as usize & 15], entered.count_ones())
     }
-    #[inline(always)]
-    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
-        last_within(keys, limit)
-    }
+}
+
+/// What is at a place of an order: four bits each, those at even places in the low half, those at odd places in the
+/// high half. So one shift of eight 64-bit lanes brings each of them to the lowest bits of a lane of 32.
+#[inline(always)]
+pub fn slot(order: u64, place: usize) -> usize {
+    (order >> shift(place) & 15) as usize
+}
+
+/// Where a place is in an order.
+#[inline(always)]
+pub fn shift(place: usize) -> usize {
+    (place * 34) & 60
 }
 
 /// See [`Sixteen::take_in_order`]: the nearest last, the others in no order.
 #[inline(always)]
-fn take_in_order<S: Sixteen>(near: S, far: S, words: &[u32; 16], out: &mut [u64; 16]) -> (u64, u32) {
+fn take_in_order<S: Sixteen>(
+    near: S,
+    far: S,
+    words: &[u32; 16],
+    nears: &mut [f32; 16],
+    out: &mut [u32; 16],
+) -> (u32, u32) {
     let mut bits = near.le(far);
-    let entered = bits.count_ones();
+    let count = bits.count_ones();
     let mut distances = [0.0; 16];
     near.store(&mut distances);
-    let (mut nearest, mut count) = (NO_KEY, 0);
+    // A distance and a word in one integer, whose order is that of the distances.
+    let (mut nearest, mut place) = (u64::MAX, 0);
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize & 15;
         bits &= bits - 1;
-        let found = key(distances[lane], words[lane]);
+        let found = u64::from(distances[lane].to_bits()) << 32 | u64::from(words[lane]);
+        let farther = found.max(nearest);
         // The first one has nothing to leave behind.
-        out[count & 15] = found.max(nearest);
-        count += usize::from(nearest != NO_KEY);
+        (nears[place & 15], out[place & 15]) = (f32::from_bits((farther >> 32) as u32), farther as u32);
+        place += usize::from(nearest != u64::MAX);
         nearest = found.min(nearest);
     }
-    out[count & 15] = nearest;
-    (nearest, entered)
+    (nears[place & 15], out[place & 15]) = (f32::from_bits((nearest >> 32) as u32), nearest as u32);
+    (nearest as u32, count)
 }
 
 /// See [`Sixteen::take_entered`].
@@ -228,10 +265,4 @@ fn take_entered(mut bits: u32, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, 
         place += 1;
     }
     (last, count)
-}
-
-/// See [`Sixteen::last_within`].
-#[inline(always)]
-fn last_within(keys: &[u64; 8], limit: f32) -> usize {
-    (0..8).rev().find(|i| key_distance(keys[*i]) <= limit).unwrap_or(0)
 }

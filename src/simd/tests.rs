@@ -198,52 +198,65 @@ struct Children<'a> {
     near: &'a [f32; 16],
     far: &'a [f32; 16],
     words: &'a [u32; 16],
-    order: u64,
+    /// From front to back and from back to front.
+    orders: [u64; 2],
+}
+
+/// What was put on a stack, and the word that is said to lie on top.
+struct Stacked {
+    nears: Vec<f32>,
+    words: Vec<u32>,
+    top: u32,
 }
 
 impl Kernel for Children<'_> {
-    /// The keys with the next one, the words with the next one.
-    type Output = ((Vec<u64>, u64), (Vec<u32>, u32));
+    /// For the nearest hit and for any, and the bits of those that are entered, from front to back.
+    type Output = (Stacked, (Vec<u32>, u32), u32);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (near, far) = (L::Node::load(self.near), L::Node::load(self.far));
-        let (mut keys, mut words) = ([0; 16], [0; 16]);
-        let (key, count) = Sixteen::take_in_order(near, far, self.words, self.order, &mut keys);
-        let (word, same) = Sixteen::take_entered(near, far, self.words, &mut words);
+        let (mut nears, mut words, mut others) = ([0.0; 16], [0; 16], [0; 16]);
+        let (top, count) = Sixteen::take_in_order(near, far, self.words, self.orders, &mut nears, &mut words);
+        let (word, same) = Sixteen::take_entered(near, far, self.words, &mut others);
         assert_eq!(count, same);
-        ((keys[..count as usize].to_vec(), key), (words[..count as usize].to_vec(), word))
+        let count = count as usize;
+        let stacked = Stacked { nears: nears[..count].to_vec(), words: words[..count].to_vec(), top };
+        (stacked, (others[..count].to_vec(), word), L::Node::in_order(near.le(far), self.orders[0]))
     }
 }
 
 #[test]
 fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() {
     let words = std::array::from_fn(|i| 100 + i as u32);
-    // From back to front: 5, 10, 15, 4, …
-    let order = (0..16).fold(0, |order, i| order | ((5 * i + 5) % 16) << (4 * i));
+    // From front to back: 5, 10, 15, 4, …
+    let slots: [usize; 16] = std::array::from_fn(|i| (5 * i + 5) % 16);
+    let order = |slots: &mut dyn Iterator<Item = usize>| {
+        slots.enumerate().fold(0, |order, (place, slot)| order | (slot as u64) << sixteen::shift(place))
+    };
+    let orders = [order(&mut slots.into_iter()), order(&mut slots.into_iter().rev())];
+    assert!((0..16).all(|place| sixteen::slot(orders[0], place) == slots[place]));
     for level in Level::available() {
         for bits in [0u32, 1, 0x8000, 0b1010_0110, 0xff00, 0x00ff, 0xffff, 0x1234, 0xfedc] {
             let near = std::array::from_fn(|i| (i * 7 % 16) as f32);
             let far =
                 near.map(|near| if bits >> (near as usize * 7 % 16) & 1 == 1 { near } else { near - 1.0 });
             let entered: Vec<usize> = (0..16).filter(|i| near[*i] <= far[*i]).collect();
-            let ((mut keys, key), (found, word)) =
-                dispatch(level, Children { near: &near, far: &far, words: &words, order });
+            let (stacked, (found, word), in_order) =
+                dispatch(level, Children { near: &near, far: &far, words: &words, orders });
+            let place = |i: usize| slots.iter().position(|slot| *slot == i).unwrap();
+            assert_eq!(in_order, entered.iter().fold(0, |bits, i| bits | 1 << place(*i)), "{level:?}");
             assert_eq!(found, entered.iter().map(|i| words[*i]).collect::<Vec<_>>(), "{level:?}");
             if entered.is_empty() {
                 continue;
             }
-            assert_eq!((Some(&key), Some(&word)), (keys.last(), found.last()), "{level:?}");
-            let place = |i: usize| (0..16).position(|k| order >> (4 * k) & 15 == i as u64).unwrap();
+            assert_eq!((Some(&stacked.top), Some(&word)), (stacked.words.last(), found.last()), "{level:?}");
             let nearest = entered.iter().copied().min_by_key(|i| near[*i] as usize).unwrap();
-            let foremost = entered.iter().copied().max_by_key(|i| place(*i)).unwrap();
-            assert!(
-                [nearest, foremost].iter().any(|i| key == sixteen::key(near[*i], words[*i])),
-                "{level:?}"
-            );
-            keys.sort();
-            let mut expected: Vec<u64> = entered.iter().map(|i| sixteen::key(near[*i], words[*i])).collect();
-            expected.sort();
-            assert_eq!(keys, expected, "{level:?}");
+            let foremost = entered.iter().copied().min_by_key(|i| place(*i)).unwrap();
+            assert!([nearest, foremost].iter().any(|i| stacked.top == words[*i]), "{level:?}");
+            let mut pairs: Vec<_> = stacked.words.into_iter().zip(stacked.nears).collect();
+            pairs.sort_by_key(|(word, _)| *word);
+            let expected: Vec<_> = entered.iter().map(|i| (words[*i], near[*i])).collect();
+            assert_eq!(pairs, expected, "{level:?}");
         }
     }
 }

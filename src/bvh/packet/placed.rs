@@ -6,14 +6,13 @@ use std::marker::PhantomData;
 use super::super::answers::Answers;
 use super::super::layout::Child;
 use super::super::leaf::is_better;
-use super::super::traverse::NodeStack;
+use super::super::traverse::{Entry, NodeStack};
 use super::beam::Beam;
 use super::rays::{Active, Bits, GROUPS, PacketColumn, RAYS};
 use super::scene::PacketScene;
 use super::walk::{Boxes, PacketWalk, Pass};
 use super::{FEWEST, PASSES};
 use crate::math::Hit;
-use crate::simd::sixteen::key;
 use crate::simd::{Float, Kernel, Lanes};
 
 /// Rays in an instance's space.
@@ -103,7 +102,7 @@ impl<A: Answers> InInstance<'_, '_, A> {
             for lane in Bits(rest.lanes[group % GROUPS]) {
                 let place = (group * width + lane) % RAYS;
                 let ray = self.placed.places.0[place] as usize % RAYS;
-                let start = key(self.placed.walk.rays.floor.0[place], self.child.0);
+                let start = Entry { near: self.placed.walk.rays.floor.0[place], child: self.child };
                 if self.outer.single::<L, A>(self.scene, ray, start, self.keys) {
                     self.active.remove(ray / width % GROUPS, 1 << (ray % width));
                 }

@@ -3,21 +3,19 @@
 use std::marker::PhantomData;
 
 use super::super::answers::Answers;
-use super::super::layout::{
-    BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH, back_to_front, slot,
-};
+use super::super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH};
 use super::super::leaf::better_in_lanes;
 use super::super::presence::{Candidate, Word};
 use super::super::ray::Slabs;
 use super::super::sphere;
-use super::super::traverse::{NodeStack, Subtree, start};
+use super::super::traverse::{Entry, NodeStack, Subtree, start};
 use super::super::triangle::{self, Asked, BlockHits};
 use super::beam::Beam;
 use super::placed::{InInstance, Placed};
 use super::rays::{Active, Bits, GROUPS, PacketColumn, PacketRays, RAYS};
 use super::scene::{InGroup, OfGroup, PacketScene};
 use crate::math::NONE;
-use crate::simd::sixteen::key;
+use crate::simd::sixteen::slot;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen};
 
 /// Fewer rays go through an instance one by one.
@@ -65,8 +63,9 @@ impl Boxes {
     fn open<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam) {
         let node = &bvh.nodes[index];
         let bits = beam.meets::<L::Node>(node);
-        let octant = if A::ANY { beam.octant() ^ 7 } else { beam.octant() };
-        let order = back_to_front(&bvh.orders[index], octant);
+        // The first one on the stack is visited last.
+        let octant = if A::ANY { beam.octant() } else { beam.octant() ^ 7 };
+        let order = node.order[octant as usize % 8];
         for place in Bits(<L::Node as Sixteen>::in_order(bits, order)) {
             let slot = slot(order, place);
             let child = node.child[slot];
@@ -376,7 +375,8 @@ impl PacketWalk {
             let lanes = active.lanes[group];
             for lane in Bits(lanes) {
                 let i = (group * L::Queue::WIDTH + lane) % RAYS;
-                if self.near.0[i] >= 0.0 && self.single::<L, A>(scene, i, key(self.near.0[i], child.0), keys)
+                if self.near.0[i] >= 0.0
+                    && self.single::<L, A>(scene, i, Entry { near: self.near.0[i], child }, keys)
                 {
                     active.remove(group, 1 << lane);
                 }
@@ -413,7 +413,7 @@ impl PacketWalk {
         &mut self,
         scene: PacketScene,
         i: usize,
-        start: u64,
+        start: Entry,
         keys: &mut NodeStack,
     ) -> bool {
         let mut best = self.rays.best(i);

@@ -20,9 +20,9 @@ use std::marker::PhantomData;
 use super::Rays;
 use super::answers::Answers;
 use super::direction_classes::{DirectionClasses, OCTANTS, starts};
-use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH, back_to_front, slot};
-use super::traverse::{NodeStack, Subtree};
-use crate::simd::sixteen::key;
+use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH};
+use super::traverse::{Entry, NodeStack, Subtree};
+use crate::simd::sixteen::slot;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
@@ -237,9 +237,10 @@ impl StreamWalk {
         self.make_room(start, count);
         // From here on the list is in the groups, and its place is free.
         self.look_at::<F>(rows, start, count);
-        let (node, order) = (&bvh.nodes[node], &bvh.orders[node]);
+        let node = &bvh.nodes[node];
         let mut end = start;
-        let order = back_to_front(order, (way % OCTANTS) as u32);
+        // From back to front: the first one on the stack is visited last.
+        let order = node.order[(way % OCTANTS) ^ 7];
         for place in 0..WIDTH {
             let slot = slot(order, place);
             let mut planes = [[0.0; 3]; 2];
@@ -329,7 +330,7 @@ impl StreamWalk {
                 bvh,
                 ray: &ray,
                 asker: leaves::asker(rays, row),
-                start: key(near, child.0),
+                start: Entry { near, child },
                 keys: &mut *keys,
                 best: &mut hit,
                 answers: PhantomData::<A>,

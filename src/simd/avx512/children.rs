@@ -4,7 +4,7 @@
 use std::arch::x86_64::*;
 
 use super::F32x16;
-use crate::simd::sixteen;
+use crate::simd::sixteen::slot;
 use crate::simd::{Float, Mask, Sixteen};
 
 impl Sixteen for F32x16 {
@@ -37,37 +37,32 @@ impl Sixteen for F32x16 {
         near: Self,
         far: Self,
         words: &[u32; 16],
-        order: u64,
-        out: &mut [u64; 16],
-    ) -> (u64, u32) {
-        // SAFETY: 16 words are there; there is room for 16 keys, and no more than 8 + 8 are written; as for the
-        // operators.
-        let count = unsafe {
-            let words = _mm512_loadu_si512(words.as_ptr().cast());
-            let places = places(order);
-            let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(
-                _mm512_permutexvar_ps(places, near.0),
-                _mm512_permutexvar_ps(places, far.0),
-            );
-            let pairs = _mm512_set_epi32(28, 28, 24, 24, 20, 20, 16, 16, 12, 12, 8, 8, 4, 4, 0, 0);
-            let of = _mm512_set_epi32(16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0, 16, 0);
-            let fifteen = _mm512_set1_epi32(15);
-            let distances = _mm512_castps_si512(near.0);
-            // A word and its distance each.
-            let back = _mm512_srlv_epi32(_mm512_set1_epi32(order as i32), pairs);
-            let back = _mm512_or_si512(_mm512_and_si512(back, fifteen), of);
-            let front = _mm512_srlv_epi32(_mm512_set1_epi32((order >> 32) as i32), pairs);
-            let front = _mm512_or_si512(_mm512_and_si512(front, fifteen), of);
-            let back = _mm512_permutex2var_epi32(words, back, distances);
-            let front = _mm512_permutex2var_epi32(words, front, distances);
-            let place = out.as_mut_ptr();
-            let behind = entered as __mmask8;
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64(behind, back));
-            let place = place.add(behind.count_ones() as usize);
-            _mm512_storeu_si512(place.cast(), _mm512_maskz_compress_epi64((entered >> 8) as __mmask8, front));
-            u32::from(entered).count_ones()
+        [front_to_back, back_to_front]: [u64; 2],
+        nears: &mut [f32; 16],
+        out: &mut [u32; 16],
+    ) -> (u32, u32) {
+        // SAFETY: 16 words are there; there is room for 16 numbers each; as for the operators.
+        let entered = unsafe {
+            let places = places(back_to_front);
+            let near = _mm512_permutexvar_ps(places, near.0);
+            let far = _mm512_permutexvar_ps(places, far.0);
+            let words = _mm512_permutexvar_epi32(places, _mm512_loadu_si512(words.as_ptr().cast()));
+            let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
+            let near = _mm512_maskz_compress_ps(entered, near);
+            let words = _mm512_maskz_compress_epi32(entered, words);
+            if entered.count_ones() <= 8 {
+                // The shorter a store, the fewer loads have to wait for it.
+                _mm256_storeu_ps(nears.as_mut_ptr(), _mm512_castps512_ps256(near));
+                _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm512_castsi512_si256(words));
+            } else {
+                _mm512_storeu_ps(nears.as_mut_ptr(), near);
+                _mm512_storeu_si512(out.as_mut_ptr().cast(), words);
+            }
+            u32::from(entered)
         };
-        (out[count.wrapping_sub(1) as usize & 15], count)
+        // What was just written is not read again: that would take longer.
+        let first = slot(front_to_back, (entered << 16).leading_zeros() as usize);
+        (words[first], entered.count_ones())
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
@@ -90,25 +85,13 @@ impl Sixteen for F32x16 {
             u32::from(_mm512_test_epi32_mask(shifted, _mm512_set1_epi32(1)))
         }
     }
-    #[inline(always)]
-    fn last_within(keys: &[u64; 8], limit: f32) -> usize {
-        let most = sixteen::key(limit, u32::MAX);
-        // SAFETY: 8 keys are there; as for the operators.
-        let within = unsafe {
-            let keys = _mm512_loadu_si512(keys.as_ptr().cast());
-            _mm512_cmple_epu64_mask(keys, _mm512_set1_epi64(most as i64))
-        };
-        (31 - u32::from(within).leading_zeros() as i32).max(0) as usize
-    }
 }
 
-/// Place i of an order (four bits each) in the four lowest bits of lane i; above them is what comes after it.
+/// Place i of an order in the four lowest bits of lane i; above them is what comes after it.
 #[inline(always)]
 fn places(order: u64) -> __m512i {
     // SAFETY: as for the operators.
     unsafe {
-        let (low, high) = (_mm256_set1_epi32(order as i32), _mm256_set1_epi32((order >> 32) as i32));
-        let shifts = _mm512_set_epi32(28, 24, 20, 16, 12, 8, 4, 0, 28, 24, 20, 16, 12, 8, 4, 0);
-        _mm512_srlv_epi32(_mm512_inserti64x4::<1>(_mm512_castsi256_si512(low), high), shifts)
+        _mm512_srlv_epi64(_mm512_set1_epi64(order as i64), _mm512_set_epi64(28, 24, 20, 16, 12, 8, 4, 0))
     }
 }
