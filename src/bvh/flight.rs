@@ -12,8 +12,8 @@ use std::hint::select_unpredictable;
 use std::marker::PhantomData;
 
 use super::answers::Answers;
-use super::layout::{Bvh, Child, ChildKind, NODE_LINES, Node, TriangleBlock, WIDTH};
-use super::leaf::{self, Visit};
+use super::layout::{BLOCK, Bvh, Child, ChildKind, NODE_LINES, Node, TriangleBlock, WIDTH};
+use super::leaf::{self, Glance, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::ray::{LocalRay, is_finite, to_local};
 use super::traverse::{Entry, LEAVE_INSTANCE};
@@ -26,6 +26,8 @@ use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, opaque, prefetch};
 const RAYS: usize = 32;
 /// At the bottom of every stack, so that so many entries can always be read.
 const WINDOW: usize = 8;
+/// Cache lines of a block of triangles.
+const BLOCK_LINES: usize = size_of::<TriangleBlock>() / 64;
 /// 32-bit entries of a cache line.
 const LINE: usize = 16;
 /// The child word of a ray that has ended.
@@ -105,26 +107,12 @@ struct Places {
 }
 
 impl Places {
-    /// The rays that are at nodes; from now on they are nowhere.
+    /// The rays at nodes, those at triangles and the others; from now on they are nowhere.
     #[inline(always)]
-    fn take_nodes(&mut self) -> u32 {
-        let rays = self.at as u32;
-        self.at &= !u64::from(u32::MAX);
-        rays
-    }
-
-    /// The same for triangles.
-    #[inline(always)]
-    fn take_triangles(&mut self) -> u32 {
-        let rays = (self.at >> 32) as u32;
-        self.at &= u64::from(u32::MAX);
-        rays
-    }
-
-    /// The rays that are elsewhere.
-    #[inline(always)]
-    fn others(&self) -> u32 {
-        self.alive & !(self.at as u32 | (self.at >> 32) as u32)
+    fn take(&mut self) -> [u32; 3] {
+        let (nodes, triangles) = (self.at as u32, (self.at >> 32) as u32);
+        self.at = 0;
+        [nodes, triangles, self.alive & !(nodes | triangles)]
     }
 }
 
@@ -142,6 +130,8 @@ struct Memory {
     start: [usize; 4],
     /// Bytes of each.
     size: [usize; 4],
+    /// How far it goes on behind as many lines as a block has, if at all: bytes from its start.
+    rest: [usize; 4],
 }
 
 impl Memory {
@@ -151,6 +141,7 @@ impl Memory {
         Self {
             start: [nodes, triangles, nodes, nodes],
             size: [size_of::<Node>(), size_of::<TriangleBlock>(), 0, 0],
+            rest: [size_of::<TriangleBlock>(), 0, 0, 0],
         }
     }
 
@@ -161,8 +152,14 @@ impl Memory {
         let kind = (child.0 >> 30) as usize;
         places.at |= AT[kind] << ray;
         let address = self.start[kind].wrapping_add(child.index().wrapping_mul(self.size[kind]));
-        // The last line of a node are its orders.
-        prefetch(address, if A::ANY { NODE_LINES - 1 } else { NODE_LINES });
+        if A::ANY {
+            // The last line of a node are its orders.
+            return prefetch(address, NODE_LINES - 1);
+        }
+        prefetch(address, BLOCK_LINES);
+        // The rest of a node. Of a block, which is shorter, the first lines again: that takes less time than asking for
+        // what is not needed.
+        prefetch(address.wrapping_add(self.rest[kind]), NODE_LINES - BLOCK_LINES);
     }
 }
 
@@ -197,22 +194,35 @@ impl Flight {
             queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
         }
         while places.alive != 0 {
-            let mut todo = places.take_nodes();
+            // One step for each ray. (Those that come to triangles in this round could go on at once, but then finding
+            // out which ones these are would wait for the last step.)
+            let [mut todo, triangles, others] = places.take();
             while todo != 0 {
                 let ray = take_first(&mut todo);
-                let f = &mut flight[ray];
-                f.step::<L, A>(bvh, &mut stacks[ray]);
-                memory.send::<A>(&mut places, ray, f.child);
+                let child = flight[ray].step::<L, A>(bvh, &mut stacks[ray]);
+                memory.send::<A>(&mut places, ray, child);
             }
-            let mut todo = places.take_triangles();
+            let mut todo = triangles;
             while todo != 0 {
                 let ray = take_first(&mut todo);
+                if L::Queue::WIDTH == 2 * BLOCK && todo != 0 {
+                    let other = take_first(&mut todo);
+                    if let Ok(two) = flight.get_disjoint_mut([ray, other]) {
+                        test_two::<L, A>(two, bvh, &queue.rays, [&stacks[ray], &stacks[other]]);
+                    }
+                    for ray in [ray, other] {
+                        let f = &mut flight[ray];
+                        f.pop::<L, A>(&stacks[ray]);
+                        memory.send::<A>(&mut places, ray, f.child);
+                    }
+                    continue;
+                }
                 let f = &mut flight[ray];
                 f.test_triangles::<L, A>(bvh, &queue.rays, &stacks[ray]);
                 f.pop::<L, A>(&stacks[ray]);
                 memory.send::<A>(&mut places, ray, f.child);
             }
-            let mut todo = places.others();
+            let mut todo = others;
             while todo != 0 {
                 let ray = take_first(&mut todo);
                 let f = &mut flight[ray];
@@ -236,39 +246,45 @@ impl Flight {
 impl InFlight {
     /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
     #[inline(always)]
-    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut RayStack) {
+    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut RayStack) -> Child {
         let (waiting, below) = self.peek::<L, A>(stack);
         let node = &bvh.nodes[self.child.0 as usize];
         let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
         let top = self.top as usize;
-        let Some(words) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return };
+        let Some(words) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return Child(END) };
         let (word, count) = if A::ANY {
             <L::Node as Sixteen>::take_entered(near, far, &node.child, words)
         } else {
-            let Some(nears) = stack.nears[top..].first_chunk_mut::<WIDTH>() else { return };
+            let Some(nears) = stack.nears[top..].first_chunk_mut::<WIDTH>() else { return Child(END) };
             Sixteen::take_in_order(near, far, &node.child, node.orders(self.row.octant()), nears, words)
         };
         let entered = count != 0;
         self.child.0 = select_unpredictable(entered, opaque(word), waiting.0);
         self.top = select_unpredictable(entered, (self.top + count).wrapping_sub(1), below);
+        self.child
     }
 
     /// The canonical test.
     #[inline(always)]
     fn test_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
-        let block = &bvh.triangles[self.child.index()];
-        let shear = self.row.shear();
-        let is_settled = !bvh.conditional
-            && if A::ANY {
-                leaf::glance_for_any::<L>(block, &shear, self.t_min, &mut self.best)
-            } else {
-                let from = [self.near::<A>(stack), self.t_min];
-                leaf::glance::<L>(block, &shear, from, self.instance, &mut self.best)
-            };
-        if !is_settled {
-            let near = self.near::<A>(stack);
-            L::outlined(LookAgain { ray: self, near, bvh, rays, answers: PhantomData::<A> });
+        if bvh.conditional || !self.glance::<A>(bvh, stack).settles::<L, A>(&mut self.best) {
+            self.look_again::<L, A>(bvh, rays, stack);
         }
+    }
+
+    /// The ray at its block.
+    #[inline(always)]
+    fn glance<'a, A: Answers>(&self, bvh: &'a Bvh, stack: &RayStack) -> Glance<'a> {
+        let Self { t_min, instance, .. } = *self;
+        let (block, shear) = (&bvh.triangles[self.child.index()], self.row.shear());
+        Glance { block, shear, near: self.near::<A>(stack), t_min, instance }
+    }
+
+    /// The test where one glance does not settle it.
+    #[inline(always)]
+    fn look_again<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
+        let near = self.near::<A>(stack);
+        L::outlined(LookAgain { ray: self, near, bvh, rays, answers: PhantomData::<A> });
     }
 
     #[inline(always)]
@@ -349,7 +365,28 @@ impl InFlight {
     }
 }
 
-/// The test of a block's triangles where one glance does not settle it.
+/// [`InFlight::test_triangles`] for two rays at once.
+#[inline(always)]
+fn test_two<L: Lanes, A: Answers>(
+    [a, b]: [&mut InFlight; 2],
+    bvh: &Bvh,
+    rays: &Rays,
+    stacks: [&RayStack; 2],
+) {
+    let glances = [&a.glance::<A>(bvh, stacks[0]), &b.glance::<A>(bvh, stacks[1])];
+    let settled = if bvh.conditional {
+        [false; 2]
+    } else {
+        leaf::two_settle::<L::Queue, A>(glances, [&mut a.best, &mut b.best])
+    };
+    for (is_settled, (ray, stack)) in settled.into_iter().zip([a, b].into_iter().zip(stacks)) {
+        if !is_settled {
+            ray.look_again::<L, A>(bvh, rays, stack);
+        }
+    }
+}
+
+/// See [`InFlight::look_again`].
 struct LookAgain<'a, 'r, A> {
     ray: &'a mut InFlight,
     near: f32,

@@ -188,59 +188,95 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     false
 }
 
-/// Looks for any hit in a block, all of whose triangles are there, without a branch on whether there is one; marks
-/// `best` if so. If that does not settle it, since t has to be computed exactly, it says false and does nothing.
-#[inline(always)]
-pub(super) fn glance_for_any<L: Lanes>(
-    block: &TriangleBlock,
-    shear: &Shear,
-    t_min: f32,
-    best: &mut Hit,
-) -> bool {
-    let asked = Asked::between(t_min, best.t);
-    let (mut found, mut doubtful) = (false, false);
-    for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
-        let hits = triangle::intersect_roughly::<L::Block>(block, lane, shear, &asked);
-        doubtful |= hits.doubtful.any();
-        // Where any hit will do, it does not matter where the ray enters the block's box.
-        found |= (hits.mask & hits.t.gt(asked.t_min) & hits.t.le(asked.t_max)).any();
-    }
-    best.primitive = select_unpredictable(found & !doubtful, 0, best.primitive);
-    !doubtful
+/// A ray at a block, all of whose triangles are there.
+pub(super) struct Glance<'a> {
+    pub block: &'a TriangleBlock,
+    pub shear: Shear,
+    /// Where it enters the block's box; it does not matter where any hit will do.
+    pub near: f32,
+    /// Only hits beyond this count.
+    pub t_min: f32,
+    /// The instance that it is in.
+    pub instance: u32,
 }
 
-/// Looks for the nearest hit in a block, all of whose triangles are there, without a branch on whether there is one.
-/// `near` is where the ray enters the block's box. If one glance does not settle it, since t has to be computed
-/// exactly, or more than one triangle is hit, or one is as far as the best hit so far, it says false and does nothing.
+impl Glance<'_> {
+    /// Looks for a better hit than `best`, without a branch on whether there is one. If one glance does not settle
+    /// it, since t has to be computed exactly, or more than one triangle is hit, or one is as far as the best hit so
+    /// far, this says false and does nothing.
+    #[inline(always)]
+    pub fn settles<L: Lanes, A: Answers>(&self, best: &mut Hit) -> bool {
+        if L::Block::WIDTH < self.block.words.len() {
+            return false;
+        }
+        let asked = Asked::between(self.t_min, best.t);
+        let hits = triangle::intersect_roughly::<L::Block>(self.block, 0, &self.shear, &asked);
+        let seen = Seen::new::<A, _>(&hits, L::Block::splat(self.near), &asked);
+        self.take::<A>(&seen, 0, best)
+    }
+
+    /// Takes what was seen in eight lanes from `first` on, if it settles it.
+    #[inline(always)]
+    fn take<A: Answers>(&self, seen: &Seen, first: usize, best: &mut Hit) -> bool {
+        let (bits, doubtful) = (seen.hits >> first & 0xff, seen.doubtful >> first & 0xff != 0);
+        let found = bits != 0;
+        if A::ANY {
+            best.primitive = select_unpredictable(found & !doubtful, 0, best.primitive);
+            return !doubtful;
+        }
+        let place = bits.trailing_zeros() as usize % 8;
+        let lane = first + place;
+        if doubtful | (bits & bits.wrapping_sub(1) != 0) | (found & (seen.t[lane] == best.t)) {
+            return false;
+        }
+        best.t = select_unpredictable(found, seen.t[lane], best.t);
+        best.u = select_unpredictable(found, seen.u[lane], best.u);
+        best.v = select_unpredictable(found, seen.v[lane], best.v);
+        best.primitive = select_unpredictable(found, Word(self.block.words[place]).number(), best.primitive);
+        best.instance = select_unpredictable(found, self.instance, best.instance);
+        true
+    }
+}
+
+/// [`Glance::settles`] for two rays in sixteen lanes.
 #[inline(always)]
-pub(super) fn glance<L: Lanes>(
-    block: &TriangleBlock,
-    shear: &Shear,
-    [near, t_min]: [f32; 2],
-    instance: u32,
-    best: &mut Hit,
-) -> bool {
-    if L::Block::WIDTH < block.words.len() {
-        return false;
+pub(super) fn two_settle<F: Float, A: Answers>(
+    [a, b]: [&Glance; 2],
+    [best, other]: [&mut Hit; 2],
+) -> [bool; 2] {
+    let asked = Asked {
+        lanes: F::Mask::first(F::WIDTH),
+        t_min: F::splat_halves(a.t_min, b.t_min),
+        t_max: F::splat_halves(best.t, other.t),
+    };
+    let hits = triangle::intersect_two::<F>([a.block, b.block], [&a.shear, &b.shear], &asked);
+    let seen = Seen::new::<A, _>(&hits, F::splat_halves(a.near, b.near), &asked);
+    [a.take::<A>(&seen, 0, best), b.take::<A>(&seen, 8, other)]
+}
+
+/// What there was to see, by lanes.
+struct Seen {
+    /// Which hits count, by bits.
+    hits: u32,
+    /// Where t is less exact than it should be.
+    doubtful: u32,
+    t: [f32; 16],
+    u: [f32; 16],
+    v: [f32; 16],
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new<A: Answers, F: Float>(hits: &BlockHits<F>, near: F, asked: &Asked<F>) -> Self {
+        let (t, mask) = acceptable(hits, if A::ANY { asked.t_min } else { near }, asked.t_min, asked.t_max);
+        let lanes = [0.0; 16];
+        let mut seen =
+            Self { hits: mask.bits(), doubtful: hits.doubtful.bits(), t: lanes, u: lanes, v: lanes };
+        t.store(&mut seen.t);
+        hits.u.store(&mut seen.u);
+        hits.v.store(&mut seen.v);
+        seen
     }
-    let asked = Asked::between(t_min, best.t);
-    let hits = triangle::intersect_roughly::<L::Block>(block, 0, shear, &asked);
-    let (t, mask) = acceptable(&hits, L::Block::splat(near), asked.t_min, asked.t_max);
-    let bits = mask.bits();
-    let (mut ts, mut us, mut vs) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-    t.store(&mut ts);
-    hits.u.store(&mut us);
-    hits.v.store(&mut vs);
-    let (found, lane) = (bits != 0, bits.trailing_zeros() as usize % 8);
-    if hits.doubtful.any() | (bits & bits.wrapping_sub(1) != 0) | (found & (ts[lane] == best.t)) {
-        return false;
-    }
-    best.t = select_unpredictable(found, ts[lane], best.t);
-    best.u = select_unpredictable(found, us[lane], best.u);
-    best.v = select_unpredictable(found, vs[lane], best.v);
-    best.primitive = select_unpredictable(found, Word(block.words[lane]).number(), best.primitive);
-    best.instance = select_unpredictable(found, instance, best.instance);
-    true
 }
 
 /// The same as [`triangles`] for spheres.

@@ -168,10 +168,13 @@ impl Prepared {
         self.waiting = 0;
         let Some(root) = bvh.root else { return };
         self.root = root.child.0;
-        let columns = [rays.origin, rays.direction].into_iter().flatten().chain([rays.t_min, rays.t_max]);
-        for column in columns {
-            prefetch(column.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
+        // (A chain of iterators would be put together in memory.)
+        for axis in 0..3 {
+            prefetch(rays.origin[axis].as_ptr().wrapping_add(first + AHEAD) as usize, 1);
+            prefetch(rays.direction[axis].as_ptr().wrapping_add(first + AHEAD) as usize, 1);
         }
+        prefetch(rays.t_min.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
+        prefetch(rays.t_max.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
         for at in (0..count).step_by(F::WIDTH) {
             self.waiting |= self.lanes::<F>(&root, rays, first + at, at).bits() << at;
         }

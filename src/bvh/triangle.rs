@@ -122,6 +122,32 @@ pub fn intersect_roughly<T: Float>(
     edges.distances(&corners, T::splat(shear.shear[2]), asked, mask)
 }
 
+/// [`intersect_roughly`] for the blocks of two rays, one in the low half of the lanes and one in the high half, of
+/// which there are 16.
+#[inline(always)]
+pub fn intersect_two<T: Float>(
+    blocks: [&TriangleBlock; 2],
+    rays: [&Shear; 2],
+    asked: &Asked<T>,
+) -> BlockHits<T> {
+    let [a, b] = rays;
+    let mut seen = [[T::zero(); 3]; 3];
+    for (corner, seen) in seen.iter_mut().enumerate() {
+        for (axis, seen) in seen.iter_mut().enumerate() {
+            let low = &blocks[0].vertex[a.axes[axis]][corner];
+            let high = &blocks[1].vertex[b.axes[axis]][corner];
+            *seen = T::load_halves(low, high) - T::splat_halves(a.origin[axis], b.origin[axis]);
+        }
+        let [x, y, z] = *seen;
+        let (shear_x, shear_y) =
+            (T::splat_halves(a.shear[0], b.shear[0]), T::splat_halves(a.shear[1], b.shear[1]));
+        *seen = [x - shear_x * z, y - shear_y * z, z];
+    }
+    let edges = Edges::new(&seen);
+    let mask = edges.inside() & asked.lanes;
+    edges.distances(&seen, T::splat_halves(a.shear[2], b.shear[2]), asked, mask)
+}
+
 /// Computes t again where it is doubtful.
 #[inline(always)]
 fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: usize, ray: &impl Exact) {

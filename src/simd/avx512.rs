@@ -176,6 +176,19 @@ impl Float for F32x16 {
         unsafe { _mm512_storeu_ps(out.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
+    fn splat_halves(low: f32, high: f32) -> Self {
+        // SAFETY: as for the operators.
+        unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(low), 0xff00, _mm_set_ss(high))) }
+    }
+    #[inline(always)]
+    fn load_halves(low: &[f32; 8], high: &[f32; 8]) -> Self {
+        // SAFETY: 8 floats each are there; as for the operators.
+        unsafe {
+            let (low, high) = (_mm256_loadu_ps(low.as_ptr()), _mm256_loadu_ps(high.as_ptr()));
+            Self(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
+        }
+    }
+    #[inline(always)]
     fn compress(self, mask: M32x16, out: &mut [f32]) {
         // SAFETY: as for the operators.
         unsafe { Float::store(Self(_mm512_maskz_compress_ps(mask.0, self.0)), out) }

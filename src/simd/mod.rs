@@ -77,6 +77,19 @@ pub trait Float:
     fn splat(value: f32) -> Self;
     /// The first `WIDTH` values of a slice. Panics if there are fewer.
     fn load(values: &[f32]) -> Self;
+    /// One value in the first eight lanes, another in the next eight.
+    #[inline(always)]
+    fn splat_halves(low: f32, high: f32) -> Self {
+        Self::load_halves(&[low; 8], &[high; 8])
+    }
+    /// Eight values, then another eight.
+    #[inline(always)]
+    fn load_halves(low: &[f32; 8], high: &[f32; 8]) -> Self {
+        let mut values = [0.0; 16];
+        values[..8].copy_from_slice(low);
+        values[8..].copy_from_slice(high);
+        Self::load(&values)
+    }
     /// Writes the lanes to the front of a slice. Panics if it is shorter than `WIDTH`.
     fn store(self, out: &mut [f32]);
     /// Packs the lanes of `mask` together at the front of `out`, which has room for
