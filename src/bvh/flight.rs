@@ -267,24 +267,26 @@ impl InFlight {
     /// The canonical test.
     #[inline(always)]
     fn test_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
-        if bvh.conditional || !self.glance::<A>(bvh, stack).settles::<L, A>(&mut self.best) {
-            self.look_again::<L, A>(bvh, rays, stack);
+        if bvh.conditional || L::Block::WIDTH < BLOCK {
+            let near = self.near::<A>(stack);
+            L::outlined(AskingTest { ray: self, near, bvh, rays, answers: PhantomData::<A> });
+        } else {
+            self.glance::<A>(bvh, rays, stack).test::<L::Block, A>(&mut self.best);
         }
     }
 
     /// The ray at its block.
     #[inline(always)]
-    fn glance<'a, A: Answers>(&self, bvh: &'a Bvh, stack: &RayStack) -> Glance<'a> {
-        let Self { t_min, instance, .. } = *self;
+    fn glance<'a, A: Answers>(
+        &self,
+        bvh: &'a Bvh,
+        rays: &'a Rays<'a>,
+        stack: &RayStack,
+    ) -> Glance<'a, RaySource<'a>> {
+        let Self { t_min, instance, index, .. } = *self;
         let (block, shear) = (&bvh.triangles[self.child.index()], self.row.shear());
-        Glance { block, shear, near: self.near::<A>(stack), t_min, instance }
-    }
-
-    /// The test where one glance does not settle it.
-    #[inline(always)]
-    fn look_again<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
-        let near = self.near::<A>(stack);
-        L::outlined(LookAgain { ray: self, near, bvh, rays, answers: PhantomData::<A> });
+        let exact = RaySource { bvh, rays, index, instance };
+        Glance { block, shear, near: self.near::<A>(stack), t_min, instance, exact }
     }
 
     #[inline(always)]
@@ -373,21 +375,17 @@ fn test_two<L: Lanes, A: Answers>(
     rays: &Rays,
     stacks: [&RayStack; 2],
 ) {
-    let glances = [&a.glance::<A>(bvh, stacks[0]), &b.glance::<A>(bvh, stacks[1])];
-    let settled = if bvh.conditional {
-        [false; 2]
-    } else {
-        leaf::two_settle::<L::Queue, A>(glances, [&mut a.best, &mut b.best])
-    };
-    for (is_settled, (ray, stack)) in settled.into_iter().zip([a, b].into_iter().zip(stacks)) {
-        if !is_settled {
-            ray.look_again::<L, A>(bvh, rays, stack);
-        }
+    if bvh.conditional {
+        a.test_triangles::<L, A>(bvh, rays, stacks[0]);
+        b.test_triangles::<L, A>(bvh, rays, stacks[1]);
+        return;
     }
+    let glances = [&a.glance::<A>(bvh, rays, stacks[0]), &b.glance::<A>(bvh, rays, stacks[1])];
+    leaf::test_two::<L::Queue, A, _>(glances, [&mut a.best, &mut b.best]);
 }
 
-/// See [`InFlight::look_again`].
-struct LookAgain<'a, 'r, A> {
+/// [`InFlight::test_triangles`] where some triangles may not be there.
+struct AskingTest<'a, 'r, A> {
     ray: &'a mut InFlight,
     near: f32,
     bvh: &'a Bvh,
@@ -395,7 +393,7 @@ struct LookAgain<'a, 'r, A> {
     answers: PhantomData<A>,
 }
 
-impl<A: Answers> Kernel for LookAgain<'_, '_, A> {
+impl<A: Answers> Kernel for AskingTest<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -411,6 +409,7 @@ impl<A: Answers> Kernel for LookAgain<'_, '_, A> {
 }
 
 /// Where to get the ray itself.
+#[derive(Clone, Copy)]
 struct RaySource<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,

@@ -123,7 +123,7 @@ impl Node {
     }
 }
 
-/// A node's children from front to back: see [`slot`].
+/// A node's children from front to back: see [`crate::simd::sixteen::slot`].
 pub type Order = u64;
 
 impl Node {

@@ -325,8 +325,8 @@ impl<A: Answers> Query<'_, A> {
         let nearest_or_any = usize::from(A::ANY);
         let (ways, place) = match contest {
             Contest::Packets(coherent) => ([Way::Packets, Way::Scattered], usize::from(coherent)),
-            // Streams share boxes and blocks where there are more rays than blocks: so they come first.
-            Contest::Flight if self.bvh.triangles.len() + self.bvh.spheres.len() < stream::RAYS => {
+            // Streams share boxes and blocks where there are many more rays than blocks: so they come first.
+            Contest::Flight if 4 * (self.bvh.triangles.len() + self.bvh.spheres.len()) < stream::RAYS => {
                 ([Way::Streams, Way::InFlight], 2)
             }
             Contest::Flight => ([Way::InFlight, Way::Streams], 2),
