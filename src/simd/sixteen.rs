@@ -22,9 +22,8 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn le(self, other: Self) -> u32;
     /// `near[i]` and `words[i]` of those boxes that are entered, where `near[i] <= far[i]`, go to the fronts of
     /// `nears` and `out`, with the one to visit first at the end; behind them both are undetermined. Returns the word of
-    /// that one and how many there are. The orders name the
-    /// boxes from front to back and from back to front (see [`slot`]); they are used where the machine has no better
-    /// one.
+    /// that one and how many there are. The orders name the boxes from front to back and from back to front (see
+    /// [`slot`]); they are used where the machine has no better one.
     fn take_in_order(
         near: Self,
         far: Self,

@@ -261,6 +261,33 @@ fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() 
     }
 }
 
+struct Halves;
+
+impl Kernel for Halves {
+    type Output = [Vec<f32>; 2];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let low = std::array::from_fn(|i| i as f32);
+        let (mut loaded, mut same) = ([0.0; 16], [0.0; 16]);
+        L::Queue::load_halves(&low, &[9.0; 8]).store(&mut loaded);
+        L::Queue::splat_halves(-1.0, 2.5).store(&mut same);
+        [loaded, same].map(|lanes| lanes[..L::Queue::WIDTH].to_vec())
+    }
+}
+
+#[test]
+fn halves_come_from_two_places() {
+    for level in Level::available() {
+        let [loaded, same] = dispatch(level, Halves);
+        assert!(
+            loaded.iter().enumerate().all(|(i, v)| *v == if i < 8 { i as f32 } else { 9.0 }),
+            "{level:?}"
+        );
+        assert!(same.iter().enumerate().all(|(i, v)| *v == if i < 8 { -1.0 } else { 2.5 }), "{level:?}");
+    }
+    assert!([0, 1, u32::MAX].into_iter().all(|number| opaque(number) == number));
+}
+
 struct Least<'a>(&'a [f32; 16]);
 
 impl Kernel for Least<'_> {
