@@ -40,6 +40,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
         coherence: arguments.coherence.into(),
         any: arguments.any,
         threads: threads.current_num_threads(),
+        stacks: Mutex::default(),
     };
     let mut answers = Answers::new(rays.len(), query.any);
     let mut best = Time { wall: Duration::MAX, cpu: None };
@@ -117,6 +118,9 @@ struct TraceQuery<'a> {
     coherence: Coherence,
     any: bool,
     threads: usize,
+    /// The threads' buffers. They are kept from one time to the next, as in a renderer, with what is known of which
+    /// kernel is faster.
+    stacks: Mutex<Vec<Stack>>,
 }
 
 /// How long all rays took.
@@ -166,7 +170,8 @@ impl TraceQuery<'_> {
 
     /// Works until no job is left; returns the thread's CPU seconds.
     fn work<'a>(&self, jobs: &Mutex<impl Iterator<Item = Job<'a>>>) -> Option<f64> {
-        let mut stack = Stack::new(self.bvh);
+        let stack = self.stacks.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut stack = stack.unwrap_or_else(|| Stack::new(self.bvh));
         let start = usage::thread_cpu_seconds();
         let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
         while let Some((rays, places)) = next() {
@@ -179,7 +184,9 @@ impl TraceQuery<'_> {
                 }
             }
         }
-        start.zip(usage::thread_cpu_seconds()).map(|(before, after)| after - before)
+        let took = start.zip(usage::thread_cpu_seconds()).map(|(before, after)| after - before);
+        self.stacks.lock().unwrap_or_else(PoisonError::into_inner).push(stack);
+        took
     }
 }
 
