@@ -62,6 +62,8 @@ fn is_ordinary(metadata: &Metadata) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, format!("this is {what}: name an ordinary file")))
 }
 
+// Temporary folders come with this feature.
+#[cfg(feature = "formats")]
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -124,6 +124,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
+// Temporary folders come with this feature.
+#[cfg(feature = "formats")]
 #[cfg(test)]
 mod tests {
     use super::*;
