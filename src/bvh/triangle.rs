@@ -200,18 +200,6 @@ pub fn intersect_rays<T: Float>(
     hits
 }
 
-/// Whether the ray's line passes through one of a block's triangles: what [`intersect`] decides
-/// before it looks at distances, by the same operations.
-#[inline(always)]
-pub fn may_hit<T: Float>(block: &TriangleBlock, shear: &Shear) -> bool {
-    let mut found = false;
-    for lane in (0..BLOCK).step_by(T::WIDTH) {
-        let corners = corners::<T>(block, lane, shear);
-        found |= Edges::new(&corners).inside().any();
-    }
-    found
-}
-
 /// The edge functions of sheared corners: twice the signed areas that the ray's line makes
 /// with each edge.
 struct Edges<T> {

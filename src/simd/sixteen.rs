@@ -112,11 +112,39 @@ impl Sixteen for Plain {
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
-        take_in_order(near, far, words, nears, out)
+        // The nearest last, the others in no order.
+        let mut bits = near.le(far);
+        let count = bits.count_ones();
+        let mut distances = [0.0; 16];
+        near.store(&mut distances);
+        // A distance and a word in one integer, whose order is that of the distances.
+        let (mut nearest, mut place) = (u64::MAX, 0);
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize & 15;
+            bits &= bits - 1;
+            let found = u64::from(distances[lane].to_bits()) << 32 | u64::from(words[lane]);
+            let farther = found.max(nearest);
+            // The first one has nothing to leave behind.
+            (nears[place & 15], out[place & 15]) = (f32::from_bits((farther >> 32) as u32), farther as u32);
+            place += usize::from(nearest != u64::MAX);
+            nearest = found.min(nearest);
+        }
+        (nears[place & 15], out[place & 15]) = (f32::from_bits((nearest >> 32) as u32), nearest as u32);
+        (nearest as u32, count)
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-        take_entered(near.le(far), words, out)
+        let mut bits = near.le(far);
+        let count = bits.count_ones();
+        let mut last = 0;
+        let mut place = 0;
+        while bits != 0 {
+            last = words[bits.trailing_zeros() as usize & 15];
+            bits &= bits - 1;
+            out[place & 15] = last;
+            place += 1;
+        }
+        (last, count)
     }
 }
 
@@ -220,48 +248,4 @@ pub fn slot(order: u64, place: usize) -> usize {
 #[inline(always)]
 pub fn shift(place: usize) -> usize {
     (place * 34) & 60
-}
-
-/// See [`Sixteen::take_in_order`]: the nearest last, the others in no order.
-#[inline(always)]
-fn take_in_order<S: Sixteen>(
-    near: S,
-    far: S,
-    words: &[u32; 16],
-    nears: &mut [f32; 16],
-    out: &mut [u32; 16],
-) -> (u32, u32) {
-    let mut bits = near.le(far);
-    let count = bits.count_ones();
-    let mut distances = [0.0; 16];
-    near.store(&mut distances);
-    // A distance and a word in one integer, whose order is that of the distances.
-    let (mut nearest, mut place) = (u64::MAX, 0);
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize & 15;
-        bits &= bits - 1;
-        let found = u64::from(distances[lane].to_bits()) << 32 | u64::from(words[lane]);
-        let farther = found.max(nearest);
-        // The first one has nothing to leave behind.
-        (nears[place & 15], out[place & 15]) = (f32::from_bits((farther >> 32) as u32), farther as u32);
-        place += usize::from(nearest != u64::MAX);
-        nearest = found.min(nearest);
-    }
-    (nears[place & 15], out[place & 15]) = (f32::from_bits((nearest >> 32) as u32), nearest as u32);
-    (nearest as u32, count)
-}
-
-/// See [`Sixteen::take_entered`].
-#[inline(always)]
-fn take_entered(mut bits: u32, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-    let count = bits.count_ones();
-    let mut last = 0;
-    let mut place = 0;
-    while bits != 0 {
-        last = words[bits.trailing_zeros() as usize & 15];
-        bits &= bits - 1;
-        out[place & 15] = last;
-        place += 1;
-    }
-    (last, count)
 }
