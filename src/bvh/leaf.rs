@@ -1,7 +1,5 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
-use std::hint::select_unpredictable;
-
 use super::answers::Answers;
 use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
 use super::presence::{Asker, Candidate, Presence, Word};
@@ -188,147 +186,6 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
     false
 }
 
-/// A ray at a block, all of whose triangles are there.
-pub(super) struct Glance<'a, E> {
-    pub block: &'a TriangleBlock,
-    pub shear: Shear,
-    /// Where it enters the block's box; it does not matter where any hit will do.
-    pub near: f32,
-    /// Only hits beyond this count.
-    pub t_min: f32,
-    /// The instance that it is in.
-    pub instance: u32,
-    /// The ray itself, if it is needed after all.
-    pub exact: E,
-}
-
-impl<E: Exact + Copy> Glance<'_, E> {
-    /// The canonical test, with blocks in one register: puts a hit that is better than `best` there, without a branch on
-    /// whether there is one.
-    #[inline(always)]
-    pub fn test<F: Float, A: Answers>(&self, best: &mut Hit) {
-        let asked = Asked::between(self.t_min, best.t);
-        let hits = triangle::intersect_roughly::<F>(self.block, 0, &self.shear, &asked);
-        self.take::<A>(&Seen::new::<A, F>(&hits, F::splat(self.near), &asked), 0, best);
-    }
-
-    /// Takes what was seen in eight lanes from `first` on.
-    #[inline(always)]
-    fn take<A: Answers>(&self, seen: &Seen, first: usize, best: &mut Hit) {
-        let (bits, doubtful) = (seen.hits >> first & 0xff, seen.doubtful >> first & 0xff);
-        let (found, place) = (bits != 0, bits.trailing_zeros() as usize % 8);
-        let lane = first + place;
-        let is_settled = doubtful == 0
-            && (A::ANY || (bits & bits.wrapping_sub(1) == 0) & !(found & (seen.values.t[lane] == best.t)));
-        if !is_settled {
-            let Self { block, near, t_min, instance, exact, .. } = *self;
-            let closer = CloserLook { block, near, t_min, instance, exact, bits, doubtful, first };
-            return closer.take(&seen.values, A::ANY, best);
-        }
-        if A::ANY {
-            best.primitive = select_unpredictable(found, 0, best.primitive);
-            return;
-        }
-        best.t = select_unpredictable(found, seen.values.t[lane], best.t);
-        best.u = select_unpredictable(found, seen.values.u[lane], best.u);
-        best.v = select_unpredictable(found, seen.values.v[lane], best.v);
-        best.primitive = select_unpredictable(found, Word(self.block.words[place]).number(), best.primitive);
-        best.instance = select_unpredictable(found, self.instance, best.instance);
-    }
-}
-
-/// [`Glance::test`] for two rays in sixteen lanes.
-#[inline(always)]
-pub(super) fn test_two<F: Float, A: Answers, E: Exact + Copy>(
-    [a, b]: [&Glance<E>; 2],
-    [best, other]: [&mut Hit; 2],
-) {
-    let asked = Asked {
-        lanes: F::Mask::first(F::WIDTH),
-        t_min: F::splat_halves(a.t_min, b.t_min),
-        t_max: F::splat_halves(best.t, other.t),
-    };
-    let hits = triangle::intersect_two::<F>([a.block, b.block], [&a.shear, &b.shear], &asked);
-    let seen = Seen::new::<A, F>(&hits, F::splat_halves(a.near, b.near), &asked);
-    a.take::<A>(&seen, 0, best);
-    b.take::<A>(&seen, 8, other);
-}
-
-/// What there was to see.
-struct Seen {
-    /// Which hits count, by bits.
-    hits: u32,
-    /// Where t is less exact than it should be; whether such hits count is not known.
-    doubtful: u32,
-    values: SeenValues,
-}
-
-/// By lanes.
-struct SeenValues {
-    t: [f32; 16],
-    u: [f32; 16],
-    v: [f32; 16],
-}
-
-impl Seen {
-    #[inline(always)]
-    fn new<A: Answers, F: Float>(hits: &BlockHits<F>, near: F, asked: &Asked<F>) -> Self {
-        let (t, mask) = acceptable(hits, if A::ANY { asked.t_min } else { near }, asked.t_min, asked.t_max);
-        let lanes = [0.0; 16];
-        let mut values = SeenValues { t: lanes, u: lanes, v: lanes };
-        t.store(&mut values.t);
-        hits.u.store(&mut values.u);
-        hits.v.store(&mut values.v);
-        let doubtful = hits.doubtful.bits();
-        Self { hits: mask.bits() & !doubtful, doubtful, values }
-    }
-}
-
-/// What one glance does not settle: t has to be computed exactly, or more than one triangle is hit, or one is as far as
-/// the best hit so far. See [`Glance`] and [`Seen`].
-struct CloserLook<'a, E> {
-    block: &'a TriangleBlock,
-    near: f32,
-    t_min: f32,
-    instance: u32,
-    exact: E,
-    bits: u32,
-    doubtful: u32,
-    first: usize,
-}
-
-impl<E: Exact> CloserLook<'_, E> {
-    #[cold]
-    #[inline(never)]
-    fn take(self, values: &SeenValues, any: bool, best: &mut Hit) {
-        let (limit, mut todo) = (best.t, self.bits | self.doubtful);
-        while todo != 0 {
-            let place = todo.trailing_zeros() as usize % 8;
-            todo &= todo - 1;
-            let lane = (self.first + place) % 16;
-            let mut t = values.t[lane];
-            if self.doubtful >> place & 1 == 1 {
-                let exact = triangle::exact_t(self.block.corners(place), &self.exact.ray());
-                t = Float::max(exact, self.near);
-                // NaN fails the first comparison.
-                if !(exact > self.t_min && t <= limit) {
-                    continue;
-                }
-            }
-            if any {
-                // Which one it is, nobody asks.
-                best.primitive = 0;
-                return;
-            }
-            let primitive = Word(self.block.words[place]).number();
-            let found = Hit { t, u: values.u[lane], v: values.v[lane], primitive, instance: self.instance };
-            if is_better(&found, best) {
-                *best = found;
-            }
-        }
-    }
-}
-
 /// The same as [`triangles`] for spheres.
 #[inline(always)]
 pub(super) fn spheres<L: Lanes, A: Answers>(
@@ -337,8 +194,9 @@ pub(super) fn spheres<L: Lanes, A: Answers>(
     visit: Visit,
     best: &mut Hit,
 ) -> bool {
+    let line = sphere::Line::new(ray);
     for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
-        let hits = sphere::intersect::<L::Block>(block, lane, ray);
+        let hits = sphere::intersect::<L::Block>(block, lane, &line, L::Block::splat(visit.t_min));
         if accept::<_, A>(&hits, &block.words[lane..], SPHERE, visit, best) {
             return true;
         }
@@ -348,7 +206,7 @@ pub(super) fn spheres<L: Lanes, A: Answers>(
 
 /// Where hits count, and which of them lie no farther than `limit`.
 #[inline(always)]
-fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit: T) -> (T, T::Mask) {
+pub(super) fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit: T) -> (T, T::Mask) {
     // NaN distances fail the first comparison.
     let t = hits.t.max(near);
     (t, hits.mask & hits.t.gt(t_min) & t.le(limit))

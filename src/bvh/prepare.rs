@@ -79,6 +79,12 @@ impl Row {
         }
     }
 
+    /// Where it starts.
+    #[inline(always)]
+    pub fn origin(&self) -> [f32; 3] {
+        three(&self.0[0])
+    }
+
     /// Bit i is set where it goes down along axis i.
     #[inline(always)]
     pub fn octant(&self) -> u32 {

@@ -5,19 +5,57 @@ use super::triangle::BlockHits;
 use crate::math::{Ray, Vector};
 use crate::simd::{Float, Mask};
 
-/// Tests the spheres from `lane` on, for a direction of any length: [`meet`].
+/// What spheres need of a ray.
+#[derive(Clone, Copy, Default)]
+pub struct Line {
+    /// Where it starts.
+    pub origin: [f32; 3],
+    /// Of any length.
+    pub direction: [f32; 3],
+}
+
+impl Line {
+    /// That of a ray.
+    #[inline(always)]
+    pub fn new(ray: &Ray<f32>) -> Self {
+        let (o, d) = (ray.origin, ray.direction);
+        Self { origin: [o.x, o.y, o.z], direction: [d.x, d.y, d.z] }
+    }
+}
+
+/// Tests the spheres from `lane` on: [`meet`].
 #[inline(always)]
-pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, ray: &Ray<f32>) -> BlockHits<T> {
-    let (o, d) = (ray.origin, ray.direction);
-    let origin = Vector::new(T::splat(o.x), T::splat(o.y), T::splat(o.z));
-    let direction = Vector::new(T::splat(d.x), T::splat(d.y), T::splat(d.z));
+pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, line: &Line, t_min: T) -> BlockHits<T> {
+    let ([ox, oy, oz], [dx, dy, dz]) = (line.origin, line.direction);
+    let origin = Vector::new(T::splat(ox), T::splat(oy), T::splat(oz));
+    let direction = Vector::new(T::splat(dx), T::splat(dy), T::splat(dz));
     let center = Vector::new(
         T::load(&block.center[0][lane..]),
         T::load(&block.center[1][lane..]),
         T::load(&block.center[2][lane..]),
     );
     let radius = T::load(&block.radius[lane..]);
-    meet(center, radius, origin, direction, T::splat(ray.t_min))
+    meet(center, radius, origin, direction, t_min)
+}
+
+/// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there are 16.
+#[inline(always)]
+pub fn intersect_two<T: Float>([a, b]: [&SphereBlock; 2], [c, d]: [&Line; 2], t_min: T) -> BlockHits<T> {
+    let (low, high) = (&a.center, &b.center);
+    let center = Vector::new(
+        T::load_halves(&low[0], &high[0]),
+        T::load_halves(&low[1], &high[1]),
+        T::load_halves(&low[2], &high[2]),
+    );
+    let origin = halves([&c.origin, &d.origin]);
+    let direction = halves([&c.direction, &d.direction]);
+    meet(center, T::load_halves(&a.radius, &b.radius), origin, direction, t_min)
+}
+
+/// A vector for each half of the lanes.
+#[inline(always)]
+fn halves<T: Float>([[ax, ay, az], [bx, by, bz]]: [&[f32; 3]; 2]) -> Vector<T> {
+    Vector::new(T::splat_halves(*ax, *bx), T::splat_halves(*ay, *by), T::splat_halves(*az, *bz))
 }
 
 /// Tests one sphere against a ray in each of some lanes: [`meet`].

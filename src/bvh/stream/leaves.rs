@@ -184,6 +184,34 @@ impl StreamWalk {
             }
         }
     }
+
+    /// The same for a block's spheres.
+    #[inline(always)]
+    pub(super) fn test_lone_spheres<L: Lanes, A: Answers>(
+        &mut self,
+        scene: StreamScene,
+        rows: &mut [Quad],
+        block: usize,
+        start: usize,
+        count: usize,
+    ) {
+        let StreamScene { bvh, rays, .. } = scene;
+        let block = &bvh.spheres[block];
+        for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
+            let row = &mut rows[ROW * *id as usize..][..ROW];
+            let (near, t_min) = (Float::max(*near, row[1][3]), row[1][3]);
+            let visit = Visit::new(bvh, near, t_min, NONE, asker(rays, row));
+            if visit.near > row[0][3] {
+                continue;
+            }
+            let mut hit = best(row);
+            if leaf::spheres::<L, A>(block, &rays.get(row[3][3].to_bits() as usize), visit, &mut hit) {
+                finish(row);
+            } else {
+                put_best(row, &hit);
+            }
+        }
+    }
 }
 
 /// What the ray of a row asks by.

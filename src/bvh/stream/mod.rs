@@ -187,6 +187,9 @@ impl StreamWalk {
                     self.test::<L::Queue, A>(scene, rows, child, start, count);
                 }
                 ChildKind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
+                ChildKind::Spheres => {
+                    self.test_lone_spheres::<L, A>(scene, rows, child.index(), start, count)
+                }
                 _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
             }
         }

@@ -5,8 +5,9 @@ use glam::{DAffine3, DVec3};
 use super::{Riddle, Soup, ray};
 use crate::bvh::layout::{Child, ChildKind, PADDING};
 use crate::bvh::presence::{Crossing, Presence, Surfaces, Word};
+use crate::bvh::sphere::{self, Line};
 use crate::bvh::triangle::{self, Asked, Shear};
-use crate::bvh::{Bvh, SPHERE, sphere};
+use crate::bvh::{Bvh, SPHERE};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
 /// Where a ray enters a box, whether or not it does.
@@ -88,7 +89,11 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
             ChildKind::Spheres => {
                 let block = &bvh.spheres[child.index()];
                 for lane in 0..8 {
-                    consider(sphere::intersect(block, lane, &local), block.words[lane], SPHERE);
+                    consider(
+                        sphere::intersect(block, lane, &Line::new(&local), local.t_min),
+                        block.words[lane],
+                        SPHERE,
+                    );
                 }
             }
             ChildKind::Instance => {

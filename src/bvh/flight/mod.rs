@@ -8,26 +8,29 @@
 //! finds: decisions are conditional moves, and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
 //! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
+mod glance;
+mod places;
+
 use std::hint::select_unpredictable;
 use std::marker::PhantomData;
 
 use super::answers::Answers;
-use super::layout::{BLOCK, Bvh, Child, ChildKind, NODE_LINES, Node, TriangleBlock, WIDTH};
-use super::leaf::{self, Glance, Visit};
+use super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH};
+use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::ray::{LocalRay, is_finite, to_local};
 use super::traverse::{Entry, LEAVE_INSTANCE};
 use super::triangle::Exact;
-use super::{HitsMut, Rays};
+use super::{Rays, sphere};
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, opaque, prefetch};
+use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, opaque};
+use glance::{Block, Glance};
+use places::{Memory, Places, take_first};
 
 /// Rays in flight.
 const RAYS: usize = 32;
 /// At the bottom of every stack, so that so many entries can always be read.
 const WINDOW: usize = 8;
-/// Cache lines of a block of triangles.
-const BLOCK_LINES: usize = size_of::<TriangleBlock>() / 64;
 /// 32-bit entries of a cache line.
 const LINE: usize = 16;
 /// The child word of a ray that has ended.
@@ -94,73 +97,8 @@ struct InFlight {
     instance: u32,
     /// Only hits beyond this count.
     t_min: f32,
-}
-
-/// Where the rays are. (Not lists of them in memory: the place in a list would depend on what the ray before
-/// has found, and loads wait for stores whose addresses are not known.)
-#[derive(Clone, Copy, Default)]
-struct Places {
-    /// Rays at nodes in the low half, rays at triangles in the high one.
-    at: u64,
-    /// Rays that have not ended, or whose end nobody has seen.
-    alive: u32,
-}
-
-impl Places {
-    /// The rays at nodes, those at triangles and the others; from now on they are nowhere.
-    #[inline(always)]
-    fn take(&mut self) -> [u32; 3] {
-        let (nodes, triangles) = (self.at as u32, (self.at >> 32) as u32);
-        self.at = 0;
-        [nodes, triangles, self.alive & !(nodes | triangles)]
-    }
-}
-
-/// Takes a ray, of which there is at least one.
-#[inline(always)]
-fn take_first(rays: &mut u32) -> usize {
-    let first = rays.trailing_zeros() as usize % RAYS;
-    *rays &= rays.wrapping_sub(1);
-    first
-}
-
-/// Where the tree is in memory, by kinds of children.
-struct Memory {
-    /// The first one.
-    start: [usize; 4],
-    /// Bytes of each.
-    size: [usize; 4],
-    /// How far it goes on behind as many lines as a block has, if at all: bytes from its start.
-    rest: [usize; 4],
-}
-
-impl Memory {
-    fn new(bvh: &Bvh) -> Self {
-        let (nodes, triangles) = (bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize);
-        // Of others, nothing is asked for.
-        Self {
-            start: [nodes, triangles, nodes, nodes],
-            size: [size_of::<Node>(), size_of::<TriangleBlock>(), 0, 0],
-            rest: [size_of::<TriangleBlock>(), 0, 0, 0],
-        }
-    }
-
-    /// Notes where a ray is and asks for the memory of its next step.
-    #[inline(always)]
-    fn send<A: Answers>(&self, places: &mut Places, ray: usize, child: Child) {
-        const AT: [u64; 4] = [1, 1 << 32, 0, 0];
-        let kind = (child.0 >> 30) as usize;
-        places.at |= AT[kind] << ray;
-        let address = self.start[kind].wrapping_add(child.index().wrapping_mul(self.size[kind]));
-        if A::ANY {
-            // The last line of a node are its orders.
-            return prefetch(address, NODE_LINES - 1);
-        }
-        prefetch(address, BLOCK_LINES);
-        // The rest of a node. Of a block, which is shorter, the first lines again: that takes less time than asking for
-        // what is not needed.
-        prefetch(address.wrapping_add(self.rest[kind]), NODE_LINES - BLOCK_LINES);
-    }
+    /// Kept only where there are spheres.
+    direction: [f32; 3],
 }
 
 impl Flight {
@@ -174,6 +112,7 @@ impl Flight {
             best: Hit::MISS,
             instance: NONE,
             t_min: 0.0,
+            direction: [0.0; 3],
         };
         Self {
             rays: Box::new([ray; RAYS]),
@@ -202,27 +141,14 @@ impl Flight {
                 let child = flight[ray].step::<L, A>(bvh, &mut stacks[ray]);
                 memory.send::<A>(&mut places, ray, child);
             }
-            let mut todo = triangles;
-            while todo != 0 {
-                let ray = take_first(&mut todo);
-                if L::Queue::WIDTH == 2 * BLOCK && todo != 0 {
-                    let other = take_first(&mut todo);
-                    if let Ok(two) = flight.get_disjoint_mut([ray, other]) {
-                        test_two::<L, A>(two, bvh, &queue.rays, [&stacks[ray], &stacks[other]]);
-                    }
-                    for ray in [ray, other] {
-                        let f = &mut flight[ray];
-                        f.pop::<L, A>(&stacks[ray]);
-                        memory.send::<A>(&mut places, ray, f.child);
-                    }
-                    continue;
-                }
-                let f = &mut flight[ray];
-                f.test_triangles::<L, A>(bvh, &queue.rays, &stacks[ray]);
-                f.pop::<L, A>(&stacks[ray]);
-                memory.send::<A>(&mut places, ray, f.child);
-            }
+            let leaves = Leaves { bvh, rays: &queue.rays, memory: &memory };
+            leaves.test::<L, A, TriangleBlock>(flight, stacks, triangles, &mut places);
             let mut todo = others;
+            if !bvh.spheres.is_empty() {
+                let spheres = at_spheres(flight, others);
+                leaves.test::<L, A, SphereBlock>(flight, stacks, spheres, &mut places);
+                todo &= !spheres;
+            }
             while todo != 0 {
                 let ray = take_first(&mut todo);
                 let f = &mut flight[ray];
@@ -231,12 +157,7 @@ impl Flight {
                     queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
                     continue;
                 }
-                if f.child.kind() == ChildKind::Spheres {
-                    f.test_spheres::<L>(bvh, &queue.rays, f.near::<A>(&stacks[ray]));
-                    f.pop::<L, A>(&stacks[ray]);
-                } else {
-                    f.change_place::<L, A>(bvh, &queue.rays, &mut stacks[ray], &mut self.outside[ray]);
-                }
+                f.change_place::<L, A>(bvh, &queue.rays, &mut stacks[ray], &mut self.outside[ray]);
                 memory.send::<A>(&mut places, ray, f.child);
             }
         }
@@ -264,29 +185,29 @@ impl InFlight {
         self.child
     }
 
-    /// The canonical test.
+    /// The canonical test of its block.
     #[inline(always)]
-    fn test_triangles<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
+    fn test<L: Lanes, A: Answers, B: Block>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
         if bvh.conditional || L::Block::WIDTH < BLOCK {
             let near = self.near::<A>(stack);
             L::outlined(AskingTest { ray: self, near, bvh, rays, answers: PhantomData::<A> });
         } else {
-            self.glance::<A>(bvh, rays, stack).test::<L::Block, A>(&mut self.best);
+            self.glance::<A, B>(bvh, rays, stack).test::<L::Block, A>(&mut self.best);
         }
     }
 
     /// The ray at its block.
     #[inline(always)]
-    fn glance<'a, A: Answers>(
+    fn glance<'a, A: Answers, B: Block>(
         &self,
         bvh: &'a Bvh,
         rays: &'a Rays<'a>,
         stack: &RayStack,
-    ) -> Glance<'a, RaySource<'a>> {
+    ) -> Glance<'a, B, RaySource<'a>> {
         let Self { t_min, instance, index, .. } = *self;
-        let (block, shear) = (&bvh.triangles[self.child.index()], self.row.shear());
         let exact = RaySource { bvh, rays, index, instance };
-        Glance { block, shear, near: self.near::<A>(stack), t_min, instance, exact }
+        let (block, line) = (B::of(bvh, self.child), B::line(&self.row, &self.direction));
+        Glance { block, line, near: self.near::<A>(stack), t_min, instance, exact }
     }
 
     #[inline(always)]
@@ -328,14 +249,6 @@ impl InFlight {
         self.top = below;
     }
 
-    /// The canonical test of a block of spheres.
-    #[inline(always)]
-    fn test_spheres<L: Lanes>(&mut self, bvh: &Bvh, rays: &Rays, near: f32) {
-        let source = RaySource { bvh, rays, index: self.index, instance: self.instance };
-        let visit = self.visit(bvh, rays, near);
-        leaf::spheres::<L, HitsMut>(&bvh.spheres[self.child.index()], &source.ray(), visit, &mut self.best);
-    }
-
     /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
     #[inline(always)]
     fn change_place<L: Lanes, A: Answers>(
@@ -347,6 +260,7 @@ impl InFlight {
     ) {
         if self.child.0 == LEAVE_INSTANCE {
             self.row.copy(outside);
+            self.direction = sphere::Line::new(&rays.get(self.index as usize)).direction;
             self.instance = NONE;
             return self.pop::<L, A>(stack);
         }
@@ -361,30 +275,85 @@ impl InFlight {
         stack.nears[top + 1] = near;
         self.top += 1;
         outside.copy(&self.row);
+        self.direction = sphere::Line::new(&ray).direction;
         self.row.write(&LocalRay::new(ray), near.max(self.t_min));
         self.instance = number as u32;
         self.child = placed.root.child;
     }
 }
 
-/// [`InFlight::test_triangles`] for two rays at once.
-#[inline(always)]
-fn test_two<L: Lanes, A: Answers>(
-    [a, b]: [&mut InFlight; 2],
-    bvh: &Bvh,
-    rays: &Rays,
-    stacks: [&RayStack; 2],
-) {
-    if bvh.conditional {
-        a.test_triangles::<L, A>(bvh, rays, stacks[0]);
-        b.test_triangles::<L, A>(bvh, rays, stacks[1]);
-        return;
-    }
-    let glances = [&a.glance::<A>(bvh, rays, stacks[0]), &b.glance::<A>(bvh, rays, stacks[1])];
-    leaf::test_two::<L::Queue, A, _>(glances, [&mut a.best, &mut b.best]);
+/// Where rays are tested at leaves.
+struct Leaves<'a> {
+    bvh: &'a Bvh,
+    rays: &'a Rays<'a>,
+    memory: &'a Memory,
 }
 
-/// [`InFlight::test_triangles`] where some triangles may not be there.
+impl Leaves<'_> {
+    /// Tests the blocks of those rays that are at one, and sends them on.
+    #[inline(always)]
+    fn test<L: Lanes, A: Answers, B: Block>(
+        &self,
+        flight: &mut [InFlight; RAYS],
+        stacks: &[RayStack; RAYS],
+        mut todo: u32,
+        places: &mut Places,
+    ) {
+        while todo != 0 {
+            let ray = take_first(&mut todo);
+            if L::Queue::WIDTH == 2 * BLOCK && todo != 0 {
+                let other = take_first(&mut todo);
+                if let Ok(two) = flight.get_disjoint_mut([ray, other]) {
+                    self.test_two::<L, A, B>(two, [&stacks[ray], &stacks[other]]);
+                }
+                self.send::<L, A>(&mut flight[ray], &stacks[ray], ray, places);
+                self.send::<L, A>(&mut flight[other], &stacks[other], other, places);
+            } else {
+                flight[ray].test::<L, A, B>(self.bvh, self.rays, &stacks[ray]);
+                self.send::<L, A>(&mut flight[ray], &stacks[ray], ray, places);
+            }
+        }
+    }
+
+    /// Two rays at once.
+    #[inline(always)]
+    fn test_two<L: Lanes, A: Answers, B: Block>(&self, [a, b]: [&mut InFlight; 2], stacks: [&RayStack; 2]) {
+        let Self { bvh, rays, .. } = *self;
+        if bvh.conditional {
+            a.test::<L, A, B>(bvh, rays, stacks[0]);
+            b.test::<L, A, B>(bvh, rays, stacks[1]);
+            return;
+        }
+        let glances = [&a.glance::<A, B>(bvh, rays, stacks[0]), &b.glance::<A, B>(bvh, rays, stacks[1])];
+        glance::test_two::<L::Queue, A, _, _>(glances, [&mut a.best, &mut b.best]);
+    }
+
+    /// On to what is next on a ray's stack.
+    #[inline(always)]
+    fn send<L: Lanes, A: Answers>(
+        &self,
+        f: &mut InFlight,
+        stack: &RayStack,
+        ray: usize,
+        places: &mut Places,
+    ) {
+        f.pop::<L, A>(stack);
+        self.memory.send::<A>(places, ray, f.child);
+    }
+}
+
+/// Those of the rays that are at spheres.
+#[inline(always)]
+fn at_spheres(flight: &[InFlight; RAYS], rays: u32) -> u32 {
+    let (mut todo, mut found) = (rays, 0);
+    while todo != 0 {
+        let ray = take_first(&mut todo);
+        found |= u32::from(flight[ray].child.kind() == ChildKind::Spheres) << ray;
+    }
+    found
+}
+
+/// [`InFlight::test`] where some primitives may not be there.
 struct AskingTest<'a, 'r, A> {
     ray: &'a mut InFlight,
     near: f32,
@@ -398,10 +367,15 @@ impl<A: Answers> Kernel for AskingTest<'_, '_, A> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { ray, near, bvh, rays, .. } = self;
-        let block = &bvh.triangles[ray.child.index()];
         let source = RaySource { bvh, rays, index: ray.index, instance: ray.instance };
         let visit = ray.visit(bvh, rays, near);
-        if leaf::triangles::<L, A>(block, &source, &ray.row.shear(), visit, &mut ray.best) && A::ANY {
+        let place = ray.child.index();
+        let found = if ray.child.kind() == ChildKind::Spheres {
+            leaf::spheres::<L, A>(&bvh.spheres[place], &source.ray(), visit, &mut ray.best)
+        } else {
+            leaf::triangles::<L, A>(&bvh.triangles[place], &source, &ray.row.shear(), visit, &mut ray.best)
+        };
+        if found && A::ANY {
             // Which one it is, nobody asks.
             ray.best.primitive = 0;
         }
@@ -464,6 +438,9 @@ impl Queue<'_> {
         f.best = Hit { t: f.row.t_max(), ..Hit::MISS };
         f.instance = NONE;
         f.t_min = f.row.t_min();
+        if !self.bvh.spheres.is_empty() {
+            f.direction = sphere::Line::new(&self.rays.get(f.index as usize)).direction;
+        }
         places.alive |= 1 << ray;
         memory.send::<A>(places, ray, f.child);
     }
