@@ -1,11 +1,10 @@
 //! Many rays in flight: the kernel for rays that go anywhere.
 //!
-//! A thread holds [`RAYS`] rays, each with a stack of its own, and takes them round by
-//! round: every ray at a node takes one step through it, every ray at a leaf tests its
-//! block, and a ray that has ended makes room for the next of the queue. What one ray
-//! waits for (a node from memory, a long chain of operations) the others hide; the memory
-//! of a ray's next step is asked for a round ahead. No branch depends on what a ray
-//! finds: decisions are conditional moves, and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
+//! A thread holds [`RAYS`] rays, each with a stack of its own, and takes them round by round: every ray at a node
+//! takes one step through it, every ray at a leaf tests its block, and a ray that has ended makes room for the next of
+//! the queue. What one ray waits for (a node from memory, a long chain of operations) the others hide; the memory of a
+//! ray's next step is asked for a round ahead. No branch depends on what a ray finds: decisions are conditional moves,
+//! and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
 //! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
 mod glance;
