@@ -38,7 +38,8 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, line: &Line, t_min:
     meet(center, radius, origin, direction, t_min)
 }
 
-/// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there are 16.
+/// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there are
+/// 16.
 #[inline(always)]
 pub fn intersect_two<T: Float>([a, b]: [&SphereBlock; 2], [c, d]: [&Line; 2], t_min: T) -> BlockHits<T> {
     let (low, high) = (&a.center, &b.center);
