@@ -152,18 +152,17 @@ impl StreamWalk {
         }
     }
 
-    /// Tests a block's triangles ray by ray.
+    /// Tests a block ray by ray.
     #[inline(always)]
     pub(super) fn test_lone<L: Lanes, A: Answers>(
         &mut self,
         scene: StreamScene,
         rows: &mut [Quad],
-        block: usize,
+        child: Child,
         start: usize,
         count: usize,
     ) {
         let StreamScene { bvh, rays, way } = scene;
-        let block = &bvh.triangles[block];
         let axes = Shear::AXES[way / OCTANTS];
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
@@ -172,40 +171,17 @@ impl StreamWalk {
             if visit.near > row[0][3] {
                 continue;
             }
-            let [sx, sy, sz, _] = row[2];
-            let origin = [row[0][axes[0]], row[0][axes[1]], row[0][axes[2]]];
-            let shear = Shear { axes, origin, shear: [sx, sy, sz] };
             let again = Again { rays, place: row[3][3].to_bits() as usize };
             let mut hit = best(row);
-            if leaf::triangles::<L, A>(block, &again, &shear, visit, &mut hit) {
-                finish(row);
+            let found = if child.kind() == ChildKind::Spheres {
+                leaf::spheres::<L, A>(&bvh.spheres[child.index()], &again.ray(), visit, &mut hit)
             } else {
-                put_best(row, &hit);
-            }
-        }
-    }
-
-    /// The same for a block's spheres.
-    #[inline(always)]
-    pub(super) fn test_lone_spheres<L: Lanes, A: Answers>(
-        &mut self,
-        scene: StreamScene,
-        rows: &mut [Quad],
-        block: usize,
-        start: usize,
-        count: usize,
-    ) {
-        let StreamScene { bvh, rays, .. } = scene;
-        let block = &bvh.spheres[block];
-        for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
-            let row = &mut rows[ROW * *id as usize..][..ROW];
-            let (near, t_min) = (Float::max(*near, row[1][3]), row[1][3]);
-            let visit = Visit::new(bvh, near, t_min, NONE, asker(rays, row));
-            if visit.near > row[0][3] {
-                continue;
-            }
-            let mut hit = best(row);
-            if leaf::spheres::<L, A>(block, &rays.get(row[3][3].to_bits() as usize), visit, &mut hit) {
+                let [sx, sy, sz, _] = row[2];
+                let origin = [row[0][axes[0]], row[0][axes[1]], row[0][axes[2]]];
+                let shear = Shear { axes, origin, shear: [sx, sy, sz] };
+                leaf::triangles::<L, A>(&bvh.triangles[child.index()], &again, &shear, visit, &mut hit)
+            };
+            if found {
                 finish(row);
             } else {
                 put_best(row, &hit);

@@ -186,9 +186,8 @@ impl StreamWalk {
                 ChildKind::Triangles | ChildKind::Spheres if count > LONE_AT_LEAF => {
                     self.test::<L::Queue, A>(scene, rows, child, start, count);
                 }
-                ChildKind::Triangles => self.test_lone::<L, A>(scene, rows, child.index(), start, count),
-                ChildKind::Spheres => {
-                    self.test_lone_spheres::<L, A>(scene, rows, child.index(), start, count)
+                ChildKind::Triangles | ChildKind::Spheres => {
+                    self.test_lone::<L, A>(scene, rows, child, start, count);
                 }
                 _ => self.leave::<L, A>(scene, rows, child, start, count, keys),
             }
