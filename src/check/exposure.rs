@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::Finding;
-use crate::film::exposure::automatic_ev;
+use crate::film::Region;
+use crate::film::exposure::{automatic_ev, exposure_ev};
 use crate::film::tonemap::DisplayTransform;
-use crate::film::{Film, Region};
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{Options, Session};
-use crate::world::{Adaptive, Tonemap};
+use crate::world::{Adaptive, Settings, Tonemap};
 
 /// How much of what is seen may be white or black before anything is reported.
 const TOO_MUCH: f64 = 0.5;
@@ -21,27 +21,43 @@ const WORTH: f32 = 1.0;
 /// Pixels along the longer side of the image that are asked whether anything is there.
 const LOOKED_AT: u32 = 128;
 
-/// Findings about a finished image; `exposure_ev` is its exposure in stops. `told`: what the scene's rules found has
-/// been reported already.
-pub fn of_image(
-    frame: &Frame,
-    tonemap: Tonemap,
-    exposure_ev: f32,
-    film: &Film,
-    told: bool,
-) -> Option<Finding> {
-    let radiance = film.radiance();
-    let seen = seen(frame, film, &radiance);
+/// A finished image.
+pub struct Shown<'a> {
+    /// Its pixels.
+    pub region: Region,
+    /// What they hold, row by row.
+    pub radiance: &'a [Rgb],
+    /// How they are shown.
+    pub tonemap: Tonemap,
+    /// Their exposure in stops.
+    pub exposure_ev: f32,
+}
+
+impl<'a> Shown<'a> {
+    /// Exposed as the settings say.
+    pub fn new(settings: &Settings, region: Region, radiance: &'a [Rgb]) -> Self {
+        let exposure_ev = exposure_ev(settings, radiance);
+        Self { region, radiance, tonemap: settings.tonemap, exposure_ev }
+    }
+}
+
+/// Findings about a finished image. `told`: what the scene's rules found has been reported already.
+pub fn of_image(frame: &Frame, image: &Shown, told: bool) -> Option<Finding> {
+    let seen = seen(frame, image);
     if seen.is_empty() {
         return None;
     }
-    let curve = DisplayTransform::new(tonemap, exposure_ev, &radiance);
+    let Shown { radiance, exposure_ev, .. } = *image;
+    let curve = DisplayTransform::new(image.tonemap, exposure_ev, radiance);
     let shown: Vec<[u8; 3]> = seen.iter().map(|light| curve.apply_8_bit(*light)).collect();
     let part = |is: fn(&u8) -> bool| {
         shown.iter().filter(|pixel| pixel.iter().all(is)).count() as f64 / shown.len() as f64
     };
     let (white, black) = (part(|byte| *byte >= 254), part(|byte| *byte <= 1));
-    let better = automatic_ev(&radiance);
+    if white.max(black) <= TOO_MUCH {
+        return None;
+    }
+    let better = automatic_ev(radiance);
     let stops = better - exposure_ev;
     if white > TOO_MUCH && stops < -WORTH {
         let white = 100.0 * white;
@@ -74,14 +90,13 @@ pub fn of_image(
 }
 
 /// The light of some of the pixels that show something.
-fn seen(frame: &Frame, film: &Film, radiance: &[Rgb]) -> Vec<Rgb> {
+fn seen(frame: &Frame, &Shown { region, radiance, .. }: &Shown) -> Vec<Rgb> {
     let [width, height] = frame.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
     let size = [width.div_ceil(by), height.div_ceil(by)];
     let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..frame.clone() };
     let options = Options { region: Some(Region::whole(size)), ..Options::default() };
     let features = Session::of(Arc::new(small), 1, options).features();
-    let region = film.region();
     let mut seen = Vec::new();
     for (at, features) in features.iter().enumerate() {
         let [x, y] = [at as u32 % size[0], at as u32 / size[0]].map(|place| place * by + by / 2);

@@ -88,13 +88,13 @@ pub fn outliers(session: &Session) -> Vec<Outlier> {
 
 /// Pixels much of whose light comes only from even samples, or only from odd ones.
 fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
-    let Some([even, odd]) = film.halves() else { return Vec::new() };
+    let Some(halves) = film.halves() else { return Vec::new() };
     let region = film.region();
-    let all: f32 = film.radiance().iter().map(|light| light.luminance()).sum();
+    let all: f32 = film.means().map(|light| light.luminance()).sum();
     let least = SHARE.max(TIMES / region.area().max(1) as f32) * all;
     let mut found = Vec::new();
-    for (at, (even, odd)) in even.iter().zip(&odd).enumerate() {
-        let (even, odd) = (even.luminance(), odd.luminance());
+    for (at, halves) in halves.enumerate() {
+        let [even, odd] = halves.map(|light| light.luminance());
         let light = 0.5 * (even + odd);
         if light > least && (even - odd).abs() > OF_PIXEL * (even + odd) {
             let at = at as u32;

@@ -158,14 +158,14 @@ const BESIDE: usize = 2;
 impl Difference {
     /// None before every pixel has some even and some odd samples.
     fn new(a: &Film, b: &Film) -> Option<Difference> {
-        let ([a_even, a_odd], [b_even, b_odd]) = a.halves().zip(b.halves())?;
-        let more = |b: &[Rgb], a: &[Rgb]| -> Vec<f64> {
-            b.iter().zip(a).map(|(b, a)| f64::from(b.luminance()) - f64::from(a.luminance())).collect()
+        let (a_halves, b_halves) = a.halves().zip(b.halves())?;
+        let pixel = |(a, b): ([Rgb; 2], [Rgb; 2])| {
+            let [even, odd] =
+                [0, 1].map(|i: usize| f64::from(b[i].luminance()) - f64::from(a[i].luminance()));
+            // The mean of two halves has a quarter of the variance of their difference.
+            (0.5 * (even + odd), 0.25 * (even - odd) * (even - odd))
         };
-        let pairs = more(&b_even, &a_even).into_iter().zip(more(&b_odd, &a_odd));
-        // The mean of two halves has a quarter of the variance of their difference.
-        let pixels: Vec<(f64, f64)> =
-            pairs.map(|(even, odd)| (0.5 * (even + odd), 0.25 * (even - odd) * (even - odd))).collect();
+        let pixels: Vec<(f64, f64)> = a_halves.zip(b_halves).map(pixel).collect();
         Some(Self::of(&pixels, a.region().width() as usize))
     }
 

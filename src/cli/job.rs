@@ -288,6 +288,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     job.header.note.seconds = before + job.phases.render.as_secs_f64();
     job.header.note.stopped_by = stopped_by;
     describe(&mut job.header, session.gathered());
+    session.free_workers();
     if let Some(fault) = output::uneven_blur(&job.header).filter(|_| !images.is_empty()) {
         output::tell(format_args!("warning: {fault}"));
         job.findings.push(fault);
@@ -342,7 +343,7 @@ fn finish(
     phases.save += start.elapsed();
     let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
     if !wanted.work.quiet && session.is_done() {
-        for fault in faults(&header, session, picture.exposure_ev, !findings.is_empty()) {
+        for fault in faults(&header, session, &picture, !findings.is_empty()) {
             output::tell(format_args!("warning: {fault}"));
             findings.push(fault);
         }
@@ -367,9 +368,10 @@ fn finish(
 }
 
 /// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
-fn faults(header: &Header, session: &Session, exposure_ev: f32, told: bool) -> Vec<String> {
-    let finding =
-        check::of_image(session.frame(), header.settings.tonemap, exposure_ev, session.film(), told);
+fn faults(header: &Header, session: &Session, picture: &Picture, told: bool) -> Vec<String> {
+    let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
+    let shown = check::Shown { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
+    let finding = check::of_image(session.frame(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
         let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);
         format!("{outlier} ({replay} tells how)")

@@ -62,6 +62,11 @@ impl<'a> Picture<'a> {
         Picture { header, film, radiance, bits, exposure_ev }
     }
 
+    /// Row by row.
+    pub fn radiance(&self) -> &[Rgb] {
+        &self.radiance
+    }
+
     /// Saves images, each independently. Those that can hold them get the channels, and the names that ids stand for.
     pub fn write(
         &self,

@@ -82,9 +82,13 @@ impl RenderReport<'_> {
 
     /// Mean radiance of all pixels: red, green, blue.
     fn mean(&self) -> [f64; 3] {
-        let pixels = self.session.film().radiance();
-        let sum = |channel: usize| pixels.iter().map(|p| f64::from(p.to_array()[channel])).sum::<f64>();
-        [sum(0), sum(1), sum(2)].map(|sum| sum / pixels.len().max(1) as f64)
+        let pixels = self.session.film().means();
+        let count = pixels.len().max(1) as f64;
+        let mut sums = [0.0; 3];
+        for pixel in pixels {
+            sums.iter_mut().zip(pixel.to_array()).for_each(|(sum, component)| *sum += f64::from(component));
+        }
+        sums.map(|sum| sum / count)
     }
 
     fn aov_names(&self) -> Vec<String> {
@@ -176,7 +180,7 @@ impl RenderReport<'_> {
                 format!("{} in {time}; {noise:.4} of noise is left", paths.join(", ")),
             );
         }
-        line(&mut out, "film", format!("{:032x}", self.session.film().hash()));
+        line(&mut out, "film", self.header.film_hash.clone());
         out
     }
 
@@ -247,7 +251,7 @@ impl RenderReport<'_> {
             "mean": self.mean(),
             "noise_rms": self.session.film().noise(),
             "noise_relative": self.session.film().relative_noise(),
-            "film_hash": format!("{:032x}", self.session.film().hash()),
+            "film_hash": self.header.film_hash.clone(),
             "denoised": denoised,
             "warnings": scene.warnings,
         });

@@ -87,7 +87,8 @@ impl Denoised {
 pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
-    let halves = noisy.film.halves()?;
+    let (even, odd): (Vec<Rgb>, Vec<Rgb>) = noisy.film.halves()?.map(|[even, odd]| (even, odd)).unzip();
+    let halves = [even, odd];
     let scale = brightness(&halves);
     let color = halves
         .map(|half| [0, 1, 2].map(|channel| Plane::new(size, |at| half[at].to_array()[channel] / scale)));

@@ -106,6 +106,30 @@ impl PixelSum {
         let [even, odd] = self.sum;
         [0, 1, 2].map(|channel| i128::from(even[channel]) + i128::from(odd[channel]))
     }
+
+    /// The same, rounded.
+    fn rounded_total(&self) -> [f64; 3] {
+        let [even, odd] = self.sum;
+        // Both are positive, and their sum fits unless there are millions of samples.
+        [0, 1, 2].map(|channel| match even[channel].checked_add(odd[channel]) {
+            Some(sum) => sum as f64,
+            None => (i128::from(even[channel]) + i128::from(odd[channel])) as f64,
+        })
+    }
+
+    /// The mean of its samples, where a quantum is of this radiance.
+    fn mean(&self, quantum: f64) -> Rgb {
+        let count = (self.count[0] as f64 + self.count[1] as f64).max(1.0);
+        self.rounded_total().map(|sum| (sum * quantum / count) as f32).into()
+    }
+
+    /// The means of its even and of its odd samples, of which there must be some.
+    fn halves(&self, quantum: f64) -> [Rgb; 2] {
+        [0, 1].map(|parity: usize| {
+            let mean = |sum: i64| (sum as f64 * quantum / f64::from(self.count[parity])) as f32;
+            self.sum[parity].map(mean).into()
+        })
+    }
 }
 
 /// The samples of a region's pixels, as exact sums: the same film in whatever order samples are added.
@@ -264,37 +288,34 @@ impl Film {
     /// Mean radiance of each pixel in W m⁻² sr⁻¹, row by row from the top, width × height of the region; black where
     /// there is no sample.
     pub fn radiance(&self) -> Vec<Rgb> {
+        self.means().collect()
+    }
+
+    /// The same, one after the other.
+    pub(crate) fn means(&self) -> impl ExactSizeIterator<Item = Rgb> {
         let quantum = self.unit.quantum();
-        let mean = |p: &PixelSum| {
-            let count = (p.count[0] as f64 + p.count[1] as f64).max(1.0);
-            p.total().map(|sum| (sum as f64 * quantum / count) as f32).into()
-        };
-        self.pixels.iter().map(mean).collect()
+        self.pixels.iter().map(move |p| p.mean(quantum))
     }
 
     /// Mean radiance of each pixel's even and of its odd samples; `None` before every pixel has some of both.
-    pub(crate) fn halves(&self) -> Option<[Vec<Rgb>; 2]> {
-        if self.pixels.iter().any(|p| p.count.contains(&0)) {
-            return None;
-        }
+    pub(crate) fn halves(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let quantum = self.unit.quantum();
-        Some([0, 1].map(|parity: usize| {
-            let mean = |p: &PixelSum| {
-                let mean = |sum: i64| (sum as f64 * quantum / f64::from(p.count[parity])) as f32;
-                p.sum[parity].map(mean).into()
-            };
-            self.pixels.iter().map(mean).collect()
-        }))
+        self.has_halves().then(|| self.pixels.iter().map(move |p| p.halves(quantum)))
+    }
+
+    /// Whether every pixel has even and odd samples.
+    fn has_halves(&self) -> bool {
+        self.pixels.iter().all(|p| !p.count.contains(&0))
     }
 
     /// Root mean square of the noise that is left in the pixels' components, in W m⁻² sr⁻¹, estimated from the
     /// difference of even and odd samples; `None` before every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {
+        if !self.has_halves() {
+            return None;
+        }
         let (mut sum, quantum) = (0.0, self.unit.quantum());
         for p in &self.pixels {
-            if p.count.contains(&0) {
-                return None;
-            }
             for c in 0..3 {
                 let mean = |parity: usize| p.sum[parity][c] as f64 * quantum / p.count[parity] as f64;
                 // The mean of two halves has a quarter of the variance of their difference.
@@ -309,22 +330,29 @@ impl Film {
     /// tenth of the image's where they are darker than that. No pixel counts for more than 1. `None` before every
     /// pixel has some of both.
     pub fn relative_noise(&self) -> Option<f64> {
-        if self.pixels.iter().any(|p| p.count.contains(&0)) || self.pixels.is_empty() {
+        if !self.has_halves() || self.pixels.is_empty() {
             return None;
         }
-        let mean =
-            |p: &PixelSum, parity: usize, c: usize| p.sum[parity][c] as f64 / f64::from(p.count[parity]);
-        let half = |p: &PixelSum, parity: usize| (0..3).map(|c| mean(p, parity, c)).sum::<f64>();
-        let brightness = |p: &PixelSum| (half(p, 0) + half(p, 1)) / 2.0;
-        let floor = 0.1 * self.pixels.iter().map(brightness).sum::<f64>() / self.pixels.len() as f64;
+        // A pixel's brightness, and its variance: the mean of two halves has a quarter of that of their difference.
+        let look = |p: &PixelSum| {
+            let scales = p.count.map(|count| 1.0 / f64::from(count));
+            let (mut both, mut squares) = (0.0, 0.0);
+            for c in 0..3 {
+                let [even, odd] = [0, 1].map(|parity| p.sum[parity][c] as f64 * scales[parity]);
+                both += even + odd;
+                squares += (even - odd) * (even - odd);
+            }
+            (both / 2.0, squares / 4.0)
+        };
+        let count = self.pixels.len() as f64;
+        let floor = 0.1 * self.pixels.iter().map(|p| look(p).0).sum::<f64>() / count;
         let relative = |p: &PixelSum| {
-            // The mean of two halves has a quarter of the variance of their difference.
-            let squares: f64 = (0..3).map(|c| (mean(p, 0, c) - mean(p, 1, c)).powi(2) / 4.0).sum();
-            let brightness = brightness(p).max(floor);
+            let (brightness, squares) = look(p);
+            let brightness = brightness.max(floor);
             // Of three components, each beside a third of the brightness.
             if squares == 0.0 { 0.0 } else { (3.0 * squares / (brightness * brightness)).min(1.0) }
         };
-        Some((self.pixels.iter().map(relative).sum::<f64>() / self.pixels.len() as f64).sqrt())
+        Some((self.pixels.iter().map(relative).sum::<f64>() / count).sqrt())
     }
 
     /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films, equal hashes.
@@ -337,13 +365,19 @@ impl Film {
         if self.unit != Unit::default() {
             hasher.update(&self.unit.0.to_le_bytes());
         }
-        for pixel in &self.pixels {
-            for sum in pixel.sum.as_flattened() {
-                hasher.update(&sum.to_le_bytes());
+        // Many at a time: the hasher takes longer for a few bytes than for some kilobytes.
+        let mut bytes = Vec::new();
+        for some in self.pixels.chunks(256) {
+            bytes.clear();
+            for pixel in some {
+                for sum in pixel.sum.as_flattened() {
+                    bytes.extend_from_slice(&sum.to_le_bytes());
+                }
+                for count in pixel.count {
+                    bytes.extend_from_slice(&count.to_le_bytes());
+                }
             }
-            for count in pixel.count {
-                hasher.update(&count.to_le_bytes());
-            }
+            hasher.update(&bytes);
         }
         hasher.digest128()
     }

@@ -2,6 +2,8 @@
 //! and rounding to 8 or 16 bits. Everything is computed in f64 with `libm`, so that an
 //! image has the same bytes on every machine.
 
+use std::sync::LazyLock;
+
 use crate::math::Rgb;
 use crate::world::Tonemap;
 
@@ -52,7 +54,7 @@ impl DisplayTransform {
 
     /// [`DisplayTransform::apply`], encoded for an 8-bit sRGB file.
     pub fn apply_8_bit(&self, radiance: Rgb) -> [u8; 3] {
-        self.apply(radiance).to_array().map(|component| quantise_8_bit(srgb_encode(component)))
+        self.apply(radiance).to_array().map(|component| STEPS.step(component))
     }
 
     /// [`DisplayTransform::apply`], encoded for a 16-bit sRGB file.
@@ -99,6 +101,55 @@ pub fn quantise_8_bit(value: f32) -> u8 {
 /// [0, 1] to the nearest of 65,536 steps; beyond it to the ends.
 pub fn quantise_16_bit(value: f32) -> u16 {
     (f64::from(value) * 65_535.0 + 0.5) as u16
+}
+
+/// [`quantise_8_bit`] of [`srgb_encode`], looked up: the power takes most of the time of showing an image.
+struct Steps {
+    /// The least value of each step.
+    least: [f32; 256],
+    /// By the leading bits of a value, the step of the least value that has them. Those of one place differ by one step
+    /// at most.
+    step: [u8; Self::PLACES],
+}
+
+static STEPS: LazyLock<Steps> = LazyLock::new(Steps::new);
+
+impl Steps {
+    /// Bits of a value that say nothing of its place.
+    const BEHIND: u32 = 16;
+    /// Values below this one, 2⁻¹³, are black.
+    const FIRST: u32 = (127 - 13) << 23;
+    /// All below it, and thirteen octaves up to 1.
+    const PLACES: usize = 2 + (13 << (23 - Self::BEHIND));
+
+    fn new() -> Self {
+        let step_of = |value: f32| quantise_8_bit(srgb_encode(value));
+        let least = std::array::from_fn(|step| {
+            // The curve rises, and so do the bits of what is not negative.
+            let (mut below, mut at) = (0, 1.0f32.to_bits());
+            while step > 0 && at - below > 1 {
+                let middle = below.midpoint(at);
+                if usize::from(step_of(f32::from_bits(middle))) < step { below = middle } else { at = middle }
+            }
+            if step == 0 { 0.0 } else { f32::from_bits(at) }
+        });
+        let first_of = |place: usize| match place {
+            0 => 0,
+            _ => Self::FIRST + ((place as u32 - 1) << Self::BEHIND),
+        };
+        Self { least, step: std::array::from_fn(|place| step_of(f32::from_bits(first_of(place)))) }
+    }
+
+    /// The step of a value from 0 to 1.
+    fn step(&self, value: f32) -> u8 {
+        // Neither NaN nor −0 is.
+        let is_placed = value >= f32::from_bits(Self::FIRST);
+        let place = if is_placed { 1 + ((value.to_bits() - Self::FIRST) >> Self::BEHIND) } else { 0 };
+        let step = self.step[(place as usize).min(Self::PLACES - 1)];
+        // There is none above the last.
+        let next = self.least.get(usize::from(step) + 1);
+        if next.is_some_and(|least| value >= *least) { step + 1 } else { step }
+    }
 }
 
 fn transform(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
@@ -210,6 +261,22 @@ mod tests {
         let shown = DisplayTransform::new(curve, 0.0, &[Rgb::splat(8.0)]).apply(Rgb::splat(radiance));
         assert!((shown.r - shown.g).abs() < 2e-5 && (shown.r - shown.b).abs() < 2e-5, "{curve:?} {shown:?}");
         shown.g
+    }
+
+    /// The step that is looked up is the one that is computed: around all edges, and anywhere.
+    #[test]
+    fn steps_are_those_of_the_curve() {
+        let computed = |value: f32| quantise_8_bit(srgb_encode(value));
+        let edges = STEPS.least.iter().map(|least| least.to_bits());
+        let places = (0..Steps::PLACES as u32).map(|place| Steps::FIRST + (place << Steps::BEHIND));
+        let around = edges.chain(places).flat_map(|bits| bits.saturating_sub(200)..bits + 200);
+        let anywhere = (0..=1.0f32.to_bits()).step_by(9_973);
+        for value in around.chain(anywhere).map(f32::from_bits).filter(|value| *value <= 1.0) {
+            assert_eq!(STEPS.step(value), computed(value), "{value:e}");
+        }
+        for value in [-0.0, f32::NAN, f32::MIN_POSITIVE / 8.0] {
+            assert_eq!(STEPS.step(value), 0);
+        }
     }
 
     #[test]

@@ -14,7 +14,6 @@ use super::{as_arguments, of_file, of_scene, wrong};
 use crate::check::{self, Finding};
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
-use crate::film::exposure::exposure_ev;
 use crate::film::{Channel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::{
@@ -302,12 +301,10 @@ impl World {
                     !reached
                 });
                 let film = session.film();
-                let stops = exposure_ev(&settings, &film.radiance());
+                let radiance = film.radiance();
+                let shown = check::Shown::new(&settings, film.region(), &radiance);
                 let told = !findings.is_empty();
-                warnings.extend(
-                    check::of_image(&frame, settings.tonemap, stops, film, told)
-                        .map(|finding| finding.to_string()),
-                );
+                warnings.extend(check::of_image(&frame, &shown, told).map(|finding| finding.to_string()));
                 let reached = session.film().relative_noise();
                 if let Some((is, most)) = reached.zip(noise).filter(|(is, most)| is > most) {
                     warnings.push(format!(

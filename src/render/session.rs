@@ -160,8 +160,13 @@ impl Session {
     /// From now on renders the scene at another moment, with the same settings.
     pub(crate) fn set_frame(&mut self, frame: Arc<Frame>) {
         // Their buffers are made for the other one.
-        lock(&self.workers).clear();
+        self.free_workers();
         self.frame = frame;
+    }
+
+    /// Frees the buffers of all workers, which get new ones if they go on.
+    pub(crate) fn free_workers(&mut self) {
+        lock(&self.workers).clear();
     }
 
     /// Whether every sample has been rendered.

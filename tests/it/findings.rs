@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use rayfront::compile::compile;
-use rayfront::internals::check::{Finding, check, of_image};
-use rayfront::internals::film::exposure::automatic_ev;
+use rayfront::internals::check::{Finding, Shown, check, of_image};
 use rayfront::internals::integrator::Frame;
 use rayfront::render::{Options, Session};
-use rayfront::world::World;
+use rayfront::world::{Settings, World};
 
 use super::support::world;
 
@@ -25,11 +24,15 @@ fn told(world: &World) -> Vec<String> {
     told.extend(check(world, &frame, true).iter().map(Finding::to_string));
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     session.advance(settings.samples);
-    let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
-    let exposure_ev = own_ev + settings.exposure_ev;
-    let image = of_image(session.frame(), settings.tonemap, exposure_ev, session.film(), false);
-    told.extend(image.iter().map(Finding::to_string));
+    told.extend(told_of_image(&session, &settings));
     told
+}
+
+/// What its image is told.
+fn told_of_image(session: &Session, settings: &Settings) -> Option<String> {
+    let radiance = session.film().radiance();
+    let shown = Shown::new(settings, session.film().region(), &radiance);
+    of_image(session.frame(), &shown, false).map(|finding| finding.to_string())
 }
 
 const EYE: &str = r#"(name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0)))"#;
@@ -397,10 +400,7 @@ fn findings(path: &Path) -> Vec<String> {
     let mut told: Vec<_> = check(&world, &frame, true).iter().map(Finding::to_string).collect();
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     session.advance(settings.samples);
-    let own_ev = if settings.auto_exposure { automatic_ev(&session.film().radiance()) } else { 0.0 };
-    let image =
-        of_image(session.frame(), settings.tonemap, own_ev + settings.exposure_ev, session.film(), false);
-    told.extend(image.iter().map(Finding::to_string));
+    told.extend(told_of_image(&session, &settings));
     told
 }
 

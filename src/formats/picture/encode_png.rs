@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
+use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 
 use super::encode::{Output, PngBits};
 use crate::files::whole::Writer;
@@ -20,6 +20,8 @@ pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png:
         PngBits::Eight => BitDepth::Eight,
         PngBits::Sixteen => BitDepth::Sixteen,
     });
+    // A picture at one sample is rendered in a few times the time that better compression would take.
+    encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     for (name, value) in output.metadata {
         let value = value.replace('\0', " ");
