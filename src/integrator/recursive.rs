@@ -318,27 +318,29 @@ impl Tile<'_> {
         let Some(outcome) = first else { return };
         let lane = HitLanes::one(&hit);
         let material = material_of(&self.frame.scene.geometry, &lane, true).0;
-        slots.first(&path, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
+        let of = (path.pixel.0, path.sample.0);
+        slots.first(of, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
         let Some(next) = self.onward(&path, &outcome) else { return };
         self.put_aside(&mut path);
-        let mut path = slots.leave(&next);
+        let throughput = slots.leave(of, next.throughput, next.pdf);
+        let mut path = Path { throughput, radiance: Color::black(), ..next };
         let hit = self.meet(&path);
         if hit.is_miss() {
-            slots.miss(self.frame, &path);
+            slots.miss(self.frame, of, path.direction);
         }
         let Some(outcome) = self.vertex(&mut path, hit) else {
-            return slots.deposit(path.pixel.0, path.sample.0, to_rgb(path.radiance));
+            return slots.deposit(of.0, of.1, to_rgb(path.radiance));
         };
-        let lent = outcome.shared.as_ref().and_then(|shared| shared.lends.then_some(shared.lent));
-        slots.second(&path, path.radiance, lent);
+        let lent = outcome.shared.as_ref().and_then(|shared| shared.lends.then_some(&shared.lent));
+        slots.second(of, path.radiance, lent);
         self.put_aside(&mut path);
         self.light(&mut path, &outcome);
-        slots.lit(&path, path.radiance);
+        slots.lit(of, path.radiance);
         let next = self.onward(&path, &outcome);
         self.put_aside(&mut path);
         if let Some(next) = next {
             let found = self.trace(next);
-            slots.deposit(path.pixel.0, path.sample.0, found);
+            slots.deposit(of.0, of.1, found);
         }
     }
 

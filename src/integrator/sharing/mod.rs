@@ -183,6 +183,9 @@ struct Slot {
     onward: Color<f32>,
 }
 
+/// A pixel, packed, and one of its samples, which say whose a path is.
+pub type PixelSample = (u32, u32);
+
 /// The paths of some samples of some blocks of pixels, which share with each other.
 pub struct Slots {
     /// In blocks.
@@ -270,23 +273,24 @@ impl Slots {
         !self.units.is_empty()
     }
 
-    /// The slot of a path.
+    /// The place of the slot of a sample's path.
     #[inline(always)]
-    fn index(&self, pixel: u32, sample: u32) -> usize {
+    fn index(&self, (pixel, sample): PixelSample) -> usize {
         let (x, y) = unpack_pixel(pixel);
         let block = self.blocks.index(x / BLOCK, y / BLOCK);
         let unit = block * self.samples.len() + (sample - self.samples.start) as usize;
         (unit - self.units.start) * PIXELS + (y % BLOCK * BLOCK + x % BLOCK) as usize
     }
 
-    fn of(&mut self, path: &Path<f32>) -> &mut Slot {
-        let index = self.index(path.pixel.0, path.sample.0);
+    #[inline(always)]
+    fn of(&mut self, path: PixelSample) -> &mut Slot {
+        let index = self.index(path);
         &mut self.slots[index]
     }
 
     /// A path's first hit. `receives` says whether it is one that shares.
-    pub fn first(&mut self, path: &Path<f32>, hit: &HitLanes<f32>, material: u32, receives: bool) {
-        let index = self.index(path.pixel.0, path.sample.0);
+    pub fn first(&mut self, path: PixelSample, hit: &HitLanes<f32>, material: u32, receives: bool) {
+        let index = self.index(path);
         for (column, value) in self.hits.iter_mut().zip([hit.t, hit.u, hit.v]) {
             column[index] = value;
         }
@@ -298,41 +302,41 @@ impl Slots {
         (slot.material, slot.receives) = (material, receives && shares);
     }
 
-    /// A path leaves its first vertex; returned is how it goes on, so that what it finds can be lent.
-    pub fn leave(&mut self, next: &Path<f32>) -> Path<f32> {
-        let slot = self.of(next);
+    /// A path leaves its first vertex in a direction of density `pdf`. It goes on without radiance and with the
+    /// throughput that is returned, so that what it finds can be lent.
+    pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> Color<f32> {
+        let slot = self.of(path);
         let white = Color::new(1.0, 1.0, 1.0);
         slot.weight = white;
-        if slot.receives && next.pdf > 0.0 {
+        if slot.receives && pdf > 0.0 {
             slot.offer = Offer::Open;
-            slot.weight = next.throughput;
+            slot.weight = throughput;
         }
-        let throughput = if matches!(slot.offer, Offer::Open) { white } else { next.throughput };
-        Path { throughput, radiance: Color::black(), ..*next }
+        if matches!(slot.offer, Offer::Open) { white } else { throughput }
     }
 
     /// A path has left the scene after its first vertex.
-    pub fn miss(&mut self, frame: &Frame, path: &Path<f32>) {
+    pub fn miss(&mut self, frame: &Frame, path: PixelSample, direction: Vector<f32>) {
         let slot = self.of(path);
         // A panorama is also found by sampling it, which every path does for itself.
         if matches!(slot.offer, Offer::Open) && frame.scene.environment.panorama.is_none() {
-            slot.offer = Offer::Far(path.direction);
+            slot.offer = Offer::Far(direction);
             slot.onward = Color::new(1.0, 1.0, 1.0);
         }
     }
 
     /// What a path's second vertex gives off, which is its own, and what it has to lend, if anything.
-    pub fn second(&mut self, path: &Path<f32>, emitted: Color<f32>, lent: Option<Lent<f32>>) {
+    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&Lent<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
         if let (Offer::Open, Some(lent)) = (slot.offer, lent) {
-            slot.offer = Offer::Near(lent);
+            slot.offer = Offer::Near(*lent);
             slot.onward = lent.onward;
         }
     }
 
     /// What a light has sent to a path's second vertex.
-    pub fn lit(&mut self, path: &Path<f32>, radiance: Color<f32>) {
+    pub fn lit(&mut self, path: PixelSample, radiance: Color<f32>) {
         let slot = self.of(path);
         let part = if let Offer::Near(lent) = &slot.offer { lent.light } else { Color::black() };
         slot.take(radiance, part);
@@ -398,8 +402,7 @@ impl Slot {
 
 impl Sink for Slots {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
-        let index = self.index(pixel, sample);
-        let slot = &mut self.slots[index];
+        let slot = self.of((pixel, sample));
         slot.take(Color::new(radiance.r, radiance.g, radiance.b), slot.onward);
     }
 }

@@ -128,7 +128,7 @@ impl Wave {
                     self.lights(frame, level, clock);
                 }
                 Transport::Path => {
-                    self.shade_paths(frame, level, clock);
+                    self.shade_paths(frame, level, false, clock);
                     self.report_paths(frame, level, clock.observer);
                     self.shadows(frame, level, clock);
                 }
@@ -192,7 +192,7 @@ impl Wave {
     }
 
     /// The path transport's vertices, material by material.
-    fn shade_paths(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shade_paths(&mut self, frame: &Frame, level: Level, asks: bool, clock: &mut Clock) {
         self.groups.sort(self.hits.materials(self.paths.0.len()));
         let stage = ShadePathsStage {
             frame,
@@ -202,7 +202,7 @@ impl Wave {
             goes_on: &mut self.goes_on,
             next: &mut self.reflect,
             shadow: &mut self.shadow,
-            roles: &mut self.roles,
+            roles: asks.then_some(&mut self.roles),
         };
         dispatch(level, stage);
         clock.statistics.rays.scatter += self.reflect.0.len() as u64;

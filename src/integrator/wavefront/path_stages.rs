@@ -94,14 +94,14 @@ pub struct ShadePathsStage<'a> {
     pub next: &'a mut PathQueue,
     /// Rays to lights.
     pub shadow: &'a mut ShadowQueue,
-    /// What the hits mean to shared paths, if there are any.
-    pub roles: &'a mut Roles,
+    /// What the hits mean to shared paths, if that is wanted.
+    pub roles: Option<&'a mut Roles>,
 }
 
 impl Kernel for ShadePathsStage<'_> {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: Lanes>(mut self) {
         let width = L::Queue::WIDTH;
         for &(material, first, end) in &self.groups.groups {
             for at in (first as usize..end as usize).step_by(width) {
@@ -121,8 +121,8 @@ impl Kernel for ShadePathsStage<'_> {
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
                 self.shadow.append(&outcome.shadow, places);
                 self.next.append(outcome.goes_on, &outcome.next, places);
-                if self.frame.sharing.is_some() {
-                    self.roles.put::<L::Queue>(places, outcome.shared.as_ref(), valid);
+                if let Some(roles) = &mut self.roles {
+                    roles.put::<L::Queue>(places, outcome.shared.as_ref(), valid);
                 }
             }
         }
@@ -147,20 +147,28 @@ impl Roles {
     /// Writes to where the lanes came from.
     #[inline(always)]
     fn put<F: Float>(&mut self, places: F::Int, shared: Option<&Shared<F>>, mask: F::Mask) {
-        let (mut at, mut columns) = ([0; 16], [[0.0; 16]; COLUMNS]);
+        let mut at = [0; 16];
         places.store(&mut at);
-        let (mut receives, mut lends) = (0, 0);
+        let (mut receives, mut lends, mut rows) = (0, 0, [[[0.0; 4]; 16]; COLUMNS / 4]);
         if let Some(shared) = shared {
             (receives, lends) = (shared.receives.bits(), shared.lends.bits());
-            for (to, column) in columns.iter_mut().zip(shared.lent.columns()) {
-                column.store(to);
+            if lends != 0 {
+                for (rows, columns) in rows.iter_mut().zip(shared.lent.columns().as_chunks().0) {
+                    F::store_rows(*columns, rows);
+                }
             }
         }
         for (lane, place) in at[..mask.count()].iter().enumerate() {
             let place = *place as usize;
             self.receives[place] = receives >> lane & 1 != 0;
-            let lends = lends >> lane & 1 != 0;
-            self.lent[place] = lends.then(|| Lent::new(&columns.map(|column| column[lane])));
+            self.lent[place] = None;
+            if lends >> lane & 1 != 0 {
+                let mut numbers = [0.0; COLUMNS];
+                for (to, rows) in numbers.as_chunks_mut::<4>().0.iter_mut().zip(&rows) {
+                    *to = rows[lane];
+                }
+                self.lent[place] = Some(Lent::new(&numbers));
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::integrator::Frame;
 use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
 use crate::integrator::presence::Traced;
+use crate::integrator::sharing::PixelSample;
 use crate::math::{Color, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
@@ -166,8 +167,10 @@ pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
 /// Bytes of a vertex.
 pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
-/// Column of [`PathQueue`].
+/// Columns of [`PathQueue`].
+const THROUGHPUT: usize = 6;
 const RADIANCE: usize = 9;
+const DENSITY: usize = 12;
 /// Integer column of [`PathQueue`].
 const SOURCE: usize = 6;
 /// Bits of a path's depth in the column that it shares with its scatterings.
@@ -275,6 +278,29 @@ impl PathQueue {
         (&self.0.integers[0][..self.0.length], &self.0.integers[1][..self.0.length])
     }
 
+    /// Of each path the pixel and the sample, and the radiance so far.
+    pub fn found(&self) -> impl Iterator<Item = (PixelSample, Color<f32>)> {
+        let ((pixels, samples), [r, g, b]) = (self.pixels(), self.radiance());
+        let colors = r.iter().zip(g).zip(b).map(|((r, g), b)| Color::new(*r, *g, *b));
+        pixels.iter().copied().zip(samples.iter().copied()).zip(colors)
+    }
+
+    /// Lets paths go on without the radiance of the hits that they come from, and with the throughput that is chosen by
+    /// pixel and sample, the present throughput and the density.
+    pub fn begin_anew(&mut self, mut choose: impl FnMut(PixelSample, Color<f32>, f32) -> Color<f32>) {
+        let Columns { floats, integers, length, .. } = &mut self.0;
+        for i in 0..*length {
+            let path = (integers[0][i], integers[1][i]);
+            let [r, g, b] = [0, 1, 2].map(|channel| floats[THROUGHPUT + channel][i]);
+            let chosen = choose(path, Color::new(r, g, b), floats[DENSITY][i]);
+            for (channel, value) in [chosen.r, chosen.g, chosen.b].into_iter().enumerate() {
+                floats[THROUGHPUT + channel][i] = value;
+                floats[RADIANCE + channel][i] = 0.0;
+            }
+            integers[SOURCE][i] = crate::math::NONE;
+        }
+    }
+
     /// The hit that a path comes from.
     pub fn source(&self, at: usize) -> usize {
         self.0.integers[SOURCE][at] as usize
@@ -353,6 +379,11 @@ impl HitQueue {
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, hit: &HitLanes<F>, material: F::Int) {
         self.0.pack::<F>(at, mask, [hit.t, hit.u, hit.v], [hit.primitive, hit.instance, material]);
+    }
+
+    /// What the first `count` rays have hit.
+    pub fn primitives(&self, count: usize) -> &[u32] {
+        &self.0.integers[0][..count]
     }
 
     /// Materials of the first `count` hits.

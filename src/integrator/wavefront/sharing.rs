@@ -105,7 +105,7 @@ impl Wave {
         self.first_vertices(frame, level, film, slots, clock);
         self.second_vertices(frame, level, slots, clock);
         while !self.paths.0.is_empty() {
-            self.vertices(frame, level, slots, clock);
+            self.vertices(frame, level, slots, false, clock);
             self.advance(slots, clock);
         }
         true
@@ -136,11 +136,12 @@ impl Wave {
         more
     }
 
-    /// Finds the wave's next vertices and all that is found there; misses end in the sink.
-    fn vertices(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, clock: &mut Clock) {
+    /// Finds the wave's next vertices and all that is found there; misses end in the sink. `asks`: what the hits mean
+    /// to shared paths is wanted.
+    fn vertices(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, asks: bool, clock: &mut Clock) {
         self.intersect(frame, level, clock);
         self.retire(frame, level, sink, clock);
-        self.shade_paths(frame, level, clock);
+        self.shade_paths(frame, level, asks, clock);
         self.report_paths(frame, level, clock.observer);
         self.shadows(frame, level, clock);
         self.report_ends(clock.observer);
@@ -156,24 +157,19 @@ impl Wave {
         clock: &mut Clock,
     ) {
         let mut film = Within(film);
-        self.vertices(frame, level, &mut film, clock);
-        let count = self.paths.0.len();
-        for i in 0..count {
-            let (path, hit) = (self.paths.load::<f32>(i), self.hits.load::<f32>(i));
-            let (material, receives) = (self.hits.materials(count)[i], self.roles.receives[i]);
-            slots.first(&path, &hit, material, receives);
-            let found = path.radiance;
-            film.deposit(path.pixel.0, path.sample.0, Rgb::new(found.r, found.g, found.b));
+        self.vertices(frame, level, &mut film, true, clock);
+        let materials = self.hits.materials(self.paths.0.len());
+        for (i, (path, found)) in self.paths.found().enumerate() {
+            slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.receives[i]);
+            film.deposit(path.0, path.1, Rgb::new(found.r, found.g, found.b));
         }
-        for i in 0..self.reflect.0.len() {
-            let next = self.reflect.load::<f32>(i);
-            if clock.observer.looks() {
+        if clock.observer.looks() {
+            for i in 0..self.reflect.0.len() {
                 let path = self.paths.load::<f32>(self.reflect.source(i));
                 clock.observer.report(&observe::aside(&path));
             }
-            let next = slots.leave(&next);
-            self.reflect.store(i, true, &next, std::num::Wrapping(NONE));
         }
+        self.reflect.begin_anew(|path, throughput, pdf| slots.leave(path, throughput, pdf));
         self.paths.0.clear();
         self.paths.fill_from(&mut self.reflect);
         clock.stage(Stage::Advance);
@@ -182,24 +178,23 @@ impl Wave {
     /// Second vertices: what leaves them by their diffuse lobe is lent.
     fn second_vertices(&mut self, frame: &Frame, level: Level, slots: &mut Slots, clock: &mut Clock) {
         self.intersect(frame, level, clock);
-        for i in 0..self.paths.0.len() {
-            if self.hits.load::<f32>(i).primitive.0 == NONE {
-                slots.miss(frame, &self.paths.load::<f32>(i));
+        for (i, primitive) in self.hits.primitives(self.paths.0.len()).iter().enumerate() {
+            if *primitive == NONE {
+                let path = self.paths.load::<f32>(i);
+                slots.miss(frame, (path.pixel.0, path.sample.0), path.direction);
             }
         }
         self.retire(frame, level, slots, clock);
-        self.shade_paths(frame, level, clock);
+        self.shade_paths(frame, level, true, clock);
         self.report_paths(frame, level, clock.observer);
-        for i in 0..self.paths.0.len() {
-            let path = self.paths.load::<f32>(i);
-            slots.second(&path, path.radiance, self.roles.lent[i]);
+        for ((path, emitted), lent) in self.paths.found().zip(&self.roles.lent) {
+            slots.second(path, emitted, lent.as_ref());
         }
         self.put_aside(clock);
         self.shadows(frame, level, clock);
         self.report_ends(clock.observer);
-        for i in 0..self.paths.0.len() {
-            let path = self.paths.load::<f32>(i);
-            slots.lit(&path, path.radiance);
+        for (path, radiance) in self.paths.found() {
+            slots.lit(path, radiance);
         }
         self.put_aside(clock);
         self.advance(slots, clock);
