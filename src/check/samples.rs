@@ -88,23 +88,26 @@ pub fn outliers(session: &Session) -> Vec<Outlier> {
 
 /// Pixels much of whose light comes only from even samples, or only from odd ones.
 fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
-    let Some(halves) = film.halves() else { return Vec::new() };
-    let region = film.region();
-    let all: f32 = film.means().map(|light| light.luminance()).sum();
-    let least = SHARE.max(TIMES / region.area().max(1) as f32) * all;
-    let mut found = Vec::new();
-    for (at, halves) in halves.enumerate() {
-        let [even, odd] = halves.map(|light| light.luminance());
+    let (region, quantum) = (film.region(), film.unit().quantum());
+    let (mut all, mut brightest) = (0.0, Vec::with_capacity(MOST + 1));
+    for (at, pixel) in film.pixels().iter().enumerate() {
+        if pixel.count.contains(&0) {
+            return Vec::new();
+        }
+        all += pixel.mean(quantum).luminance();
+        let [even, odd] = pixel.halves(quantum).map(|light| light.luminance());
         let light = 0.5 * (even + odd);
-        if light > least && (even - odd).abs() > OF_PIXEL * (even + odd) {
-            let at = at as u32;
-            let pixel = [region.x0 + at % region.width(), region.y0 + at / region.width()];
-            found.push((pixel, light / all));
+        let is_brighter = brightest.get(MOST - 1).is_none_or(|(_, other)| light > *other);
+        if is_brighter && (even - odd).abs() > OF_PIXEL * (even + odd) {
+            let place = brightest.partition_point(|(_, other)| *other >= light);
+            brightest.insert(place, (at as u32, light));
+            brightest.truncate(MOST);
         }
     }
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    found.truncate(MOST);
-    found
+    let least = SHARE.max(TIMES / region.area().max(1) as f32) * all;
+    brightest.retain(|(_, light)| *light > least);
+    let pixel = |at: u32| [region.x0 + at % region.width(), region.y0 + at / region.width()];
+    brightest.into_iter().map(|(at, light)| (pixel(at), light / all)).collect()
 }
 
 /// A pixel's brightest sample, and which part of its light that is.

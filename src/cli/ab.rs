@@ -17,6 +17,7 @@ use crate::formats::picture::{Output, PngBits, save};
 use crate::formats::{Edits, LoadOptions};
 use crate::integrator::Frame;
 use crate::math::Rgb;
+use crate::memory;
 use crate::render::{Needs, Options, Session, on_threads};
 use crate::world::{Settings, Tonemap};
 
@@ -70,6 +71,9 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     if a.settings.size != b.settings.size {
         return Err(Failure::command_line("A and B have other sizes: give both one, with --size"));
     }
+    let [width, height] = a.settings.size;
+    let bytes = u64::from(width) * u64::from(height) * BYTES;
+    let _claim = memory::claim(format_args!("the difference of images of {width}x{height}"), bytes)?;
     let difference = Difference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
     let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
     let is_image = base.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
@@ -124,7 +128,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     while !session.is_done() {
         session.advance(16);
     }
-    Ok(Side { film: session.film().clone(), settings })
+    Ok(Side { film: session.into_film(), settings })
 }
 
 fn write(
@@ -151,6 +155,9 @@ struct Difference {
     /// The part of the image whose score is beyond three.
     significant: f64,
 }
+
+/// Bytes that comparing takes for each pixel, besides the films: two images, the differences, scores and their picture.
+const BYTES: u64 = 64;
 
 /// How many pixels on either side are taken together: a single pixel says little about its own noise.
 const BESIDE: usize = 2;

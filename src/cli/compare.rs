@@ -86,6 +86,7 @@ pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     }
     let gain = libm::exp2f(arguments.exposure);
     let width = image.size[0] as usize;
+    let _claim = metrics::claim(image.size)?;
     let comparison = metrics::compare(width, &image.pixels, &reference.pixels, gain);
     if let Some(path) = &arguments.heatmap {
         save_heatmap(path, image.size, &comparison)?;

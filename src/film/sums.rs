@@ -118,13 +118,13 @@ impl PixelSum {
     }
 
     /// The mean of its samples, where a quantum is of this radiance.
-    fn mean(&self, quantum: f64) -> Rgb {
+    pub(crate) fn mean(&self, quantum: f64) -> Rgb {
         let count = (self.count[0] as f64 + self.count[1] as f64).max(1.0);
         self.rounded_total().map(|sum| (sum * quantum / count) as f32).into()
     }
 
     /// The means of its even and of its odd samples, of which there must be some.
-    fn halves(&self, quantum: f64) -> [Rgb; 2] {
+    pub(crate) fn halves(&self, quantum: f64) -> [Rgb; 2] {
         [0, 1].map(|parity: usize| {
             let mean = |sum: i64| (sum as f64 * quantum / f64::from(self.count[parity])) as f32;
             self.sum[parity].map(mean).into()
@@ -330,9 +330,6 @@ impl Film {
     /// tenth of the image's where they are darker than that. No pixel counts for more than 1. `None` before every
     /// pixel has some of both.
     pub fn relative_noise(&self) -> Option<f64> {
-        if !self.has_halves() || self.pixels.is_empty() {
-            return None;
-        }
         // A pixel's brightness, and its variance: the mean of two halves has a quarter of that of their difference.
         let look = |p: &PixelSum| {
             let scales = p.count.map(|count| 1.0 / f64::from(count));
@@ -345,7 +342,17 @@ impl Film {
             (both / 2.0, squares / 4.0)
         };
         let count = self.pixels.len() as f64;
-        let floor = 0.1 * self.pixels.iter().map(|p| look(p).0).sum::<f64>() / count;
+        let mut sum = 0.0;
+        for p in &self.pixels {
+            if p.count.contains(&0) {
+                return None;
+            }
+            sum += look(p).0;
+        }
+        if self.pixels.is_empty() {
+            return None;
+        }
+        let floor = 0.1 * sum / count;
         let relative = |p: &PixelSum| {
             let (brightness, squares) = look(p);
             let brightness = brightness.max(floor);

@@ -394,6 +394,11 @@ impl Session {
         &self.gathered.film
     }
 
+    /// The same, without all else.
+    pub(crate) fn into_film(self) -> Film {
+        self.gathered.film
+    }
+
     /// What has been done so far.
     #[doc(hidden)]
     pub fn statistics(&self) -> &Statistics {

@@ -68,14 +68,14 @@ struct Perceived {
 
 impl Perceived {
     fn new(space: &Space, width: usize, pixels: &[Rgb]) -> Perceived {
-        let opponent: Vec<Triple> = pixels.iter().map(|pixel| space.opponent(pixel)).collect();
-        let planes = [0, 1, 2].map(|i| Raster::new(width, &opponent, |pixel| pixel[i]));
-        let [y, cx, cz] = [0, 1, 2].map(|i| sensed(&planes[i], SENSITIVITY[i]));
+        let plane = |i: usize| Raster::new(width, pixels, |pixel| space.opponent(pixel)[i]);
+        let [y, cx, cz] = [0, 1, 2].map(|i| sensed(&plane(i), SENSITIVITY[i]));
         let color = (0..pixels.len())
             .map(|i| space.hunt(space.light([y.values[i], cx.values[i], cz.values[i]])))
             .collect();
+        drop([y, cx, cz]);
         // Features are looked for in lightness from 0 to 1.
-        let lightness = Raster::new(width, &planes[0].values, |y| (y + 16.0) / 116.0);
+        let lightness = Raster::new(width, &plane(0).values, |y| (y + 16.0) / 116.0);
         Perceived {
             color,
             edges: features(&lightness, edge_weights),

@@ -10,6 +10,7 @@ mod ssim;
 
 use super::tonemap::srgb_encode;
 use crate::math::Rgb;
+use crate::memory::{self, Claim, Shortage};
 use raster::Raster;
 
 /// Light above this counts as this in the relative error, so that a few very bright pixels do
@@ -18,6 +19,15 @@ pub const RELATIVE_LIMIT: f64 = 20.0;
 
 /// Sides of blocks in pixels.
 pub const BLOCKS: [usize; 3] = [2, 4, 8];
+
+/// Bytes that [`compare`] takes for each pixel, besides the two images.
+const BYTES: u64 = 150;
+
+/// Claims the memory that [`compare`] takes for images of a size.
+pub fn claim([width, height]: [u32; 2]) -> Result<Claim<'static>, Shortage> {
+    let what = format_args!("comparing images of {width}x{height}");
+    memory::claim(what, u64::from(width) * u64::from(height) * BYTES)
+}
 
 /// How far an image is from a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -26,6 +26,8 @@ use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
 const RAYS: usize = 1 << 13;
 /// At least as wide as any lane type.
 const PADDING: usize = 16;
+/// The most members of a group.
+const LARGEST: usize = 64;
 
 /// A group: ranges of the members, the lenders and the pairs.
 struct Group {
@@ -178,11 +180,11 @@ impl Connections {
                 dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });
                 self.groups.push(group);
                 if self.rays.0.len() >= RAYS {
-                    self.trace(frame, slots, observer, any);
+                    self.trace(frame, level, slots, observer, any);
                 }
             }
         }
-        self.trace(frame, slots, observer, any);
+        self.trace(frame, level, slots, observer, any);
         slots.finish(&self.received, film, observer);
     }
 
@@ -214,7 +216,14 @@ impl Connections {
     }
 
     /// Traces the rays so far and adds what arrives.
-    fn trace(&mut self, frame: &Frame, slots: &Slots, observer: &mut dyn Observer, any: &mut Any) {
+    fn trace(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        slots: &Slots,
+        observer: &mut dyn Observer,
+        any: &mut Any,
+    ) {
         let count = self.rays.0.len();
         let surfaces = OfConnections { frame, slots, queue: &self.rays };
         let rays = Rays {
@@ -232,7 +241,8 @@ impl Connections {
             }
         }
         for group in &self.groups {
-            receive(group, &self.members, &self.lenders, &self.pairs, slots, &mut self.received);
+            let Self { members, lenders, pairs, received, .. } = self;
+            dispatch(level, Receive { group, members, lenders, pairs, slots, received });
             if self.counts {
                 count_senders(group, &self.members, &self.pairs, &mut self.received);
             }
@@ -248,42 +258,73 @@ impl Connections {
 }
 
 /// What the members of a group receive from its lenders.
-fn receive(
-    group: &Group,
-    members: &[u32],
-    lenders: &[(u32, u32)],
-    pairs: &Pairs,
-    slots: &Slots,
-    received: &mut [Received],
-) {
-    let members = &members[group.members.clone()];
-    let mut sums = [[0.0f32; 64]; 3];
-    let count = members.len();
-    for (row, (at, own)) in lenders[group.lenders.clone()].iter().enumerate() {
-        let start = group.pairs + row * group.row();
-        let density = &pairs.density[start..start + count];
-        let slot = &slots.slots[*at as usize];
-        let own = *own as usize;
-        if density[own] <= 0.0 {
-            // By rounding, the path might not find it again itself: it keeps what it has.
-            let kept = slot.weight * slot.lent;
-            for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
-                sum[own] += more;
+struct Receive<'a> {
+    group: &'a Group,
+    members: &'a [u32],
+    lenders: &'a [(u32, u32)],
+    pairs: &'a Pairs,
+    slots: &'a Slots,
+    received: &'a mut [Received],
+}
+
+impl Kernel for Receive<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { group, pairs, slots, received, .. } = self;
+        let members = &self.members[group.members.clone()];
+        let lenders = &self.lenders[group.lenders.clone()];
+        let mut sums = [[0.0; LARGEST + PADDING]; 3];
+        let mut densities = [0.0; LARGEST];
+        group.add_densities(pairs, &mut densities[..lenders.len()]);
+        for (row, (at, own)) in lenders.iter().enumerate() {
+            let start = group.pairs + row * group.row();
+            let density = &pairs.density[start..][..group.row()];
+            let slot = &slots.slots[*at as usize];
+            let own = *own as usize;
+            if density[own] <= 0.0 {
+                // By rounding, the path might not find it again itself: it keeps what it has.
+                let kept = slot.weight * slot.lent;
+                for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
+                    sum[own] += more;
+                }
+                continue;
             }
-            continue;
+            let part = slot.lent * (1.0 / densities[row]);
+            let part = [part.r, part.g, part.b].map(<L::Queue as Float>::splat);
+            for at in (0..members.len()).step_by(L::Queue::WIDTH) {
+                let found = L::Queue::load(&density[at..]).gt(Float::zero());
+                for channel in 0..3 {
+                    let value = L::Queue::load(&pairs.value[channel][start + at..]) * part[channel];
+                    let sum = &mut sums[channel][at..];
+                    (L::Queue::load(sum) + Float::select(found, value, Float::zero())).store(sum);
+                }
+            }
         }
-        let all: f32 = density.iter().sum();
-        let part = slot.lent * (1.0 / all);
-        for ((sum, value), part) in sums.iter_mut().zip(&pairs.value).zip([part.r, part.g, part.b]) {
-            let value = &value[start..start + count];
-            for ((sum, value), density) in sum.iter_mut().zip(value).zip(density) {
-                *sum += if *density > 0.0 { value * part } else { 0.0 };
-            }
+        let [r, g, b] = &sums;
+        for (place, at) in members.iter().enumerate() {
+            received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
         }
     }
-    let [r, g, b] = sums;
-    for (place, at) in members.iter().enumerate() {
-        received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
+}
+
+impl Group {
+    /// The sum of all members' densities for each lender. Four at once: each sum has its order, and waits for itself.
+    #[inline(always)]
+    fn add_densities(&self, pairs: &Pairs, sums: &mut [f32]) {
+        let (row, count) = (self.row(), self.members.len());
+        let density = &pairs.density[self.pairs..][..row * sums.len()];
+        for (some, sums) in density.chunks(4 * row).zip(sums.chunks_mut(4)) {
+            let last = sums.len() - 1;
+            let rows = [0, 1, 2, 3].map(|i: usize| &some[i.min(last) * row..][..count]);
+            let mut all = [0.0; 4];
+            for place in 0..count {
+                for (sum, row) in all.iter_mut().zip(rows) {
+                    *sum += row[place];
+                }
+            }
+            sums.copy_from_slice(&all[..=last]);
+        }
     }
 }
 

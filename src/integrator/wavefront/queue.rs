@@ -128,6 +128,9 @@ impl<const N: usize, const M: usize> Columns<N, M> {
 
     /// Moves the last items of another queue, as many as fit, to the end of this one.
     fn take_last(&mut self, from: &mut Self) {
+        if self.length == 0 && from.capacity == self.capacity {
+            return std::mem::swap(self, from);
+        }
         let count = from.length.min(self.room());
         let (start, to) = (from.length - count, self.length);
         for (column, source) in self.floats.iter_mut().zip(&from.floats) {

@@ -144,6 +144,7 @@ pub(super) fn run(
         if (image.width, image.height) != (reference.width, reference.height) {
             return Err("the reference has another size: set size in `with` of the experiment".into());
         }
+        let _claim = metrics::claim([image.width, image.height]).map_err(|shortage| shortage.to_string())?;
         let errors = metrics::compare(image.width as usize, &image.pixels, &reference.pixels, 1.0).metrics;
         row.set(Measure::Mse, errors.mse);
         row.set(Measure::RelativeMse, errors.relative_mse);

@@ -185,6 +185,19 @@ fn notes_in_pictures_take_no_memory() {
     expect(&run(here, &["reproduce", "r.png"]), 1, &["r.png"]);
 }
 
+/// Comparing images takes many times their own memory.
+#[test]
+fn comparisons_stay_within_memory() {
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    for name in ["a.png", "b.png"] {
+        flat(&here.join(name), 1_000, png::ColorType::Rgb, png::BitDepth::Eight);
+    }
+    let with = |memory: &str| run(here, &["compare", "a.png", "b.png", "--memory", memory]);
+    expect(&with("200M"), 4, &["comparing images of 1000x1000", "--memory"]);
+    expect(&with("400M"), 0, &[]);
+}
+
 #[test]
 fn endless_work_is_announced() {
     let glass = "(shape: Sphere(radius_m: 1), material: (kt: 0.9, kr: 0.9, ior: 1.5)),";
