@@ -11,7 +11,7 @@ use super::viewer::{Shown, Work};
 use crate::check::Finding;
 use crate::film::Region;
 use crate::integrator::{Frame, Stage};
-use crate::render::{Gathered, Options};
+use crate::render::Options;
 use crate::study::profile::flow::{self, Flows};
 use crate::world::Camera;
 
@@ -97,6 +97,24 @@ impl Described {
     }
 }
 
+/// What there is to say of pixels. Finding it out takes seconds if there are tens of millions of them.
+pub struct Pixels {
+    size: [u32; 2],
+    wanted: u32,
+    samples: f64,
+    noise: Option<f64>,
+}
+
+impl Pixels {
+    /// Of those that are shown.
+    pub fn of(shown: &Shown) -> Pixels {
+        let Shown { size, wanted, ref gathered, .. } = *shown;
+        let is_small = size != shown.frame.size;
+        let samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
+        Pixels { size, wanted, samples, noise: gathered.film.relative_noise() }
+    }
+}
+
 impl Status {
     /// Before anything is rendered.
     pub fn of(scene: &LiveScene, work: Work) -> Status {
@@ -132,14 +150,10 @@ impl Status {
     }
 
     /// Records the pixels' current state.
-    pub fn pixels(&mut self, gathered: &Gathered, shown: &Shown, elapsed: Duration) {
+    pub fn pixels(&mut self, pixels: Pixels, elapsed: Duration) {
         self.serial += 1;
-        self.shown = shown.size;
-        self.wanted = shown.wanted;
-        let is_small = shown.size != shown.frame.size;
-        self.samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
-        self.noise = gathered.film.relative_noise();
-        self.elapsed = elapsed;
+        (self.shown, self.wanted, self.elapsed) = (pixels.size, pixels.wanted, elapsed);
+        (self.samples, self.noise) = (pixels.samples, pixels.noise);
     }
 
     /// Records the result of a pass.

@@ -10,7 +10,7 @@ use tokio::sync::watch;
 
 use super::command::{Command, Wish};
 use super::scene::{LiveScene, SceneError};
-use super::status::{Described, Status, queues};
+use super::status::{Described, Pixels, Status, queues};
 use super::tev::Tev;
 use super::watched::{LOOK, Watched};
 use crate::film::{Features, Region};
@@ -284,9 +284,23 @@ impl Viewer {
         self.wake.notify_all();
     }
 
-    fn publish(&self, change: impl FnOnce(&mut State)) {
-        change(&mut self.lock());
+    /// Others wait meanwhile: the change must not take long.
+    fn publish<T>(&self, change: impl FnOnce(&mut State) -> T) -> T {
+        let outcome = change(&mut self.lock());
         self.news.send_modify(|serial| *serial += 1);
+        outcome
+    }
+
+    /// Shows other pixels.
+    fn show(&self, shown: Shown, elapsed: Duration, described: Option<Described>) {
+        let pixels = Pixels::of(&shown);
+        let before = self.publish(|state| {
+            described.into_iter().for_each(|described| state.status.describe(described));
+            state.status.pixels(pixels, elapsed);
+            std::mem::replace(&mut state.shown, shown)
+        });
+        // Freeing many of them takes time, too.
+        drop(before);
     }
 
     /// Nothing panics while it holds the lock.
@@ -337,10 +351,7 @@ impl Rendering {
         let elapsed = || spent + begun.elapsed();
         let show = |gathered: Gathered| {
             let gathered = Arc::new(gathered);
-            viewer.publish(|state| {
-                state.status.pixels(&gathered, &shown, elapsed());
-                state.shown = Shown { gathered: gathered.clone(), ..shown.clone() };
-            });
+            viewer.show(Shown { gathered: gathered.clone(), ..shown.clone() }, elapsed(), None);
             if let Some(tev) = &viewer.tev {
                 tev.show(gathered);
                 tev.warning().into_iter().for_each(|warning| eprintln!("warning: {warning}"));
@@ -389,11 +400,7 @@ impl Rendering {
         }
         let shown = Shown::new(scene, whole, session.gathered().clone(), options, self.features.clone());
         let described = Described::new(scene, &self.work);
-        viewer.publish(|state| {
-            state.status.describe(described);
-            state.status.pixels(&shown.gathered, &shown, Duration::ZERO);
-            state.shown = shown;
-        });
+        viewer.show(shown, Duration::ZERO, Some(described));
     }
 }
 
