@@ -113,7 +113,7 @@ impl PixelSum {
         // Both are positive, and their sum fits unless there are millions of samples.
         [0, 1, 2].map(|channel| match even[channel].checked_add(odd[channel]) {
             Some(sum) => sum as f64,
-            None => (i128::from(even[channel]) + i128::from(odd[channel])) as f64,
+            None => self.total()[channel] as f64,
         })
     }
 
