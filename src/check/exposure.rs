@@ -22,7 +22,7 @@ const WORTH: f32 = 1.0;
 const LOOKED_AT: u32 = 128;
 
 /// A finished image.
-pub struct Shown<'a> {
+pub struct FinishedImage<'a> {
     /// Its pixels.
     pub region: Region,
     /// What they hold, row by row.
@@ -33,7 +33,7 @@ pub struct Shown<'a> {
     pub exposure_ev: f32,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> FinishedImage<'a> {
     /// Exposed as the settings say.
     pub fn new(settings: &Settings, region: Region, radiance: &'a [Rgb]) -> Self {
         let exposure_ev = exposure_ev(settings, radiance);
@@ -42,12 +42,12 @@ impl<'a> Shown<'a> {
 }
 
 /// Findings about a finished image. `told`: what the scene's rules found has been reported already.
-pub fn of_image(frame: &Frame, image: &Shown, told: bool) -> Option<Finding> {
+pub fn of_image(frame: &Frame, image: &FinishedImage, told: bool) -> Option<Finding> {
     let seen = seen(frame, image);
     if seen.is_empty() {
         return None;
     }
-    let Shown { radiance, exposure_ev, .. } = *image;
+    let FinishedImage { radiance, exposure_ev, .. } = *image;
     let curve = DisplayTransform::new(image.tonemap, exposure_ev, radiance);
     let shown: Vec<[u8; 3]> = seen.iter().map(|light| curve.apply_8_bit(*light)).collect();
     let part = |is: fn(&u8) -> bool| {
@@ -90,7 +90,7 @@ pub fn of_image(frame: &Frame, image: &Shown, told: bool) -> Option<Finding> {
 }
 
 /// The light of some of the pixels that show something.
-fn seen(frame: &Frame, &Shown { region, radiance, .. }: &Shown) -> Vec<Rgb> {
+fn seen(frame: &Frame, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
     let [width, height] = frame.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
     let size = [width.div_ceil(by), height.div_ceil(by)];

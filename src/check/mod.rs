@@ -23,7 +23,7 @@ use crate::error::words;
 use crate::integrator::Frame;
 use crate::scene::{CompiledScene, Material};
 use crate::world::World;
-pub use exposure::{Shown, of_image};
+pub use exposure::{FinishedImage, of_image};
 use probes::Probes;
 #[cfg(feature = "study")]
 pub use samples::{Outlier, outliers};

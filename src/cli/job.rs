@@ -370,7 +370,8 @@ fn finish(
 /// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
 fn faults(header: &Header, session: &Session, picture: &Picture, told: bool) -> Vec<String> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
-    let shown = check::Shown { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
+    let shown =
+        check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
     let finding = check::of_image(session.frame(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
         let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);

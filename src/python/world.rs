@@ -302,7 +302,7 @@ impl World {
                 });
                 let film = session.film();
                 let radiance = film.radiance();
-                let shown = check::Shown::new(&settings, film.region(), &radiance);
+                let shown = check::FinishedImage::new(&settings, film.region(), &radiance);
                 let told = !findings.is_empty();
                 warnings.extend(check::of_image(&frame, &shown, told).map(|finding| finding.to_string()));
                 let reached = session.film().relative_noise();

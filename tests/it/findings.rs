@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayfront::compile::compile;
-use rayfront::internals::check::{Finding, Shown, check, of_image};
+use rayfront::internals::check::{Finding, FinishedImage, check, of_image};
 use rayfront::internals::integrator::Frame;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Settings, World};
@@ -31,7 +31,7 @@ fn told(world: &World) -> Vec<String> {
 /// What its image is told.
 fn told_of_image(session: &Session, settings: &Settings) -> Option<String> {
     let radiance = session.film().radiance();
-    let shown = Shown::new(settings, session.film().region(), &radiance);
+    let shown = FinishedImage::new(settings, session.film().region(), &radiance);
     of_image(session.frame(), &shown, false).map(|finding| finding.to_string())
 }
 
