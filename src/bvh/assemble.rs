@@ -12,6 +12,7 @@ use super::layout::{Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleB
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
 use crate::math::{Aabb, DVec3, Vec3};
+use crate::simd::prefer_large_pages;
 
 /// The arrays that primitive ids refer to.
 #[derive(Clone, Copy)]
@@ -89,6 +90,9 @@ impl Bvh {
             &order[leaf.offset as usize..][..leaf.count as usize]
         };
         let geometry = primitives.geometry;
+        make_room(&mut self.nodes, plan.nodes.len());
+        make_room(&mut self.triangles, plan.triangles.len());
+        make_room(&mut self.spheres, plan.spheres.len());
         // The size of these chunks does not matter, but with chunks of one there would be much to steal.
         self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
         let triangles = plan.triangles.par_iter().with_min_len(256);
@@ -100,6 +104,12 @@ impl Bvh {
         self.statistics.peak_bytes = self.statistics.peak_bytes.max(peak);
         Some(Root { child: nodes[0].child, bounds: nodes[0].bounds })
     }
+}
+
+/// Makes room for more. Rays come to a large tree in no order, so it had better lie in large pages.
+fn make_room<T>(array: &mut Vec<T>, more: usize) {
+    array.reserve(more);
+    prefer_large_pages(array.spare_capacity_mut());
 }
 
 fn wide_node(tree: &[BinaryNode], index: u32) -> Node {

@@ -88,8 +88,8 @@ impl DirectionClasses {
             }
             let (t_min, t_max) = (padded::<F>(&rays.t_min[at..]), padded::<F>(&rays.t_max[at..]));
             let (mut first, mut second) = ([[0.0; 4]; 16], [[0.0; 4]; 16]);
-            F::store_rows([origin[0], origin[1], origin[2], t_min], &mut first);
-            F::store_rows([direction[0], direction[1], direction[2], t_max], &mut second);
+            F::store_rows_mixed([origin[0], origin[1], origin[2], t_min], &mut first);
+            F::store_rows_mixed([direction[0], direction[1], direction[2], t_max], &mut second);
             for lane in 0..F::WIDTH.min(count - at) {
                 let place = &mut next[self.classes[at + lane] as usize % CLASSES];
                 self.places[at + lane] = *place as u32;
@@ -97,7 +97,8 @@ impl DirectionClasses {
                     self.numbers[*place] = (at + lane) as u32;
                 }
                 let rows = &mut self.rows[2 * *place..][..2];
-                (rows[0], rows[1]) = (first[lane & 15], second[lane & 15]);
+                let from = F::mixed(lane) & 15;
+                (rows[0], rows[1]) = (first[from], second[from]);
                 *place += 1;
             }
         }

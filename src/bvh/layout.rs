@@ -100,11 +100,10 @@ impl Node {
         self.child[slot] = child.0;
     }
 
-    /// The order in which rays of an octant want the boxes, from front to back and from back to front.
+    /// The boxes from back to front, as rays of an octant see them.
     #[inline(always)]
-    pub fn orders(&self, octant: u32) -> [Order; 2] {
-        let octant = octant as usize % 8;
-        [self.order[octant], self.order[octant ^ 7]]
+    pub fn back_to_front(&self, octant: u32) -> Order {
+        self.order[(octant as usize % 8) ^ 7]
     }
 
     /// The planes across an axis that a ray meets first, which begin at place 0 or 16, and those on the other side.

@@ -118,6 +118,7 @@ pub(super) struct Prepared {
     pub first: u32,
     /// What is at the top of the tree.
     root: u32,
+    /// In the order of [`Float::mixed`].
     rows: [[Quad; BATCH]; ROWS],
 }
 
@@ -153,17 +154,14 @@ impl Prepared {
         place
     }
 
-    /// One of the rays, to where it is wanted: see [`Row::copy`].
+    /// One of the rays, to where it is wanted (see [`Row::copy`]), and where it enters the tree. `F` is what it was
+    /// prepared with.
     #[inline(always)]
-    pub fn read(&self, place: usize, row: &mut Row) {
+    pub fn read<F: Float>(&self, place: usize, row: &mut Row) -> Entry {
+        let place = (place - place % F::WIDTH + F::mixed(place % F::WIDTH)) % BATCH;
         for (to, from) in row.0.iter_mut().zip(&self.rows) {
             *to = from[place];
         }
-    }
-
-    /// The tree's root with the distance where a ray enters it.
-    #[inline(always)]
-    pub fn start(&self, place: usize) -> Entry {
         Entry { near: self.rows[2][place][3], child: Child(self.root) }
     }
 
@@ -230,7 +228,7 @@ impl Prepared {
         let columns = [origin, near_scales, far_scales, near_planes, o, shear];
         let last = [t_min, t_max, near, longest.axis().reinterpret(), octant.reinterpret(), F::zero()];
         for ((rows, [x, y, z]), last) in self.rows.iter_mut().zip(columns).zip(last) {
-            F::store_rows([x, y, z, last], &mut rows[at..]);
+            F::store_rows_mixed([x, y, z, last], &mut rows[at..]);
         }
         near.le(far) & near.le(t_max) & zeros.eq(F::zero())
     }

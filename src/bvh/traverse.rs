@@ -57,9 +57,9 @@ pub(super) fn each<L: Lanes, A: Answers>(
             let mut best = Hit { t: ray.t_max, ..Hit::MISS };
             if prepared.waiting >> place & 1 == 1 {
                 let mut row = Row::default();
-                prepared.read(place, &mut row);
+                let start = prepared.read::<L::Queue>(place, &mut row);
                 let mut local = LocalRay { ray, slabs: row.slabs(), shear: row.shear() };
-                let (start, asker) = (prepared.start(place), rays.asker(first + place));
+                let asker = rays.asker(first + place);
                 if walk::<L, A, _>(bvh, &mut local, asker, start, keys, &mut best, &mut NoTally) && A::ANY {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
@@ -190,9 +190,9 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     && let Some(nears) = nears[top..].first_chunk_mut::<WIDTH>()
                     && let Some(words) = words[top..].first_chunk_mut::<WIDTH>()
                 {
-                    let orders = node.orders(local.slabs.octant());
+                    let order = node.back_to_front(local.slabs.octant());
                     let (word, count) =
-                        Sixteen::take_in_order(entries, exits, &node.child, orders, nears, words);
+                        Sixteen::take_in_order(entries, exits, &node.child, order, nears, words);
                     let last = count as usize - 1;
                     (near, child) = (nears[last % WIDTH], Child(word));
                     top += last;

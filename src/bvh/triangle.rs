@@ -220,11 +220,11 @@ impl<T: Float> Edges<T> {
     }
 
     /// One sign and not all zero, so the determinant is not zero: nothing cancels. A block's
-    /// unused lanes are degenerate, with nothing but zeros.
+    /// unused lanes are degenerate, with nothing but zeros. (Where something is NaN, t is, too.)
     #[inline(always)]
     fn inside(&self) -> T::Mask {
         let zero = T::zero();
-        (self.low.ge(zero) & self.high.gt(zero)) | (self.high.le(zero) & self.low.lt(zero))
+        self.low.lt(zero) ^ self.high.gt(zero)
     }
 
     /// Where the line meets the plane.
@@ -247,8 +247,8 @@ impl<T: Float> Edges<T> {
         // the ray goes.
         let side = scale * reciprocal;
         let t = (self.u * *az + self.v * *bz + self.w * *cz) * side;
-        let x = ax.abs().max(bx.abs()).max(cx.abs());
-        let y = ay.abs().max(by.abs()).max(cy.abs());
+        let x = ax.max_abs(*bx).max_abs(*cx);
+        let y = ay.max_abs(*by).max_abs(*cy);
         let (low, high) = (az.min(*bz).min(*cz), az.max(*bz).max(*cz));
         let margin = twice_error_bound(x, y, [low, high], side.abs(), scale.abs());
         // What is certainly out of range need not be exact; with NaN nothing is certain.
@@ -314,7 +314,7 @@ const WANTED: f32 = 1.0 / 16_384.0;
 #[inline(always)]
 fn twice_error_bound<T: Float>(x: T, y: T, [low, high]: [T; 2], side: T, scale: T) -> T {
     const EPSILON: f32 = f32::EPSILON * 0.5;
-    let z = low.abs().max(high.abs());
+    let z = low.max_abs(high);
     let edge = x * y * T::splat(180.0 * EPSILON) + (x + y) * z * T::splat(72.0 * EPSILON);
     edge * (high - low) * side + z * (scale * T::splat(16.0 * EPSILON))
 }

@@ -120,6 +120,7 @@ operator!(I32x8, BitOr, bitor, _mm256_or_si256);
 operator!(I32x8, BitXor, bitxor, _mm256_xor_si256);
 operator!(M32x8, BitAnd, bitand, _mm256_and_ps);
 operator!(M32x8, BitOr, bitor, _mm256_or_ps);
+operator!(M32x8, BitXor, bitxor, _mm256_xor_ps);
 
 impl Not for M32x8 {
     type Output = Self;
@@ -214,6 +215,18 @@ impl Float for F32x8 {
                 _mm256_storeu2_m128(out[i + 4].as_mut_ptr(), out[i].as_mut_ptr(), pair);
             }
         }
+    }
+    #[inline(always)]
+    fn store_rows_mixed([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
+        // SAFETY: as for the operators.
+        let rows = unsafe { transpose([a.0, b.0, c.0, d.0]) };
+        for (rows, out) in rows.into_iter().zip(out[..8].as_flattened_mut().chunks_exact_mut(8)) {
+            Self(rows).store(out);
+        }
+    }
+    #[inline(always)]
+    fn mixed(lane: usize) -> usize {
+        lane % 4 * 2 + lane / 4
     }
     #[inline(always)]
     fn least(self) -> f32 {

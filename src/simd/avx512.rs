@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::avx2::F32x8;
-use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
+use super::{Float, Int, Kernel, Lanes, Mask, Outlined, opaque};
 use rows::{four_rows, three_entries, transpose};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
@@ -131,6 +131,14 @@ impl BitOr for M32x16 {
     }
 }
 
+impl BitXor for M32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitxor(self, other: Self) -> Self {
+        Self(self.0 ^ other.0)
+    }
+}
+
 impl Not for M32x16 {
     type Output = Self;
     #[inline(always)]
@@ -177,8 +185,10 @@ impl Float for F32x16 {
     }
     #[inline(always)]
     fn splat_halves(low: f32, high: f32) -> Self {
+        // To a mask that it knows, the compiler prefers two shuffles.
+        let upper = opaque(0xff00) as __mmask16;
         // SAFETY: as for the operators.
-        unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(low), 0xff00, _mm_set_ss(high))) }
+        unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(low), upper, _mm_set_ss(high))) }
     }
     #[inline(always)]
     fn load_halves(low: &[f32; 8], high: &[f32; 8]) -> Self {
@@ -245,6 +255,18 @@ impl Float for F32x16 {
         }
     }
     #[inline(always)]
+    fn store_rows_mixed([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
+        // SAFETY: as for the operators.
+        let rows = unsafe { transpose([a.0, b.0, c.0, d.0]) };
+        for (rows, out) in rows.into_iter().zip(out[..16].as_flattened_mut().chunks_exact_mut(16)) {
+            Float::store(Self(rows), out);
+        }
+    }
+    #[inline(always)]
+    fn mixed(lane: usize) -> usize {
+        lane % 4 * 4 + lane / 4
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_sqrt_ps(self.0)) }
@@ -263,6 +285,11 @@ impl Float for F32x16 {
     fn max(self, other: Self) -> Self {
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_max_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn max_abs(self, other: Self) -> Self {
+        // SAFETY: as for the operators. (The larger size, 3, with the sign cleared, 2.)
+        unsafe { Self(_mm512_range_ps::<{ 2 << 2 | 3 }>(self.0, other.0)) }
     }
     #[inline(always)]
     fn floor(self) -> Self {

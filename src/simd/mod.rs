@@ -19,18 +19,24 @@ mod avx2;
 // Fuzzing leaves it out: code for all widths takes half an hour to compile with what counts its blocks.
 #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
 mod avx512;
+mod memory;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod scalar;
 pub mod sixteen;
+mod waiting;
 
+pub use memory::{prefer_large_pages, prefetch};
 pub use sixteen::Sixteen;
 use std::fmt;
+pub use waiting::Waiting;
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// A truth value for each lane.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static {
+pub trait Mask:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self> + 'static
+{
     /// Lane i as bit i.
     fn bits(self) -> u32;
     /// The inverse of [`Mask::bits`].
@@ -112,6 +118,17 @@ pub trait Float:
     fn load_rows(table: &[[f32; 4]], index: Self::Int) -> [Self; 4];
     /// The inverse of [`Float::load_rows`] for the rows at the front of `out`, which has room for `WIDTH`.
     fn store_rows(columns: [Self; 4], out: &mut [[f32; 4]]);
+    /// The same in the order in which they lie in registers, which takes less time: the row of lane i goes to
+    /// [`Float::mixed`]`(i)`.
+    #[inline(always)]
+    fn store_rows_mixed(columns: [Self; 4], out: &mut [[f32; 4]]) {
+        Self::store_rows(columns, out);
+    }
+    /// Where [`Float::store_rows_mixed`] puts a lane's row.
+    #[inline(always)]
+    fn mixed(lane: usize) -> usize {
+        lane
+    }
 
     /// The least lane.
     #[inline(always)]
@@ -129,6 +146,11 @@ pub trait Float:
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: a NaN gives `other`.
     fn max(self, other: Self) -> Self;
+    /// The larger one without its sign; undetermined if one of them is NaN.
+    #[inline(always)]
+    fn max_abs(self, other: Self) -> Self {
+        self.abs().max(other.abs())
+    }
     /// Towards −∞.
     fn floor(self) -> Self;
     /// Towards zero; `i32::MIN` for what does not fit.
@@ -333,22 +355,6 @@ impl Level {
 impl fmt::Debug for Level {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// Begins to fetch `lines` cache lines from an address on. Any address will do: nothing is read.
-#[inline(always)]
-pub fn prefetch(address: usize, lines: usize) {
-    for line in 0..lines {
-        let address = address + 64 * line;
-        #[cfg(target_arch = "x86_64")]
-        {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            // SAFETY: a hint, which faults at no address.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::without_provenance(address)) };
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        let _ = address;
     }
 }
 

@@ -64,6 +64,7 @@ operator!(I32x8, BitOr, bitor, vorrq_u32);
 operator!(I32x8, BitXor, bitxor, veorq_u32);
 operator!(M32x8, BitAnd, bitand, vandq_u32);
 operator!(M32x8, BitOr, bitor, vorrq_u32);
+operator!(M32x8, BitXor, bitxor, veorq_u32);
 
 impl Not for M32x8 {
     type Output = Self;

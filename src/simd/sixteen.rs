@@ -5,6 +5,9 @@ use std::ops::{Mul, Sub};
 
 use super::{Float, Int, Mask};
 
+/// How many they are.
+pub const SIXTEEN: usize = 16;
+
 /// Sixteen floats, however many lanes the machine has. The operations are those of
 /// [`super::Float`]; distances are at least 0.
 pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
@@ -22,13 +25,13 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
     fn le(self, other: Self) -> u32;
     /// `near[i]` and `words[i]` of those boxes that are entered, where `near[i] <= far[i]`, go to the fronts of
     /// `nears` and `out`, with the one to visit first at the end; behind them both are undetermined. Returns the word of
-    /// that one and how many there are. The orders name the boxes from front to back and from back to front (see
-    /// [`slot`]); they are used where the machine has no better one.
+    /// that one and how many there are. The order names the boxes from back to front (see [`slot`]); it is used where
+    /// the machine has no better one.
     fn take_in_order(
         near: Self,
         far: Self,
         words: &[u32; 16],
-        orders: [u64; 2],
+        back_to_front: u64,
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32);
@@ -108,7 +111,7 @@ impl Sixteen for Plain {
         near: Self,
         far: Self,
         words: &[u32; 16],
-        _: [u64; 2],
+        _: u64,
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
@@ -199,7 +202,7 @@ impl<F: Float> Sixteen for Two<F> {
         near: Self,
         far: Self,
         words: &[u32; 16],
-        _: [u64; 2],
+        _: u64,
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {

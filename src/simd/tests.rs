@@ -15,7 +15,7 @@ impl Kernel for Everything<'_> {
     type Output = Vec<[u32; 16]>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let mut out = vec![[0; 16]; 29];
+        let mut out = vec![[0; 16]; 31];
         each::<L::Queue>(&self, &mut out);
         out
     }
@@ -67,6 +67,8 @@ fn each<F: Float>(input: &Everything, out: &mut [[u32; 16]]) {
             three[2].to_bits(),
             words[0],
             words[1],
+            truth(a.le(b) ^ a.lt(b)),
+            F::select(a.eq(a) & b.eq(b), a.max_abs(b), F::zero()).to_bits(),
         ];
         for (row, result) in out.iter_mut().zip(results) {
             result.store(&mut row[start..]);
@@ -144,6 +146,11 @@ impl Kernel for RowsAndColumns<'_> {
                 }
             }
             L::Queue::store_rows(columns, &mut out[at..]);
+            let mut mixed = [[0.0; 4]; 16];
+            L::Queue::store_rows_mixed(columns, &mut mixed);
+            for lane in 0..L::Queue::WIDTH {
+                assert_eq!(mixed[L::Queue::mixed(lane)], out[at + lane]);
+            }
         }
         out
     }
@@ -216,7 +223,8 @@ impl Kernel for Children<'_> {
     fn run<L: Lanes>(self) -> Self::Output {
         let (near, far) = (L::Node::load(self.near), L::Node::load(self.far));
         let (mut nears, mut words, mut others) = ([0.0; 16], [0; 16], [0; 16]);
-        let (top, count) = Sixteen::take_in_order(near, far, self.words, self.orders, &mut nears, &mut words);
+        let (top, count) =
+            Sixteen::take_in_order(near, far, self.words, self.orders[1], &mut nears, &mut words);
         let (word, same) = Sixteen::take_entered(near, far, self.words, &mut others);
         assert_eq!(count, same);
         let count = count as usize;

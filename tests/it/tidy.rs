@@ -52,7 +52,7 @@ const CRATES: [(&str, &[&str]); 37] = [
     ("indicatif", &["cli"]),
     ("ctrlc", &["cli"]),
     ("signal_hook", &["cli"]),
-    ("rustix", &["cli"]),
+    ("rustix", &["cli", "simd"]),
     ("perf_event", &["study"]),
     ("plotters", &["study"]),
     ("dejavu", &["study"]),

@@ -14,7 +14,7 @@ use std::hint::select_unpredictable;
 use std::marker::PhantomData;
 
 use super::answers::Answers;
-use super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH};
+use super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock};
 use super::leaf::{self, Visit};
 use super::prepare::{BATCH, Fill, Prepared, Row};
 use super::ray::{LocalRay, is_finite, to_local};
@@ -22,16 +22,14 @@ use super::traverse::{Entry, LEAVE_INSTANCE};
 use super::triangle::Exact;
 use super::{Rays, sphere};
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, opaque};
+use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, Waiting, opaque};
 use glance::{Block, Glance};
 use places::{Memory, Places, take_first};
 
 /// Rays in flight.
 const RAYS: usize = 32;
-/// At the bottom of every stack, so that so many entries can always be read.
-const WINDOW: usize = 8;
-/// 32-bit entries of a cache line.
-const LINE: usize = 16;
+/// Of what waits, so many entries are looked at at once.
+const BELOW: usize = Waiting::FIRST as usize;
 /// The child word of a ray that has ended.
 const END: u32 = u32::MAX - 1;
 
@@ -40,28 +38,8 @@ pub(super) struct Flight {
     rays: Box<[InFlight; RAYS]>,
     /// Those that are in an instance, as they are in the world.
     outside: Box<[Row; RAYS]>,
-    stacks: Box<[RayStack; RAYS]>,
+    stacks: Box<[Waiting; RAYS]>,
     prepared: Box<Prepared>,
-}
-
-/// What a ray has still to visit.
-struct RayStack {
-    /// Child words.
-    words: Box<[u32]>,
-    /// Where the ray enters each; not written where any hit will do.
-    nears: Box<[f32]>,
-}
-
-impl RayStack {
-    fn new(bvh: &Bvh) -> Self {
-        // Within an instance, the world's entries stay where they are; and there is room for a node's children, which
-        // are written sixteen at a time.
-        let trees = if bvh.instances.is_empty() { 1 } else { 2 };
-        let needed = WINDOW + trees * bvh.stack_size + 2 + WIDTH;
-        // An odd number of cache lines, so that not all begin in the same set of the cache.
-        let size = LINE * (needed.div_ceil(LINE) | 1);
-        Self { words: vec![END; size].into(), nears: vec![0.0; size].into() }
-    }
 }
 
 /// [`Flight::trace`].
@@ -103,6 +81,9 @@ struct InFlight {
 impl Flight {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
+        // Within an instance, the world's entries stay where they are.
+        let trees = if bvh.instances.is_empty() { 1 } else { 2 };
+        let capacity = trees * bvh.stack_size + 2;
         let ray = InFlight {
             row: Row::default(),
             child: Child(END),
@@ -116,7 +97,7 @@ impl Flight {
         Self {
             rays: Box::new([ray; RAYS]),
             outside: Box::new([Row::default(); RAYS]),
-            stacks: Box::new(std::array::from_fn(|_| RayStack::new(bvh))),
+            stacks: Box::new(std::array::from_fn(|_| Waiting::new(capacity, END))),
             prepared: Box::default(),
         }
     }
@@ -129,7 +110,7 @@ impl Flight {
         let mut queue = Queue { bvh, rays, next: 0, prepared: &mut self.prepared };
         let mut places = Places::default();
         for (ray, f) in flight.iter_mut().enumerate() {
-            queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
+            queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places);
         }
         while places.alive != 0 {
             // One step for each ray. (Those that come to triangles in this round could go on at once, but then finding
@@ -153,7 +134,7 @@ impl Flight {
                 let f = &mut flight[ray];
                 if f.child.0 == END {
                     answers.put(f.index as usize, &f.best);
-                    queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places, &memory);
+                    queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places);
                     continue;
                 }
                 f.change_place::<L, A>(bvh, &queue.rays, &mut stacks[ray], &mut self.outside[ray]);
@@ -166,27 +147,33 @@ impl Flight {
 impl InFlight {
     /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
     #[inline(always)]
-    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut RayStack) -> Child {
-        let (waiting, below) = self.peek::<L, A>(stack);
+    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut Waiting) -> Child {
+        let below = self.peek::<L, A>(stack);
+        let waiting = stack.word(below);
         let node = &bvh.nodes[self.child.0 as usize];
         let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
-        let top = self.top as usize;
-        let Some(words) = stack.words[top..].first_chunk_mut::<WIDTH>() else { return Child(END) };
+        let (words, nears) = stack.from(self.top);
         let (word, count) = if A::ANY {
             <L::Node as Sixteen>::take_entered(near, far, &node.child, words)
         } else {
-            let Some(nears) = stack.nears[top..].first_chunk_mut::<WIDTH>() else { return Child(END) };
-            Sixteen::take_in_order(near, far, &node.child, node.orders(self.row.octant()), nears, words)
+            Sixteen::take_in_order(
+                near,
+                far,
+                &node.child,
+                node.back_to_front(self.row.octant()),
+                nears,
+                words,
+            )
         };
         let entered = count != 0;
-        self.child.0 = select_unpredictable(entered, opaque(word), waiting.0);
+        self.child.0 = select_unpredictable(entered, opaque(word), waiting);
         self.top = select_unpredictable(entered, (self.top + count).wrapping_sub(1), below);
         self.child
     }
 
     /// The canonical test of its block.
     #[inline(always)]
-    fn test<L: Lanes, A: Answers, B: Block>(&mut self, bvh: &Bvh, rays: &Rays, stack: &RayStack) {
+    fn test<L: Lanes, A: Answers, B: Block>(&mut self, bvh: &Bvh, rays: &Rays, stack: &Waiting) {
         if bvh.conditional || L::Block::WIDTH < BLOCK {
             let near = self.near::<A>(stack);
             L::outlined(AskingTest { ray: self, near, bvh, rays, answers: PhantomData::<A> });
@@ -201,7 +188,7 @@ impl InFlight {
         &self,
         bvh: &'a Bvh,
         rays: &'a Rays<'a>,
-        stack: &RayStack,
+        stack: &Waiting,
     ) -> Glance<'a, B, RaySource<'a>> {
         let Self { t_min, instance, index, .. } = *self;
         let exact = RaySource { bvh, rays, index, instance };
@@ -217,35 +204,32 @@ impl InFlight {
 
     /// Where it has entered what it is at; 0 where any hit will do, since there it does not matter.
     #[inline(always)]
-    fn near<A: Answers>(&self, stack: &RayStack) -> f32 {
-        if A::ANY { 0.0 } else { stack.nears[self.top as usize] }
+    fn near<A: Answers>(&self, stack: &Waiting) -> f32 {
+        if A::ANY { 0.0 } else { stack.near(self.top) }
     }
 
-    /// What is next on the stack and how much is below it. For the nearest hit, what lies beyond the best hit is passed
-    /// over. If all that is looked at lies beyond it, the last of it is taken, which is useless but does no harm.
+    /// The place on the stack of what is next. For the nearest hit, what lies beyond the best hit is passed over. If all
+    /// that is looked at lies beyond it, the last of it is taken, which is useless but does no harm.
     #[inline(always)]
-    fn peek<L: Lanes, A: Answers>(&self, stack: &RayStack) -> (Child, u32) {
-        let mut below = self.top.wrapping_sub(1);
+    fn peek<L: Lanes, A: Answers>(&self, stack: &Waiting) -> u32 {
+        let mut beyond = 0;
         if !A::ANY {
-            let first = self.top.wrapping_sub(WINDOW as u32) as usize;
-            let window = stack.nears.get(first..).unwrap_or_default();
-            let Some(window) = window.first_chunk::<WINDOW>() else { return (Child(END), 0) };
+            let nears = stack.nears_below(self.top);
             let mut within = 1u32;
-            for lane in (0..WINDOW).step_by(L::Block::WIDTH) {
-                within |= L::Block::load(&window[lane..]).le(L::Block::splat(self.best.t)).bits() << lane;
+            for lane in (0..BELOW).step_by(L::Block::WIDTH) {
+                within |= L::Block::load(&nears[lane..]).le(L::Block::splat(self.best.t)).bits() << lane;
             }
-            below = below.wrapping_sub((within << (32 - WINDOW)).leading_zeros());
+            beyond = (within << (32 - BELOW)).leading_zeros();
         }
-        (Child(stack.words[below as usize]), below)
+        self.top.wrapping_sub(1 + beyond)
     }
 
     /// Goes to what is next, or ends.
     #[inline(always)]
-    fn pop<L: Lanes, A: Answers>(&mut self, stack: &RayStack) {
-        let (waiting, below) = self.peek::<L, A>(stack);
+    fn pop<L: Lanes, A: Answers>(&mut self, stack: &Waiting) {
+        self.top = self.peek::<L, A>(stack);
         let ended = A::ANY && !self.best.is_miss();
-        self.child.0 = select_unpredictable(ended, END, waiting.0);
-        self.top = below;
+        self.child.0 = select_unpredictable(ended, END, opaque(stack.word(self.top)));
     }
 
     /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
@@ -254,7 +238,7 @@ impl InFlight {
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
-        stack: &mut RayStack,
+        stack: &mut Waiting,
         outside: &mut Row,
     ) {
         if self.child.0 == LEAVE_INSTANCE {
@@ -269,9 +253,10 @@ impl InFlight {
         if !is_finite(&ray) {
             return self.pop::<L, A>(stack);
         }
-        let (near, top) = (self.near::<A>(stack), self.top as usize);
-        (stack.nears[top], stack.words[top]) = (0.0, LEAVE_INSTANCE);
-        stack.nears[top + 1] = near;
+        let near = self.near::<A>(stack);
+        let (words, nears) = stack.from(self.top);
+        words[0] = LEAVE_INSTANCE;
+        [nears[0], nears[1], ..] = [0.0, near];
         self.top += 1;
         outside.copy(&self.row);
         self.direction = sphere::Line::new(&ray).direction;
@@ -294,7 +279,7 @@ impl Leaves<'_> {
     fn test<L: Lanes, A: Answers, B: Block>(
         &self,
         flight: &mut [InFlight; RAYS],
-        stacks: &[RayStack; RAYS],
+        stacks: &[Waiting; RAYS],
         mut todo: u32,
         places: &mut Places,
     ) {
@@ -316,7 +301,7 @@ impl Leaves<'_> {
 
     /// Two rays at once.
     #[inline(always)]
-    fn test_two<L: Lanes, A: Answers, B: Block>(&self, [a, b]: [&mut InFlight; 2], stacks: [&RayStack; 2]) {
+    fn test_two<L: Lanes, A: Answers, B: Block>(&self, [a, b]: [&mut InFlight; 2], stacks: [&Waiting; 2]) {
         let Self { bvh, rays, .. } = *self;
         if bvh.conditional {
             a.test::<L, A, B>(bvh, rays, stacks[0]);
@@ -329,13 +314,7 @@ impl Leaves<'_> {
 
     /// On to what is next on a ray's stack.
     #[inline(always)]
-    fn send<L: Lanes, A: Answers>(
-        &self,
-        f: &mut InFlight,
-        stack: &RayStack,
-        ray: usize,
-        places: &mut Places,
-    ) {
+    fn send<L: Lanes, A: Answers>(&self, f: &mut InFlight, stack: &Waiting, ray: usize, places: &mut Places) {
         f.pop::<L, A>(stack);
         self.memory.send::<A>(places, ray, f.child);
     }
@@ -416,10 +395,9 @@ impl Queue<'_> {
         &mut self,
         ray: usize,
         f: &mut InFlight,
-        stack: &mut RayStack,
+        stack: &mut Waiting,
         answers: &mut A,
         places: &mut Places,
-        memory: &Memory,
     ) {
         places.alive &= !(1 << ray);
         while self.prepared.is_empty() {
@@ -430,9 +408,9 @@ impl Queue<'_> {
         }
         let place = self.prepared.take();
         let p = &*self.prepared;
-        p.read(place, &mut f.row);
-        f.top = WINDOW as u32;
-        Entry { near: stack.nears[WINDOW], child: f.child } = p.start(place);
+        let start = p.read::<L::Queue>(place, &mut f.row);
+        f.top = Waiting::FIRST;
+        Entry { near: stack.from(Waiting::FIRST).1[0], child: f.child } = start;
         f.index = p.first + place as u32;
         f.best = Hit { t: f.row.t_max(), ..Hit::MISS };
         f.instance = NONE;
@@ -441,7 +419,8 @@ impl Queue<'_> {
             f.direction = sphere::Line::new(&self.rays.get(f.index as usize)).direction;
         }
         places.alive |= 1 << ray;
-        memory.send::<A>(places, ray, f.child);
+        // The top of the tree is at hand.
+        places.put(ray, f.child);
     }
 
     /// Prepares the next rays.

@@ -19,6 +19,15 @@ pub struct Places {
 }
 
 impl Places {
+    /// Notes where a ray is; of which kind that is.
+    #[inline(always)]
+    pub fn put(&mut self, ray: usize, child: Child) -> usize {
+        const AT: [u64; 4] = [1, 1 << 32, 0, 0];
+        let kind = (child.0 >> 30) as usize;
+        self.at |= AT[kind] << ray;
+        kind
+    }
+
     /// The rays at nodes, those at triangles and the others; from now on they are nowhere.
     #[inline(always)]
     pub fn take(&mut self) -> [u32; 3] {
@@ -62,9 +71,7 @@ impl Memory {
     /// Notes where a ray is and asks for the memory of its next step.
     #[inline(always)]
     pub fn send<A: Answers>(&self, places: &mut Places, ray: usize, child: Child) {
-        const AT: [u64; 4] = [1, 1 << 32, 0, 0];
-        let kind = (child.0 >> 30) as usize;
-        places.at |= AT[kind] << ray;
+        let kind = places.put(ray, child);
         let address = self.start[kind].wrapping_add(child.index().wrapping_mul(self.size[kind]));
         if A::ANY {
             // The last line of a node are its orders.

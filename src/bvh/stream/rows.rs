@@ -61,15 +61,15 @@ pub fn load<F: Float>(
     let none = F::Int::splat(NONE).reinterpret();
     let place = (F::Int::load(&NUMBERS) + F::Int::splat(at as u32)).reinterpret();
     let mut quads = [[[0.0; 4]; LANES]; ROW];
-    F::store_rows([origin[0], origin[1], origin[2], best], &mut quads[0]);
-    F::store_rows([scale[0], scale[1], scale[2], t_min], &mut quads[1]);
-    F::store_rows([d[0] * r[2], d[1] * r[2], r[2], none], &mut quads[2]);
-    F::store_rows([zero, zero, none, place], &mut quads[3]);
+    F::store_rows_mixed([origin[0], origin[1], origin[2], best], &mut quads[0]);
+    F::store_rows_mixed([scale[0], scale[1], scale[2], t_min], &mut quads[1]);
+    F::store_rows_mixed([d[0] * r[2], d[1] * r[2], r[2], none], &mut quads[2]);
+    F::store_rows_mixed([zero, zero, none, place], &mut quads[3]);
     for lane in 0..F::WIDTH.min(rays.len() - at) {
         let next = &mut next[classes[at + lane] as usize];
         let row = &mut rows[ROW * *next..][..ROW];
         for (quad, from) in row.iter_mut().zip(&quads) {
-            *quad = from[lane % LANES];
+            *quad = from[F::mixed(lane) % LANES];
         }
         places[at + lane] = *next as u32;
         *next += 1;

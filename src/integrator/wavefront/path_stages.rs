@@ -154,7 +154,7 @@ impl Roles {
             (receives, lends) = (shared.receives.bits(), shared.lends.bits());
             if lends != 0 {
                 for (rows, columns) in rows.iter_mut().zip(shared.lent.columns().as_chunks().0) {
-                    F::store_rows(*columns, rows);
+                    F::store_rows_mixed(*columns, rows);
                 }
             }
         }
@@ -165,7 +165,7 @@ impl Roles {
             if lends >> lane & 1 != 0 {
                 let mut numbers = [0.0; COLUMNS];
                 for (to, rows) in numbers.as_chunks_mut::<4>().0.iter_mut().zip(&rows) {
-                    *to = rows[lane];
+                    *to = rows[F::mixed(lane) % 16];
                 }
                 self.lent[place] = Some(Lent::new(&numbers));
             }

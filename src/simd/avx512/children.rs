@@ -4,7 +4,6 @@
 use std::arch::x86_64::*;
 
 use super::F32x16;
-use crate::simd::sixteen::slot;
 use crate::simd::{Float, Mask, Sixteen};
 
 impl Sixteen for F32x16 {
@@ -37,32 +36,33 @@ impl Sixteen for F32x16 {
         near: Self,
         far: Self,
         words: &[u32; 16],
-        [front_to_back, back_to_front]: [u64; 2],
+        back_to_front: u64,
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
         // SAFETY: 16 words are there; there is room for 16 numbers each; as for the operators.
-        let entered = unsafe {
+        unsafe {
             let places = places(back_to_front);
             let near = _mm512_permutexvar_ps(places, near.0);
             let far = _mm512_permutexvar_ps(places, far.0);
             let words = _mm512_permutexvar_epi32(places, _mm512_loadu_si512(words.as_ptr().cast()));
-            let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
-            let near = _mm512_maskz_compress_ps(entered, near);
-            let words = _mm512_maskz_compress_epi32(entered, words);
-            if entered.count_ones() <= 8 {
+            let mask = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
+            let (entered, near) = (u32::from(mask), _mm512_maskz_compress_ps(mask, near));
+            let packed = _mm512_maskz_compress_epi32(mask, words);
+            let count = entered.count_ones();
+            if count <= 8 {
                 // The shorter a store, the fewer loads have to wait for it.
                 _mm256_storeu_ps(nears.as_mut_ptr(), _mm512_castps512_ps256(near));
-                _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm512_castsi512_si256(words));
+                _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm512_castsi512_si256(packed));
             } else {
                 _mm512_storeu_ps(nears.as_mut_ptr(), near);
-                _mm512_storeu_si512(out.as_mut_ptr().cast(), words);
+                _mm512_storeu_si512(out.as_mut_ptr().cast(), packed);
             }
-            u32::from(entered)
-        };
-        // What was just written is not read again: that would take longer.
-        let first = slot(front_to_back, (entered << 16).leading_zeros() as usize);
-        (words[first], entered.count_ones())
+            // The word of the foremost one by its lane: what was just written is not read again, which would take longer.
+            let lane = _mm_cvtsi32_si128(31 - entered.leading_zeros() as i32);
+            let first = _mm512_permutexvar_epi32(_mm512_castsi128_si512(lane), words);
+            (_mm_cvtsi128_si32(_mm512_castsi512_si128(first)) as u32, count)
+        }
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {

@@ -1,0 +1,56 @@
+//! Hints about memory: they change how long something takes, and nothing else.
+
+use std::mem::MaybeUninit;
+
+/// Begins to fetch `lines` cache lines from an address on. Any address will do: nothing is read.
+#[inline(always)]
+pub fn prefetch(address: usize, lines: usize) {
+    for line in 0..lines {
+        let address = address + 64 * line;
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            // SAFETY: a hint, which faults at no address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::without_provenance(address)) };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = address;
+    }
+}
+
+/// Asks the system for large pages, for memory that is still to be written and will be read in no order: where pages
+/// are small, finding out where one lies takes as long as reading it. Does nothing where the memory is no larger than
+/// such a page, or the system has none.
+pub fn prefer_large_pages<T>(unused: &mut [MaybeUninit<T>]) {
+    const LARGE: usize = 2 << 20;
+    if size_of_val(unused) < LARGE {
+        return;
+    }
+    #[cfg(all(target_os = "linux", not(miri)))]
+    {
+        use rustix::mm::{Advice, madvise};
+        let range = unused.as_mut_ptr_range();
+        // From where its first page begins: what else is in there does not mind.
+        let start = range.start.map_addr(|address| address & !(rustix::param::page_size() - 1));
+        let length = range.end.addr() - start.addr();
+        // SAFETY: this advice leaves memory as it is, whatever lies there.
+        let _ = unsafe { madvise(start.cast(), length, Advice::LinuxHugepage) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_is_in_use_keeps_what_it_holds() {
+        let mut numbers: Vec<u64> = Vec::with_capacity(1 << 20);
+        numbers.extend(0..1000);
+        // Begins in a page that is in use.
+        prefer_large_pages(numbers.spare_capacity_mut());
+        numbers.extend(1000..1 << 20);
+        assert!(numbers.iter().copied().eq(0..1 << 20));
+        prefer_large_pages::<u64>(&mut []);
+        prefetch(0, 2);
+    }
+}
