@@ -263,6 +263,19 @@ impl Float for F32x16 {
         }
     }
     #[inline(always)]
+    fn least_of_four([a, b, c, d]: [Self; 4]) -> [f32; 4] {
+        let mut least = [0.0; 4];
+        // SAFETY: there is room for four floats; as for the operators.
+        unsafe {
+            let [a, b, c, d] = transpose([a.0, b.0, c.0, d.0]);
+            let rows = _mm512_min_ps(_mm512_min_ps(a, b), _mm512_min_ps(c, d));
+            let rows = _mm256_min_ps(_mm512_castps512_ps256(rows), _mm512_extractf32x8_ps::<1>(rows));
+            let row = _mm_min_ps(_mm256_castps256_ps128(rows), _mm256_extractf128_ps::<1>(rows));
+            _mm_storeu_ps(least.as_mut_ptr(), row);
+        }
+        least
+    }
+    #[inline(always)]
     fn mixed(lane: usize) -> usize {
         lane % 4 * 4 + lane / 4
     }

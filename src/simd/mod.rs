@@ -130,6 +130,20 @@ pub trait Float:
         lane
     }
 
+    /// The least lane of each of four.
+    #[inline(always)]
+    fn least_of_four(four: [Self; 4]) -> [f32; 4] {
+        let mut rows = [[0.0; 4]; 16];
+        Self::store_rows_mixed(four, &mut rows);
+        let mut least = rows[0];
+        for row in &rows[1..Self::WIDTH] {
+            for (least, value) in least.iter_mut().zip(row) {
+                *least = <f32 as Float>::min(*least, *value);
+            }
+        }
+        least
+    }
+
     /// The least lane.
     #[inline(always)]
     fn least(self) -> f32 {

@@ -299,10 +299,14 @@ fn halves_come_from_two_places() {
 struct Least<'a>(&'a [f32; 16]);
 
 impl Kernel for Least<'_> {
-    type Output = [f32; 2];
+    type Output = [f32; 3];
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [f32; 2] {
-        [L::Block::load(self.0).least(), L::Queue::load(self.0).least()]
+    fn run<L: Lanes>(self) -> [f32; 3] {
+        let (values, zero) = (L::Queue::load(self.0), L::Queue::zero());
+        let [least, a, b, c] = L::Queue::least_of_four([values, values + values, -values, zero]);
+        assert!(a == 2.0 * least && c == 0.0);
+        assert_eq!(b, -self.0[..L::Queue::WIDTH].iter().fold(f32::NEG_INFINITY, |most, v| v.max(most)));
+        [L::Block::load(self.0).least(), values.least(), least]
     }
 }
 
@@ -316,7 +320,6 @@ fn the_least_lane_is_found_wherever_it_is() {
                 assert!(least == -1.0 || least == 0.0 && place > 0, "{level:?}");
             }
         }
-        let [block, queue] = dispatch(level, Least(&[f32::INFINITY; 16]));
-        assert_eq!([block, queue], [f32::INFINITY; 2]);
+        assert_eq!(dispatch(level, Least(&[f32::INFINITY; 16])), [f32::INFINITY; 3]);
     }
 }

@@ -12,6 +12,7 @@
 //! What a list's rays meet is read once for all of them, and nothing waits for the decision of a single ray. Where a
 //! list gets short, its rays go on one by one.
 
+mod bounds;
 mod leaves;
 mod rows;
 
@@ -23,7 +24,8 @@ use super::direction_classes::{DirectionClasses, OCTANTS, starts};
 use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH};
 use super::traverse::{Entry, NodeStack, Subtree};
 use crate::simd::sixteen::slot;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen};
+use bounds::ListBounds;
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
 /// The most rays that are sorted at once.
@@ -31,7 +33,7 @@ pub(super) const RAYS: usize = 16_384;
 /// Fewer are not worth sorting.
 pub(super) const FEWEST: usize = 512;
 /// Rays that enter a node one by one, because so few do.
-const LONE: usize = 6;
+const LONE: usize = 3;
 /// Rays that meet what is in a leaf one by one.
 const LONE_AT_LEAF: usize = 4;
 /// Far distances grow by this much, so that they are no less than those by the exact factor for far
@@ -160,7 +162,7 @@ impl Stream {
 #[inline(always)]
 fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::Mask) {
     let mask = F::Mask::first(count.saturating_sub(at));
-    (F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(0)), mask)
+    (F::Int::select(mask, F::Int::load(&list[at..]), F::Int::splat(list[0])), mask)
 }
 
 impl StreamWalk {
@@ -180,9 +182,7 @@ impl StreamWalk {
         while let Some(StackEntry { child, start, count }) = self.stack.pop() {
             let (start, count) = (start as usize, count as usize);
             match child.kind() {
-                ChildKind::Node if count > LONE => {
-                    self.open::<L::Queue>(scene, rows, child.index(), start, count)
-                }
+                ChildKind::Node if count > LONE => self.open::<L>(scene, rows, child.index(), start, count),
                 ChildKind::Triangles | ChildKind::Spheres if count > LONE_AT_LEAF => {
                     self.test::<L::Queue, A>(scene, rows, child, start, count);
                 }
@@ -234,30 +234,30 @@ impl StreamWalk {
 
     /// Puts those children of a node on the stack that rays of a list enter, the nearest on top.
     #[inline(always)]
-    fn open<F: Float>(&mut self, scene: StreamScene, rows: &[Quad], node: usize, start: usize, count: usize) {
+    fn open<L: Lanes>(&mut self, scene: StreamScene, rows: &[Quad], node: usize, start: usize, count: usize) {
         let StreamScene { bvh, way, .. } = scene;
         self.make_room(start, count);
         // From here on the list is in the groups, and its place is free.
-        self.look_at::<F>(rows, start, count);
+        self.look_at::<L::Queue>(rows, start, count);
         let node = &bvh.nodes[node];
+        let bits =
+            ListBounds::new::<L::Queue>(&self.groups[..count.div_ceil(LANES)]).meet::<L::Node>(node, way);
         let mut end = start;
         // From back to front: the first one on the stack is visited last.
-        let order = node.order[(way % OCTANTS) ^ 7];
-        for place in 0..WIDTH {
-            let slot = slot(order, place);
+        let order = node.back_to_front((way % OCTANTS) as u32);
+        let mut places = <L::Node as Sixteen>::in_order(bits, order);
+        while places != 0 {
+            let slot = slot(order, places.trailing_zeros() as usize);
+            places &= places - 1;
             let mut planes = [[0.0; 3]; 2];
             for (axis, [low, high]) in node.planes.iter().enumerate() {
                 (planes[0][axis], planes[1][axis]) = (low[slot], high[slot]);
             }
-            // Not used.
-            if planes[0][0] > planes[1][0] {
-                continue;
-            }
             let child = Child(node.child[slot]);
             let entered = if child.kind() == ChildKind::Node {
-                self.enter::<F, false>(&planes, way, child, count, end)
+                self.enter::<L::Queue, false>(&planes, way, child, count, end)
             } else {
-                self.enter::<F, true>(&planes, way, child, count, end)
+                self.enter::<L::Queue, true>(&planes, way, child, count, end)
             };
             if entered > end {
                 bvh.fetch(child);

@@ -1,0 +1,157 @@
+//! What the rays of a list have in common: most of a node's children are met by none of them.
+
+use super::super::layout::Node;
+use super::{FARTHER, StreamGroup};
+use crate::simd::{Float, Sixteen};
+
+/// Bounds on the numbers of a list's rays, which all have the same signs.
+pub struct ListBounds {
+    origin: [[f32; 2]; 3],
+    scale: [[f32; 2]; 3],
+    /// The farthest that one of them has still to go.
+    best: f32,
+}
+
+impl ListBounds {
+    /// Of a list's groups.
+    #[inline(always)]
+    pub fn new<F: Float>(groups: &[StreamGroup]) -> Self {
+        let none = [F::splat(f32::INFINITY); 3];
+        // Least numbers, and least opposites.
+        let (mut origin, mut scale, mut best) = ([none; 2], [none; 2], none[0]);
+        for group in groups {
+            for lane in (0..group.best.len()).step_by(F::WIDTH) {
+                for axis in 0..3 {
+                    let (o, s) = (F::load(&group.origin[axis][lane..]), F::load(&group.scale[axis][lane..]));
+                    origin[0][axis] = o.min(origin[0][axis]);
+                    origin[1][axis] = (-o).min(origin[1][axis]);
+                    scale[0][axis] = s.min(scale[0][axis]);
+                    scale[1][axis] = (-s).min(scale[1][axis]);
+                }
+                best = (-F::load(&group.best[lane..])).min(best);
+            }
+        }
+        let ends = |[x, y, z]: [F; 3], last: F| F::least_of_four([x, y, z, last]);
+        let (low, high) = (ends(origin[0], best), ends(origin[1], best));
+        let (least, most) = (ends(scale[0], best), ends(scale[1], best));
+        let pair = |axis: usize, low: &[f32; 4], high: &[f32; 4]| [low[axis], -high[axis]];
+        Self {
+            origin: [0, 1, 2].map(|axis| pair(axis, &low, &high)),
+            scale: [0, 1, 2].map(|axis| pair(axis, &least, &most)),
+            best: -low[3],
+        }
+    }
+
+    /// The children of a node that some ray within the bounds may meet. (Rounding is monotonic: no number that is
+    /// computed for a ray lies beyond those that are computed for the ends.)
+    #[inline(always)]
+    pub fn meet<S: Sixteen>(&self, node: &Node, way: usize) -> u32 {
+        let (mut near, mut far) = (S::splat(0.0), S::splat(f32::INFINITY));
+        for axis in 0..3 {
+            let side = way >> axis & 1;
+            let [low, high] = self.origin[axis];
+            let [least, most] = self.scale[axis];
+            // Scales are negative where rays go up.
+            let ([first, last], [small, large]) =
+                if side == 0 { ([high, low], [most, least]) } else { ([low, high], [least, most]) };
+            let (small, large) = (S::splat(small), S::splat(large));
+            let first = S::splat(first) - S::load(&node.planes[axis][side]);
+            let last = S::splat(last) - S::load(&node.planes[axis][side ^ 1]);
+            // A NaN (0 · ∞, a ray in the plane) leaves the interval as it is.
+            near = (first * small).min(first * large).max(near);
+            far = (last * small).max(last * large).min(far);
+        }
+        near.le((far * S::splat(FARTHER)).min(S::splat(self.best)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::super::layout::{Child, ChildKind, WIDTH};
+    use super::super::super::ray::slab_scales;
+    use super::super::LANES;
+    use super::*;
+    use crate::math::{Aabb, Vec3};
+    use crate::simd::{Kernel, Lanes, Level, dispatch};
+
+    struct Meeting<'a> {
+        groups: &'a [StreamGroup],
+        node: &'a Node,
+        way: usize,
+    }
+
+    impl Kernel for Meeting<'_> {
+        type Output = u32;
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> u32 {
+            ListBounds::new::<L::Queue>(self.groups).meet::<L::Node>(self.node, self.way)
+        }
+    }
+
+    /// Whether a ray meets a child, as [`super::super::StreamWalk::enter`] finds out.
+    fn enters(group: &StreamGroup, lane: usize, node: &Node, slot: usize, way: usize) -> bool {
+        let (mut near, mut far) = (0.0, f32::INFINITY);
+        for axis in 0..3 {
+            let side = way >> axis & 1;
+            let (o, s) = (group.origin[axis][lane], group.scale[axis][lane]);
+            near = Float::max((o - node.planes[axis][side][slot]) * s, near);
+            far = Float::min((o - node.planes[axis][side ^ 1][slot]) * s, far);
+        }
+        near <= Float::min(far * FARTHER, group.best[lane])
+    }
+
+    proptest! {
+        #[test]
+        fn what_a_ray_meets_is_within_the_bounds(
+            way in 0usize..8,
+            boxes in prop::collection::vec((prop::array::uniform3(-4i8..5), prop::array::uniform3(0i8..4)), 1..=WIDTH),
+            // Whole numbers: many rays start or run in the planes of boxes.
+            rays in prop::collection::vec(
+                (prop::array::uniform3(-4i8..5), prop::array::uniform3(0i8..4), prop_oneof![Just(-1.0f32), 0.0f32..9.0]),
+                1..40,
+            ),
+        ) {
+            let mut node = Node::EMPTY;
+            for (slot, (low, size)) in boxes.iter().enumerate() {
+                let min = Vec3::from_array(low.map(f32::from));
+                let max = min + Vec3::from_array(size.map(f32::from));
+                node.set(slot, &Aabb { min, max }, Child::new(ChildKind::Node, slot));
+            }
+            let empty = StreamGroup {
+                origin: [[0.0; LANES]; 3],
+                scale: [[0.0; LANES]; 3],
+                best: [-1.0; LANES],
+                id: [0; LANES],
+            };
+            let mut groups = vec![empty; rays.len().div_ceil(LANES)];
+            for place in 0..groups.len() * LANES {
+                // Behind the last one, the first one again, which is done.
+                let (origin, size, best) = *rays.get(place).unwrap_or(&(rays[0].0, rays[0].1, -1.0));
+                let (group, lane) = (&mut groups[place / LANES], place % LANES);
+                for axis in 0..3 {
+                    let sign = if way >> axis & 1 == 0 { 1.0 } else { -1.0 };
+                    group.origin[axis][lane] = f32::from(origin[axis]);
+                    group.scale[axis][lane] = slab_scales(1.0 / (sign * f32::from(size[axis]))).0;
+                }
+                group.best[lane] = best;
+            }
+            let mut met = 0;
+            for (group, slot) in groups.iter().flat_map(|group| (0..WIDTH).map(move |slot| (group, slot))) {
+                let entered = (0..LANES).any(|lane| enters(group, lane, &node, slot, way));
+                met |= u32::from(entered) << slot;
+            }
+            for level in Level::available() {
+                let within = dispatch(level, Meeting { groups: &groups, node: &node, way });
+                prop_assert_eq!(met & !within, 0, "{:?}", level);
+                prop_assert!(within < 1 << boxes.len());
+            }
+            // One ray alone: nothing else is met.
+            if rays.len() == 1 && rays[0].1.iter().all(|size| *size != 0) {
+                let within = dispatch(Level::detect(), Meeting { groups: &groups, node: &node, way });
+                prop_assert_eq!(met, within);
+            }
+        }
+    }
+}
