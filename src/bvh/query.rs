@@ -14,7 +14,7 @@ use super::stream::{self, Stream};
 use super::traverse;
 use super::{Asker, Bvh, HitsMut, Rays};
 use crate::math::{Hit, Ray};
-use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Kernel, Lanes, Level, Waiting, dispatch};
 
 /// What the caller knows of a queue. It decides which kernel runs, never what comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,7 +57,7 @@ pub const QUEUE: usize = stream::RAYS;
 /// A thread's buffers for queries on one tree. They grow with the longest queue so far and are kept, so that most
 /// queries allocate nothing.
 pub struct Stack {
-    pub(super) single: traverse::NodeStack,
+    pub(super) single: Waiting,
     few: Option<FewLeaves>,
     classes: DirectionClasses,
     prepared: Box<Prepared>,
@@ -80,7 +80,7 @@ impl Stack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         Self {
-            single: traverse::NodeStack::new(bvh),
+            single: traverse::stack_for(bvh),
             few: FewLeaves::new(bvh),
             classes: DirectionClasses::default(),
             prepared: Box::default(),

@@ -12,7 +12,7 @@ use super::{HitsMut, Rays};
 use std::marker::PhantomData;
 
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Kernel, Lanes, Sixteen};
+use crate::simd::{Kernel, Lanes, Sixteen, Waiting};
 
 /// A part of a tree, and where a ray enters it.
 #[derive(Clone, Copy)]
@@ -21,20 +21,10 @@ pub(super) struct Entry {
     pub child: Child,
 }
 
-/// Parts of the tree still to visit: where the ray enters each, and which.
-pub(super) struct NodeStack {
-    nears: Vec<f32>,
-    words: Vec<u32>,
-}
-
-impl NodeStack {
-    /// For queries on `bvh`.
-    pub fn new(bvh: &Bvh) -> Self {
-        // Twice, because within an instance the world's entries stay where they are. And room for a node's children,
-        // which are written sixteen at a time.
-        let size = 2 * bvh.stack_size + 2 + WIDTH;
-        Self { nears: vec![0.0; size], words: vec![0; size] }
-    }
+/// A stack for one ray at a time.
+pub(super) fn stack_for(bvh: &Bvh) -> Waiting {
+    // Twice, because within an instance the world's entries stay where they are.
+    Waiting::new(2 * bvh.stack_size + 2, 0)
 }
 
 /// On the stack: the world again, after an instance.
@@ -46,7 +36,7 @@ pub(super) fn each<L: Lanes, A: Answers>(
     bvh: &Bvh,
     rays: Rays,
     prepared: &mut Prepared,
-    keys: &mut NodeStack,
+    keys: &mut Waiting,
     answers: &mut A,
 ) {
     for first in (0..rays.len()).step_by(BATCH) {
@@ -86,7 +76,7 @@ pub(super) struct Subtree<'a, A> {
     pub asker: Asker<'a>,
     /// The part.
     pub start: Entry,
-    pub keys: &'a mut NodeStack,
+    pub keys: &'a mut Waiting,
     pub best: &'a mut Hit,
     pub answers: PhantomData<A>,
 }
@@ -162,14 +152,13 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
     local: &mut LocalRay,
     asker: Asker,
     start: Entry,
-    stack: &mut NodeStack,
+    stack: &mut Waiting,
     best: &mut Hit,
     tally: &mut T,
 ) -> bool {
     let world = local.ray;
-    let NodeStack { nears, words } = stack;
     let mut instance = NONE;
-    let mut top = 0;
+    let mut top = Waiting::FIRST;
     let Entry { mut near, mut child } = start;
     loop {
         match child.kind() {
@@ -186,15 +175,13 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                     (near, child) = (distances[slot], Child(node.child[slot]));
                     continue;
                 }
-                if bits != 0
-                    && let Some(nears) = nears[top..].first_chunk_mut::<WIDTH>()
-                    && let Some(words) = words[top..].first_chunk_mut::<WIDTH>()
-                {
+                if bits != 0 {
+                    let (words, nears) = stack.from(top);
                     let order = node.back_to_front(local.slabs.octant());
                     let (word, count) =
                         Sixteen::take_in_order(entries, exits, &node.child, order, nears, words);
-                    let last = count as usize - 1;
-                    (near, child) = (nears[last % WIDTH], Child(word));
+                    let last = count - 1;
+                    (near, child) = (nears[last as usize % WIDTH], Child(word));
                     top += last;
                     continue;
                 }
@@ -224,7 +211,8 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 tally.instance();
                 let ray = to_local(&world, placed);
                 if is_finite(&ray) {
-                    (nears[top], words[top]) = (0.0, LEAVE_INSTANCE);
+                    let (words, nears) = stack.from(top);
+                    (nears[0], words[0]) = (0.0, LEAVE_INSTANCE);
                     top += 1;
                     *local = LocalRay::new(ray);
                     local.slabs.floor = near;
@@ -236,12 +224,13 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
         }
         // The next that is not beyond the best hit.
         loop {
-            if top == 0 {
+            if top == Waiting::FIRST {
                 return false;
             }
             top -= 1;
-            if nears[top] <= best.t {
-                (near, child) = (nears[top], Child(words[top]));
+            near = stack.near(top);
+            if near <= best.t {
+                child = Child(stack.word(top));
                 break;
             }
         }

@@ -24,8 +24,7 @@ use std::marker::PhantomData;
 use super::Rays;
 use super::answers::Answers;
 use super::layout::Bvh;
-use super::traverse::NodeStack;
-use crate::simd::{Float, Lanes};
+use crate::simd::{Float, Lanes, Waiting};
 use beam::Beam;
 use placed::Placed;
 use rays::Active;
@@ -79,7 +78,7 @@ impl Packet {
         rays: &Rays,
         first: usize,
         count: usize,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
         answers: &mut A,
     ) -> Verdict {
         let width = L::Queue::WIDTH;
@@ -117,7 +116,7 @@ impl Packet {
         scene: PacketScene,
         active: Active,
         beam: &Beam,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
     ) {
         let Some(root) = scene.bvh.root else { return };
         let Self { walk, boxes, placed } = self;

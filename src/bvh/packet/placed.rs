@@ -6,14 +6,14 @@ use std::marker::PhantomData;
 use super::super::answers::Answers;
 use super::super::layout::Child;
 use super::super::leaf::is_better;
-use super::super::traverse::{Entry, NodeStack};
+use super::super::traverse::Entry;
 use super::beam::Beam;
 use super::rays::{Active, Bits, GROUPS, PacketColumn, RAYS};
 use super::scene::PacketScene;
 use super::walk::{Boxes, PacketWalk, Pass};
 use super::{FEWEST, PASSES};
 use crate::math::Hit;
-use crate::simd::{Float, Kernel, Lanes};
+use crate::simd::{Float, Kernel, Lanes, Waiting};
 
 /// Rays in an instance's space.
 pub struct Placed {
@@ -41,7 +41,7 @@ pub struct InInstance<'q, 'a, A> {
     pub groups: u32,
     /// Rays that are done are taken out.
     pub active: &'q mut Active,
-    pub keys: &'q mut NodeStack,
+    pub keys: &'q mut Waiting,
     pub answers: PhantomData<A>,
 }
 

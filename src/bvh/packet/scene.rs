@@ -5,11 +5,10 @@ use super::super::answers::Answers;
 use super::super::layout::{Bvh, TriangleBlock};
 use super::super::leaf::Askers;
 use super::super::presence::Asker;
-use super::super::traverse::NodeStack;
 use super::super::triangle::{ExactRays, TrianglePlane};
 use super::rays::PacketRays;
 use super::{Packet, Verdict};
-use crate::simd::{Float, Kernel, Lanes};
+use crate::simd::{Float, Kernel, Lanes, Waiting};
 
 /// [`Packet::trace`].
 pub(in super::super) struct PacketQuery<'a, 'r, A> {
@@ -19,7 +18,7 @@ pub(in super::super) struct PacketQuery<'a, 'r, A> {
     /// The first of them, and how many.
     pub first: usize,
     pub count: usize,
-    pub keys: &'a mut NodeStack,
+    pub keys: &'a mut Waiting,
     pub answers: &'a mut A,
 }
 

@@ -8,7 +8,7 @@ use super::super::leaf::better_in_lanes;
 use super::super::presence::{Candidate, Word};
 use super::super::ray::Slabs;
 use super::super::sphere;
-use super::super::traverse::{Entry, NodeStack, Subtree, start};
+use super::super::traverse::{Entry, Subtree, start};
 use super::super::triangle::{self, Asked, BlockHits};
 use super::beam::Beam;
 use super::placed::{InInstance, Placed};
@@ -16,7 +16,7 @@ use super::rays::{Active, Bits, GROUPS, PacketColumn, PacketRays, RAYS};
 use super::scene::{InGroup, OfGroup, PacketScene};
 use crate::math::NONE;
 use crate::simd::sixteen::slot;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, Waiting};
 
 /// Fewer rays go through an instance one by one.
 const FEWEST_INSIDE: u32 = 16;
@@ -88,7 +88,7 @@ pub struct Pass<'q, 'a, A, const APEX: bool> {
     /// Where it begins, and the groups that enter there.
     pub child: Child,
     pub groups: u32,
-    pub keys: &'q mut NodeStack,
+    pub keys: &'q mut Waiting,
     pub answers: PhantomData<A>,
 }
 
@@ -368,7 +368,7 @@ impl PacketWalk {
         child: Child,
         groups: u32,
         active: &mut Active,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
     ) {
         for group in Bits(groups) {
             let group = group % GROUPS;
@@ -391,7 +391,7 @@ impl PacketWalk {
         scene: PacketScene,
         rest: Active,
         width: usize,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
     ) {
         let groups = rest.groups;
         for group in Bits(groups) {
@@ -414,7 +414,7 @@ impl PacketWalk {
         scene: PacketScene,
         i: usize,
         start: Entry,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
     ) -> bool {
         let mut best = self.rays.best(i);
         let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);

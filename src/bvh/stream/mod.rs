@@ -22,9 +22,9 @@ use super::Rays;
 use super::answers::Answers;
 use super::direction_classes::{DirectionClasses, OCTANTS, starts};
 use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH};
-use super::traverse::{Entry, NodeStack, Subtree};
+use super::traverse::{Entry, Subtree};
 use crate::simd::sixteen::slot;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, Waiting};
 use bounds::ListBounds;
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
@@ -73,7 +73,7 @@ pub(super) struct StreamQuery<'a, 'r, A> {
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'r>,
     pub classes: &'a mut DirectionClasses,
-    pub keys: &'a mut NodeStack,
+    pub keys: &'a mut Waiting,
     pub answers: &'a mut A,
 }
 
@@ -114,7 +114,7 @@ impl Stream {
         bvh: &Bvh,
         rays: &Rays,
         classes: &mut DirectionClasses,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
         answers: &mut A,
     ) -> bool {
         let count = rays.len();
@@ -168,7 +168,7 @@ fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::M
 impl StreamWalk {
     /// Takes all rows' rays through the tree.
     #[inline(always)]
-    fn run<L: Lanes, A: Answers>(&mut self, scene: StreamScene, rows: &mut [Quad], keys: &mut NodeStack) {
+    fn run<L: Lanes, A: Answers>(&mut self, scene: StreamScene, rows: &mut [Quad], keys: &mut Waiting) {
         let bvh = scene.bvh;
         let Some(root) = bvh.root else { return };
         let count = rows.len() / ROW;
@@ -315,7 +315,7 @@ impl StreamWalk {
         child: Child,
         start: usize,
         count: usize,
-        keys: &mut NodeStack,
+        keys: &mut Waiting,
     ) {
         let StreamScene { bvh, rays, .. } = scene;
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
