@@ -1,10 +1,13 @@
 //! Eight lanes: AVX2.
 
+mod rows;
+
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::sixteen::Two;
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
+use rows::{three_entries, transpose};
 
 /// AVX2.
 pub(super) struct Set;
@@ -462,49 +465,4 @@ unsafe fn front(mask: M32x8) -> __m256i {
     let lanes = PACKED[mask.bits() as usize & 255];
     // SAFETY: by the caller.
     unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes as i64)) }
-}
-
-/// Three consecutive entries for each lane, as columns; zero outside the mask. Eight loads and some shuffles take
-/// less time than three gathers.
-///
-/// # Safety
-///
-/// As for [`run`]. In each lane of the mask three entries must be there, and the mask must have a lane.
-#[inline(always)]
-unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__m256; 3] {
-    let mut places = [0; 8];
-    // Lanes outside the mask read the table's front: as some lane has three entries, so has that.
-    I32x8::select(mask, first, I32x8::splat(0)).store(&mut places);
-    // SAFETY: by the caller; the fourth entries are not read.
-    unsafe {
-        let three = _mm_setr_epi32(-1, -1, -1, 0);
-        let mut pairs = [_mm256_setzero_ps(); 4];
-        for (i, pair) in pairs.iter_mut().enumerate() {
-            let low = _mm_maskload_ps(table.add(places[i] as usize), three);
-            let high = _mm_maskload_ps(table.add(places[i + 4] as usize), three);
-            *pair = _mm256_set_m128(high, low);
-        }
-        let [a, b, c, _] = transpose(pairs);
-        [_mm256_and_ps(mask.0, a), _mm256_and_ps(mask.0, b), _mm256_and_ps(mask.0, c)]
-    }
-}
-
-/// Four by four, in each half of the registers.
-///
-/// # Safety
-///
-/// As for [`run`].
-#[inline(always)]
-unsafe fn transpose([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
-    // SAFETY: by the caller.
-    unsafe {
-        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-        let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-        [
-            _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
-            _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
-            _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
-            _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-        ]
-    }
 }

@@ -4,6 +4,12 @@ use super::super::layout::Node;
 use super::{FARTHER, StreamGroup};
 use crate::simd::{Float, Sixteen};
 
+/// The least lanes of two times three columns, and of another one.
+#[inline(always)]
+fn ends<F: Float>([[a, b, c], [d, e, f]]: [[F; 3]; 2], last: F) -> [[f32; 4]; 2] {
+    [F::least_of_four([a, b, c, last]), F::least_of_four([d, e, f, last])]
+}
+
 /// Bounds on the numbers of a list's rays, which all have the same signs.
 pub struct ListBounds {
     origin: [[f32; 2]; 3],
@@ -31,15 +37,14 @@ impl ListBounds {
                 best = (-F::load(&group.best[lane..])).min(best);
             }
         }
-        let ends = |[x, y, z]: [F; 3], last: F| F::least_of_four([x, y, z, last]);
-        let (low, high) = (ends(origin[0], best), ends(origin[1], best));
-        let (least, most) = (ends(scale[0], best), ends(scale[1], best));
-        let pair = |axis: usize, low: &[f32; 4], high: &[f32; 4]| [low[axis], -high[axis]];
-        Self {
-            origin: [0, 1, 2].map(|axis| pair(axis, &low, &high)),
-            scale: [0, 1, 2].map(|axis| pair(axis, &least, &most)),
-            best: -low[3],
+        let [low, high] = ends(origin, best);
+        let [least, most] = ends(scale, best);
+        let mut bounds = Self { origin: [[0.0; 2]; 3], scale: [[0.0; 2]; 3], best: -low[3] };
+        for axis in 0..3 {
+            bounds.origin[axis] = [low[axis], -high[axis]];
+            bounds.scale[axis] = [least[axis], -most[axis]];
         }
+        bounds
     }
 
     /// The children of a node that some ray within the bounds may meet. (Rounding is monotonic: no number that is
