@@ -3,6 +3,7 @@
 
 use super::bounces::LobeKind;
 use super::ends::is_last;
+use super::mis::emission_share;
 use super::path::Path;
 use super::within::LitWithin;
 use super::{Frame, medium, path_tracing};
@@ -86,7 +87,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     }
     decision.normal = point.normal();
     if record.emits() {
-        decision.emission_share = path_tracing::emission_share(frame, path, hit, true);
+        decision.emission_share = emission_share(frame, path, hit, true);
     }
     let last = is_last(frame, path);
     if last && !record.straight {

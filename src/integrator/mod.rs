@@ -8,6 +8,7 @@ pub mod bounces;
 pub mod decision;
 mod ends;
 pub mod medium;
+mod mis;
 pub mod observe;
 pub mod path;
 pub mod path_tracing;

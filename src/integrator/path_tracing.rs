@@ -1,6 +1,6 @@
 //! The path transport: light that is scattered any number of times. At every vertex one light is
 //! sampled and one direction drawn from the surface's lobes; what both can find is shared out by
-//! the power heuristic (Veach 1997). With [`super::whitted`] the only place that reads or writes
+//! the power heuristic (`mis.rs`). With [`super::whitted`] the only place that reads or writes
 //! throughput and radiance, but for what [`super::medium`] and [`super::straight`] take away on the way.
 //!
 //! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
@@ -10,6 +10,7 @@ use super::Frame;
 use super::bounces;
 use super::ends::{is_last, roulette};
 use super::medium::{self, Bodies};
+use super::mis::{chance_of, choose, emission_share, heuristic};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
@@ -24,8 +25,8 @@ use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
 use crate::shading::principled::parameters::Has;
 use crate::shading::surface::leave;
-use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment, light_tree};
-use crate::simd::{Float, Int, Mask};
+use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment};
+use crate::simd::{Float, Int, Mask, Outlined};
 use crate::world::Sampler;
 
 /// The result of a hit.
@@ -58,14 +59,6 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
     path.radiance + limited(frame, path, path.throughput * light)
 }
 
-/// The share of a technique of density `own` where another has density `other`.
-#[inline(always)]
-pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
-    // Divided first, because squares of large densities overflow.
-    let ratio = other / own.max(F::splat(1e-30));
-    F::one() / (F::one() + ratio * ratio)
-}
-
 /// Clamps light as the settings say; what the camera sees directly, or straight through surfaces, never is.
 #[inline(always)]
 pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
@@ -73,42 +66,6 @@ pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) 
     let largest = light.max_component();
     let bright = largest.gt(F::splat(most)) & !path.branch.eq(F::Int::splat(0));
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
-}
-
-/// An emitter for a surface point that faces a certain way, the probability of choosing it, and the point of the unit
-/// square that remains for choosing a place on it.
-///
-/// The square is cut into slices: each light's points are as even within its slice as all points are within the
-/// square. A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in
-/// between.
-#[inline(always)]
-pub(super) fn choose<F: Float>(
-    frame: &Frame,
-    position: Vector<F>,
-    facing: F::Int,
-    draw: (F::Int, Key<F::Int>),
-    mask: F::Mask,
-) -> (F::Int, F, (F, F)) {
-    let (emitters, (depth, key)) = (&frame.scene.emitters, draw);
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(depth));
-    if emitters.len() < 2 {
-        return (F::Int::splat(0), F::one(), u);
-    }
-    let (index, chance, rest) = light_tree::sample(&emitters.tree, position, facing, u.1, mask);
-    let between: F = draw_1d(frame.sampler, frame.samples, key, Dimension::LightBits.at(depth));
-    let bits = F::splat(f32::EPSILON * 0.5) / chance.max(F::splat(f32::EPSILON * 0.5));
-    let rest = (rest + between * bits).min(F::splat(1.0 - f32::EPSILON / 2.0));
-    (index, chance, (u.0, rest))
-}
-
-/// The chance with which [`choose`] would have taken an emitter where the path's direction was drawn.
-#[inline(always)]
-fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
-    let emitters = &frame.scene.emitters;
-    if emitters.len() < 2 {
-        return F::one();
-    }
-    light_tree::pmf(&emitters.tree, path.seen_from(), path.facing, index, mask)
 }
 
 /// Looks up hits of one material.
@@ -152,7 +109,6 @@ pub fn hit<F: Float>(
     if record.unlit || !draws.any() {
         return out;
     }
-    let has = point.has();
     let vertex = ScatteringVertex {
         frame,
         path,
@@ -165,13 +121,21 @@ pub fn hit<F: Float>(
         t: hit.t,
         width,
     };
-    let has_scattered = flight.scattered.any();
     // Most surfaces are matte, and code that knows it is shorter: the same operations without those on nothing.
-    if has.is_matte() {
-        vertex.scatter(Has::MATTE, has_scattered, &mut out);
+    let scattered = if point.has().is_matte() {
+        F::outlined(Scatter::<F, true>(&vertex))
     } else {
-        vertex.scatter(has, has_scattered, &mut out);
+        F::outlined(Scatter::<F, false>(&vertex))
+    };
+    if flight.scattered.any() {
+        // Other lanes already have their direction.
+        out.shadow = ShadowRay::select(draws, &scattered.shadow, &out.shadow);
+        out.next = Path::select(draws, &scattered.next, &out.next);
+    } else {
+        (out.shadow, out.next) = (scattered.shadow, scattered.next);
     }
+    out.goes_on = out.goes_on | scattered.goes_on;
+    out.shared = scattered.shared;
     out
 }
 
@@ -208,11 +172,30 @@ struct ScatteringVertex<'a, F: Float> {
     width: F,
 }
 
-impl<F: Float> ScatteringVertex<'_, F> {
-    /// Samples one light and draws one direction at a surface with such lobes. `has_scattered`: other lanes already
-    /// have their direction.
+/// What a surface scatters.
+struct Scattered<F: Float> {
+    shadow: ShadowRay<F>,
+    next: Path<F>,
+    goes_on: F::Mask,
+    shared: Option<Shared<F>>,
+}
+
+/// [`ScatteringVertex::scatter`] as a function of its own, for surfaces that are all [`Has::MATTE`], or not.
+struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatteringVertex<'a, F>);
+
+impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
+    type Output = Scattered<F>;
     #[inline(always)]
-    fn scatter(&self, has: Has, has_scattered: bool, out: &mut VertexOutcome<F>) {
+    fn run(self) -> Scattered<F> {
+        let Self(vertex) = self;
+        vertex.scatter(if MATTE { Has::MATTE } else { vertex.point.has() })
+    }
+}
+
+impl<F: Float> ScatteringVertex<'_, F> {
+    /// Samples one light and draws one direction at a surface with such lobes.
+    #[inline(always)]
+    fn scatter(&self, has: Has) -> Scattered<F> {
         let Self { frame, path, surface, point, key, here, draws, width, .. } = *self;
         let bsdf = bsdf(has, frame, path, point, key, draws);
         let light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
@@ -222,18 +205,13 @@ impl<F: Float> ScatteringVertex<'_, F> {
         if point.material.straight {
             self.go_straight_on(&drawn, &mut next, &mut goes_on);
         }
-        if has_scattered {
-            out.shadow = ShadowRay::select(draws, &light.0, &out.shadow);
-            out.next = Path::select(draws, &next, &out.next);
-        } else {
-            (out.shadow, out.next) = (light.0, next);
-        }
-        out.goes_on = out.goes_on | goes_on;
+        let mut shared = None;
         if frame.sharing.is_some() {
             let light = (light.0.ray.direction, light.1);
             let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
-            out.shared = Some(lend::shared(path, &vertex, here));
+            shared = Some(lend::shared(path, &vertex, here));
         }
+        Scattered { shadow: light.0, next, goes_on, shared }
     }
 
     /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
@@ -298,24 +276,6 @@ fn given_off<F: Float>(
     }
     let light = point.emission() * emission_share(frame, path, hit, mask);
     path.radiance + limited(frame, path, path.throughput * light)
-}
-
-/// The weight of a drawn direction that has found what a surface emits.
-#[inline(always)]
-pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitLanes<F>, mask: F::Mask) -> F {
-    let (scene, drawn) = (&frame.scene, mask & path.pdf.gt(F::zero()));
-    if !drawn.any() {
-        return F::one();
-    }
-    let index = emitter::of_hit(scene, hit, drawn);
-    let found = drawn & !index.eq(F::Int::splat(NONE));
-    if !found.any() {
-        return F::one();
-    }
-    let distance = path.travelled + hit.t;
-    let density = emitter::pdf(scene, index, path.seen_from(), path.direction, distance, found)
-        * chance_of(frame, path, index, found);
-    F::select(found, heuristic(path.pdf, density), F::one())
 }
 
 /// Where a surface faces, for choosing lights.

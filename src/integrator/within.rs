@@ -3,8 +3,8 @@
 use super::Frame;
 use super::ends::is_last;
 use super::medium;
+use super::mis::{choose, heuristic};
 use super::path::Path;
-use super::path_tracing::{choose, heuristic};
 use super::shadow::ShadowRay;
 use crate::math::{NONE, Ray};
 use crate::sampling::Key;

@@ -1,5 +1,6 @@
 //! Rays from the first vertices of a group to the second ones, what each pair counts for, and the sums.
 
+use std::marker::PhantomData;
 use std::num::Wrapping;
 
 use smallvec::SmallVec;
@@ -20,7 +21,7 @@ use crate::shading::emitter::SHADOW_END;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::surface::leave;
 use crate::shading::{ShadingPoint, Surface};
-use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, dispatch};
+use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, Outlined, dispatch};
 
 /// Rays that are traced together, if there are as many.
 const RAYS: usize = 1 << 13;
@@ -361,7 +362,9 @@ impl Kernel for Connect<'_> {
             while end < members.len() && end - first < L::Queue::WIDTH && material(end) == material(first) {
                 end += 1;
             }
-            receivers.push(self.receivers(first, end, material(first)));
+            let look_up =
+                LookUp { connect: &self, first, end, material: material(first), lanes: PhantomData };
+            receivers.push(<L::Queue as Float>::outlined(look_up));
             first = end;
         }
         // All rays to one second vertex follow each other.
@@ -386,11 +389,22 @@ struct Receivers<F: Float> {
     bsdf: Bsdf<F>,
 }
 
-impl Connect<'_> {
+/// Looks up first vertices of one material.
+struct LookUp<'c, 'a, F> {
+    connect: &'c Connect<'a>,
+    first: usize,
+    end: usize,
+    material: u32,
+    lanes: PhantomData<F>,
+}
+
+impl<F: Float> Outlined for LookUp<'_, '_, F> {
+    type Output = Receivers<F>;
     #[inline(always)]
-    fn receivers<F: Float>(&self, first: usize, end: usize, material: u32) -> Receivers<F> {
-        let Self { frame, slots, group, .. } = *self;
-        let members = &self.members[group.members.clone()][first..end];
+    fn run(self) -> Receivers<F> {
+        let Self { connect, first, end, material, .. } = self;
+        let Connect { frame, slots, group, members, .. } = *connect;
+        let members = &members[group.members.clone()][first..end];
         let (mut at, mut pixel, mut sample) = ([0; PADDING], [0; PADDING], [0; PADDING]);
         for (lane, member) in members.iter().enumerate() {
             let slot = &slots.slots[*member as usize];
@@ -409,7 +423,9 @@ impl Connect<'_> {
         let origin = leave(surface.position, normal, surface.offset, normal);
         Receivers { first, places, mask, origin, bsdf }
     }
+}
 
+impl Connect<'_> {
     /// One row of pairs, of a lender that is at place `own` of the group.
     #[inline(always)]
     fn connect<F: Float>(&mut self, row: usize, lender: u32, own: u32, some: &Receivers<F>) {

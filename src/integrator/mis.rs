@@ -1,0 +1,89 @@
+//! Multiple importance sampling (Veach 1997): which emitter is sampled from a vertex, and what finding it counts for
+//! where it could have been found both by a light sample and by a drawn direction.
+
+use super::Frame;
+use super::path::Path;
+use crate::math::{NONE, Vector};
+use crate::sampling::draw::{draw_1d, draw_2d};
+use crate::sampling::{Dimension, Key};
+use crate::shading::{HitLanes, emitter, light_tree};
+use crate::simd::{Float, Int, Mask, Outlined};
+
+/// The share of a technique of density `own` where another has density `other`.
+#[inline(always)]
+pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
+    // Divided first, because squares of large densities overflow.
+    let ratio = other / own.max(F::splat(1e-30));
+    F::one() / (F::one() + ratio * ratio)
+}
+
+/// An emitter for a surface point that faces a certain way, the probability of choosing it, and the point of the unit
+/// square that remains for choosing a place on it.
+///
+/// The square is cut into slices: each light's points are as even within its slice as all points are within the
+/// square. A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in
+/// between.
+#[inline(always)]
+pub(super) fn choose<F: Float>(
+    frame: &Frame,
+    position: Vector<F>,
+    facing: F::Int,
+    draw: (F::Int, Key<F::Int>),
+    mask: F::Mask,
+) -> (F::Int, F, (F, F)) {
+    let (emitters, (depth, key)) = (&frame.scene.emitters, draw);
+    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(depth));
+    if emitters.len() < 2 {
+        return (F::Int::splat(0), F::one(), u);
+    }
+    let (index, chance, rest) = light_tree::sample(&emitters.tree, position, facing, u.1, mask);
+    let between: F = draw_1d(frame.sampler, frame.samples, key, Dimension::LightBits.at(depth));
+    let bits = F::splat(f32::EPSILON * 0.5) / chance.max(F::splat(f32::EPSILON * 0.5));
+    let rest = (rest + between * bits).min(F::splat(1.0 - f32::EPSILON / 2.0));
+    (index, chance, (u.0, rest))
+}
+
+/// The chance with which [`choose`] would have taken an emitter where the path's direction was drawn.
+#[inline(always)]
+pub(super) fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
+    let emitters = &frame.scene.emitters;
+    if emitters.len() < 2 {
+        return F::one();
+    }
+    light_tree::pmf(&emitters.tree, path.seen_from(), path.facing, index, mask)
+}
+
+/// The weight of a drawn direction that has found what a surface emits.
+#[inline(always)]
+pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitLanes<F>, mask: F::Mask) -> F {
+    let (scene, drawn) = (&frame.scene, mask & path.pdf.gt(F::zero()));
+    if !drawn.any() {
+        return F::one();
+    }
+    let index = emitter::of_hit(scene, hit, drawn);
+    let found = drawn & !index.eq(F::Int::splat(NONE));
+    if !found.any() {
+        return F::one();
+    }
+    F::outlined(ShareOf { frame, path, index, distance: path.travelled + hit.t, found })
+}
+
+/// The weight of a drawn direction where it has found an emitter.
+struct ShareOf<'a, F: Float> {
+    frame: &'a Frame,
+    path: &'a Path<F>,
+    index: F::Int,
+    distance: F,
+    found: F::Mask,
+}
+
+impl<F: Float> Outlined for ShareOf<'_, F> {
+    type Output = F;
+    #[inline(always)]
+    fn run(self) -> F {
+        let Self { frame, path, index, distance, found } = self;
+        let density = emitter::pdf(&frame.scene, index, path.seen_from(), path.direction, distance, found)
+            * chance_of(frame, path, index, found);
+        F::select(found, heuristic(path.pdf, density), F::one())
+    }
+}
