@@ -9,7 +9,7 @@ use crate::sampling::{Dimension, Key};
 use crate::shading::{HitLanes, emitter, light_tree};
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// The share of a technique of density `own` where another has density `other`.
+/// The share of a technique of density `own` where another has density `other`: the power heuristic.
 #[inline(always)]
 pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
     // Divided first, because squares of large densities overflow.
