@@ -216,7 +216,8 @@ fn nearest_file(missing: &Path) -> String {
         strsim::damerau_levenshtein(&own, &wanted) <= own.len().max(wanted.len()) / 2
     };
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let files = files.filter(|file| file.path().is_file());
+    // The kind comes with the listing. A link may lead to a file.
+    let files = files.filter(|file| file.file_type().is_ok_and(|kind| !kind.is_dir()));
     let mut names: Vec<String> = files.filter_map(|file| file.file_name().into_string().ok()).collect();
     names.retain(is_of_kind);
     // Directory listings have no order.

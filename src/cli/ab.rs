@@ -9,17 +9,19 @@ use serde_json::json;
 use super::args::{ModelOptions, PictureOptions};
 use super::output::default_image;
 use super::{Failure, output};
+use crate::error::in_one_line;
+use crate::files::are_same;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, Region};
-use crate::formats::picture::{Output, PngBits, save};
+use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::formats::{Edits, LoadOptions};
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::memory;
 use crate::render::{Needs, Options, Session, on_threads};
-use crate::world::{Settings, Tonemap};
+use crate::world::{Settings, SourceFiles, Tonemap};
 
 /// Why there is no difference.
 const FEW_SAMPLES: &str = "a difference needs two samples of each pixel: --spp 2 or more";
@@ -50,6 +52,8 @@ pub struct Ab {
 struct Side {
     film: Film,
     settings: Settings,
+    /// The files that were read for it.
+    sources: SourceFiles,
 }
 
 pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
@@ -64,6 +68,15 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     if arguments.picture.spp == Some(1) {
         return Err(Failure::command_line(FEW_SAMPLES));
     }
+    let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
+    let is_image = base.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    let base = if is_image { base.with_extension("") } else { base };
+    let path = |end: &str| {
+        let mut name = base.clone().into_os_string();
+        name.push(format!(".{end}.png"));
+        PathBuf::from(name)
+    };
+    ["a", "b", "diff"].map(&path).iter().try_for_each(|path| supported(path))?;
     let plain = LoadOptions { edits: common, ..options.clone() };
     let [a, b] =
         on_threads(arguments.threads, || [&plain, &options].map(|options| render(arguments, options)))?;
@@ -75,14 +88,13 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let bytes = u64::from(width) * u64::from(height) * BYTES;
     let _claim = memory::claim(format_args!("the difference of images of {width}x{height}"), bytes)?;
     let difference = Difference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
-    let base = arguments.output.clone().unwrap_or_else(|| default_image(&arguments.scene));
-    let is_image = base.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    let base = if is_image { base.with_extension("") } else { base };
-    let path = |end: &str| {
-        let mut name = base.clone().into_os_string();
-        name.push(format!(".{end}.png"));
-        PathBuf::from(name)
-    };
+    for output in ["a", "b", "diff"].map(&path) {
+        let mut read = [&a, &b].into_iter().flat_map(|side| side.sources.all().into_keys());
+        if read.any(|read| are_same(&read, &output)) {
+            let output = in_one_line(&output.to_string_lossy());
+            return Err(Failure::command_line(format!("{output} is read for this scene: name another -o")));
+        }
+    }
     let radiances = [&a, &b].map(|side| side.film.radiance());
     // Both with A's exposure, so that only real differences show.
     let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };
@@ -128,7 +140,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     while !session.is_done() {
         session.advance(16);
     }
-    Ok(Side { film: session.into_film(), settings })
+    Ok(Side { film: session.into_film(), settings, sources: world.assets.files.clone() })
 }
 
 fn write(

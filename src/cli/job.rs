@@ -238,7 +238,8 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         outputs.images.iter().try_for_each(|path| supported(&output::denoised_name(path)))?;
     }
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
-    output::are_apart(outputs, wanted.output.denoise, &job.header.scene)?;
+    let all = Outputs { images: images.clone(), ..outputs.clone() };
+    output::are_apart(&all, wanted.output.denoise, &job.header.scene)?;
     let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
     let to_openexr = images.iter().any(|path| aov::holds(path));
     let (region, denoises) = (job.header.region, wanted.output.denoise);

@@ -1,6 +1,7 @@
 //! `rayfront completions SHELL` and `rayfront man FOLDER`: the command line for shells and for `man`.
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory};
@@ -8,6 +9,8 @@ use clap::{Args, CommandFactory};
 use super::args::Arguments;
 use super::{Failure, output};
 use crate::error::SaveError;
+use crate::files::links::make_folder;
+use crate::files::whole::write_whole;
 
 /// `rayfront completions`.
 #[derive(Args, Debug)]
@@ -35,9 +38,20 @@ pub(super) fn completions(arguments: &Completions) -> Result<ExitCode, Failure> 
 /// Writes a page of the program and one of each command.
 pub(super) fn man(arguments: &Man) -> Result<ExitCode, Failure> {
     let folder = &arguments.folder;
-    std::fs::create_dir_all(folder)
-        .and_then(|()| clap_mangen::generate_to(Arguments::command(), folder))
-        .map_err(|error| SaveError::new(folder, error))?;
+    make_folder(folder)?;
+    let mut program = Arguments::command().disable_help_subcommand(true);
+    program.build();
+    write_pages(program, folder)?;
     output::print(&format!("man pages  {}\n", folder.join("rayfront*.1").display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the pages of a command and of those below it, each whole or not at all.
+fn write_pages(command: clap::Command, folder: &Path) -> Result<(), SaveError> {
+    let below = command.get_subcommands().filter(|below| !below.is_hide_set()).cloned();
+    below.collect::<Vec<_>>().into_iter().try_for_each(|below| write_pages(below, folder))?;
+    let page = clap_mangen::Man::new(command);
+    write_whole(&folder.join(page.get_filename()), |mut file| {
+        page.render(&mut file).and_then(|()| file.flush())
+    })
 }

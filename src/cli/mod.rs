@@ -89,6 +89,7 @@ pub fn understands(words: &[String]) -> Result<(), String> {
 fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     arguments.limits.set();
     check_environment()?;
+    crate::files::links::follow_only(arguments.typed_outputs());
     match arguments.command {
         Some(args::Command::Render(scene)) => render::run(&scene),
         Some(args::Command::Info(info)) => info::run(&info),

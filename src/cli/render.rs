@@ -14,6 +14,7 @@ use super::onlookers::Onlookers;
 use super::output::{Compared, default_image};
 use super::{Failure, hints, output, pilot};
 use crate::error::in_one_line;
+use crate::files::are_same;
 use crate::formats::film_file::{FilmFile, View};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -30,6 +31,12 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     let shard = arguments.part.shard.map(|shard| shard.resolve()).transpose()?;
     let outputs = outputs(arguments, scene, shard)?;
     outputs.images.iter().try_for_each(|path| supported(path))?;
+    if let Some(pilot) = &arguments.part.pilot
+        && outputs.images.iter().chain(&outputs.film).any(|output| are_same(output, pilot))
+    {
+        let pilot = in_one_line(&pilot.to_string_lossy());
+        return Err(Failure::command_line(format!("{pilot} is the pilot: name another -o")));
+    }
     let onlookers = Onlookers::new(&arguments.look, scene)?;
     // Everything, loading too, runs on the threads that were asked for.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
@@ -141,14 +148,9 @@ fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<
         let image = default_image(scene);
         let is_one = arguments.frames.frames.is_none();
         let images = vec![if is_one { image.clone() } else { image.with_extension("####.png") }];
-        return if given.is_empty() {
-            if is_one && image.is_symlink() {
-                let image = in_one_line(&image.to_string_lossy());
-                return Err(Failure::output(format!("{image} is a link: say where the image goes with -o")));
-            }
-            Ok(Outputs { images, ..Outputs::default() })
-        } else {
-            Outputs::of(given)
+        return match given.is_empty() {
+            true => Ok(Outputs { images, ..Outputs::default() }),
+            false => Outputs::of(given),
         };
     };
     if given.is_empty() {

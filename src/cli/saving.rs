@@ -104,7 +104,8 @@ fn rescue(header: &Header, gathered: &Gathered) -> Result<PathBuf, ()> {
         name
     };
     for folder in folders.into_iter().chain([memory]).flatten() {
-        let free = (0..1000).map(|number| folder.join(name(number))).find(|path| !path.exists());
+        let free =
+            (0..1000).map(|number| folder.join(name(number))).find(|path| path.symlink_metadata().is_err());
         let Some(path) = free else { continue };
         if save(&path, header, gathered).is_ok() {
             return Ok(std::path::absolute(&path).unwrap_or(path));

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::Interrupt;
 use super::{Failure, output, usage};
-use crate::error::SaveError;
+use crate::files::links::make_folder;
 use crate::study::experiment::Run;
 use crate::study::experiment::short::shorten;
 
@@ -55,9 +55,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
         !interrupt.flag().load(Ordering::Relaxed)
     };
     if arguments.report {
-        std::fs::create_dir_all(out.join("plots"))
-            .and_then(|()| std::fs::create_dir_all(out.join("references")))
-            .map_err(|error| SaveError::new(&out, error))?;
+        ["plots", "references"].iter().try_for_each(|folder| make_folder(&out.join(folder)))?;
     } else {
         run.run(&jobs, &mut progress)?;
     }

@@ -2,6 +2,8 @@
 //! Only ordinary files are read, after a look at their size; what is written is either whole or not there.
 
 #[cfg(feature = "formats")]
+pub mod links;
+#[cfg(feature = "formats")]
 pub mod whole;
 
 use std::fs::{File, Metadata};

@@ -1,11 +1,14 @@
 //! Files that are either whole or not there, even if the power fails.
 
+use std::collections::BTreeSet;
 use std::fs::{File, TryLockError};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
+use super::links;
 use crate::error::SaveError;
 
 /// What a file is written through before it has its name.
@@ -54,8 +57,12 @@ pub fn writable(path: &Path) -> Result<(), SaveError> {
     temporary_beside(path, &place).map(|_| ())
 }
 
-/// Where a path leads: links are followed, even where nothing is yet.
+/// Folders in which nothing is left behind: listing one can take long, and once is enough.
+static CLEAN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Where a path leads: links are followed if they may be, even where nothing is yet.
 fn place_of(path: &Path) -> Result<PathBuf, SaveError> {
+    links::check(path)?;
     let failed = |error: std::io::Error| SaveError::new(path, error);
     let mut place = path.to_owned();
     // (Systems follow some forty.)
@@ -67,6 +74,9 @@ fn place_of(path: &Path) -> Result<PathBuf, SaveError> {
         };
         if found.is_dir() {
             return Err(SaveError::new(path, "this is a folder: give the name of a file"));
+        }
+        if found.is_file() && found.permissions().readonly() {
+            return Err(SaveError::new(path, "this file is write-protected: chmod u+w it, or name another"));
         }
         if found.is_file() {
             return Ok(place);
@@ -96,9 +106,14 @@ fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveErro
     }
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    // Temporary files are private; this one will be an ordinary file, and the umask applies.
+    // Temporary files are private; this one will be an ordinary file, and the umask applies. What replaces a private
+    // file is private from the beginning.
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::metadata(place).map_or(0o666, |older| older.permissions().mode() & 0o666);
+        builder.permissions(PermissionsExt::from_mode(mode));
+    }
     let temporary = builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))?;
     // Not every file system has locks: there, a file is left alone while it is young.
     let _ = temporary.as_file().try_lock();
@@ -107,6 +122,10 @@ fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveErro
 
 /// Removes temporary files of ours that nobody is writing any more.
 fn remove_left_behind(folder: &Path) {
+    // Nothing panics while it holds the lock.
+    if !CLEAN.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned()) {
+        return;
+    }
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
@@ -155,6 +174,17 @@ mod tests {
         replace(&link, "new").unwrap();
         assert!(link.is_symlink() && std::fs::read(&file).unwrap() == b"new");
         assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        // A private file is private from the beginning.
+        let mut mode = 0;
+        let look = |mut writer: Writer<'_>| {
+            mode = writer.get_ref().metadata()?.permissions().mode() & 0o777;
+            writer.write_all(b"newest").and_then(|()| writer.flush())
+        };
+        write_whole(&file, look).unwrap();
+        assert_eq!(mode, 0o600);
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o444)).unwrap();
+        assert!(replace(&file, "x").unwrap_err().to_string().contains("write-protected"));
+        assert_eq!(std::fs::read(&file).unwrap(), b"newest");
         replace(&hanging, "newer").unwrap();
         assert!(hanging.is_symlink());
         assert_eq!(std::fs::read(folder.path().join("below/new")).unwrap(), b"newer");

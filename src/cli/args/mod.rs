@@ -4,7 +4,7 @@ mod names;
 mod options;
 mod parse;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 
@@ -69,6 +69,38 @@ impl Limits {
         if self.allow_outside {
             crate::files::allow_outside();
         }
+    }
+}
+
+impl Arguments {
+    /// The files and folders to write that were typed, word for word: not names in which something is filled in.
+    pub fn typed_outputs(&self) -> Vec<&Path> {
+        let (several, one): (&[PathBuf], Option<&PathBuf>) = match &self.command {
+            None => (&self.render.output.output, self.render.part.pilot.as_ref()),
+            Some(Command::Render(render)) => (&render.output.output, render.part.pilot.as_ref()),
+            Some(Command::Resume(resume)) => (&resume.output.output, Some(&resume.film)),
+            Some(Command::Merge(merge)) => (&merge.output.output, None),
+            Some(Command::Trace(trace)) => (&[], trace.out.as_ref()),
+            Some(Command::Compare(compare)) => (&[], compare.heatmap.as_ref()),
+            Some(Command::Profile(profile)) => (&[], profile.trace.as_ref()),
+            Some(Command::Plan(plan)) => (&[], plan.folder.as_ref()),
+            Some(Command::Study(study)) => (&[], study.output.as_ref()),
+            Some(Command::Man(man)) => (&[], Some(&man.folder)),
+            // These write nothing, or under names that are made of others.
+            Some(
+                Command::Info(_)
+                | Command::Verify(_)
+                | Command::Explain(_)
+                | Command::Reproduce(_)
+                | Command::View(_)
+                | Command::Check(_)
+                | Command::Ls(_)
+                | Command::Diff(_)
+                | Command::Ab(_)
+                | Command::Completions(_),
+            ) => (&[], None),
+        };
+        several.iter().chain(one).map(PathBuf::as_path).collect()
     }
 }
 

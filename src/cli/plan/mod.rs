@@ -14,6 +14,7 @@ use super::frames::{self, Frames};
 use super::job_args::Outputs;
 use super::{Failure, output};
 use crate::error::in_one_line;
+use crate::files::links;
 use crate::film::SampleRanges;
 use crate::world::{Adaptive, World};
 
@@ -117,9 +118,10 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
         Engine::Kubernetes => jobs.kubernetes(),
         Engine::Commands => jobs.commands(),
     };
-    let folder = jobs.folder.display();
-    let failed = |error: std::io::Error| Failure::output(format!("{folder}: cannot write: {error}"));
-    std::fs::create_dir_all(&jobs.folder).map_err(failed)?;
+    links::make_folder(&jobs.folder)?;
+    // Also those that the tasks write to: parts, the pilot.
+    let inside = std::fs::read_dir(&jobs.folder).into_iter().flatten().flatten();
+    inside.map(|file| file.path()).try_for_each(|path| links::check(&path))?;
     for (name, content) in &files {
         crate::files::replace(&jobs.folder.join(name), content.as_bytes())?;
     }

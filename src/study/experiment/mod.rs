@@ -134,7 +134,7 @@ impl<'a> Run<'a> {
     pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), StudyError> {
         for folder in ["references", "images", "plots"] {
             let path = self.out.join(folder);
-            std::fs::create_dir_all(&path).map_err(|error| SaveError::new(&path, error))?;
+            crate::files::links::make_folder(&path)?;
         }
         let mut results = Results::open(&self.out.join("results.csv"))?;
         let mut references: HashMap<PathBuf, Image> = HashMap::new();

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::StudyError;
 use crate::error::SaveError;
+use crate::files::links;
 use crate::formats::study::Measure;
 
 /// The last columns, which hold what was measured.
@@ -80,8 +81,8 @@ impl Results {
         // A line that was cut off would run into the next.
         let whole = text.rfind('\n').map_or(0, |newline| newline + 1);
         if whole < text.len() {
-            let file = std::fs::OpenOptions::new().write(true).open(path);
-            file.and_then(|file| file.set_len(whole as u64)).map_err(|error| SaveError::new(path, error))?;
+            let file = links::open_to_append(path)?;
+            file.set_len(whole as u64).map_err(|error| SaveError::new(path, error))?;
         }
         let text = &text[..whole];
         if text.is_empty() {
@@ -118,8 +119,8 @@ impl Results {
     }
 
     fn append(&self, line: &str) -> Result<(), SaveError> {
-        let file = std::fs::OpenOptions::new().create(true).append(true).open(&self.path);
-        file.and_then(|mut file| writeln!(file, "{line}")).map_err(|error| SaveError::new(&self.path, error))
+        let mut file = links::open_to_append(&self.path)?;
+        writeln!(file, "{line}").map_err(|error| SaveError::new(&self.path, error))
     }
 }
 

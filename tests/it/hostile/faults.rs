@@ -121,6 +121,16 @@ fn calls(here: &Path, name: &str, line: &[&str], shim: &Path) -> usize {
     MANY - left.unwrap_or_else(|| panic!("no count: {text}"))
 }
 
+/// The folder of the outputs is listed for what was left behind there, and not again: it may hold all frames of a film.
+#[test]
+fn a_folder_is_listed_once() {
+    let Some(shim) = &*SHIM else { return };
+    let folder = folder(&ball(""));
+    for line in [&LINE[..], &["scene.ron", "-q", "-o", "a.png", "--denoise", "-o", "b.exr"]] {
+        assert_eq!(calls(folder.path(), "opendir", line, shim), 1, "{line:?}");
+    }
+}
+
 const LINE: [&str; 8] = ["scene.ron", "-t", "2", "-q", "-o", "a.png", "-o", "a.film"];
 
 #[test]
