@@ -13,7 +13,6 @@ use super::job_args::WorkOptions;
 use super::output::{self, Picture, RECORD};
 use super::resume::load_again;
 use super::{Failure, Fault};
-use crate::error::words;
 use crate::film::{Film, SampleRanges};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
@@ -98,17 +97,7 @@ pub(super) fn record(path: &Path) -> Result<Header, Failure> {
     let text = text.ok_or_else(|| {
         wrong("it does not say how it was rendered: rayfront has not written it, or its metadata was removed")
     })?;
-    let program = serde_json::from_str::<serde_json::Value>(&text)
-        .ok()
-        .and_then(|record| Some(record.get("program")?.as_str()?.to_owned()));
-    match program {
-        Some(program) if program != film_file::PROGRAM => {
-            let own = film_file::PROGRAM;
-            let program = words(&program);
-            Err(wrong(&format!("rendered by {program}, and this is {own}: use {program}")))
-        }
-        _ => serde_json::from_str(&text).map_err(|_| wrong("its record is damaged")),
-    }
+    Header::parse(text.as_bytes()).map_err(|reason| wrong(&format!("its record {reason}")))
 }
 
 /// Renders the samples of a film again; none if it names impossible ones.

@@ -6,12 +6,12 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use hecs::Entity;
 
 use crate::error::CompileError;
-use crate::math::Rgb;
+use crate::world::bounds::{above, check_color, within};
 use crate::world::transforms::entity_error;
 use crate::world::{
     Anisotropy, Assets, BlinnPhong, BumpMap, Camera, ColorInput, Image, Iridescence, Light, Material,
-    MaterialId, Mesh, NormalMap, Overrides, Parent, PixelFilter, Principled, ScalarInput, Settings, Shape,
-    Texels, TextureId, World,
+    MaterialId, Mesh, NormalMap, Overrides, Parent, Principled, ScalarInput, Settings, Shape, Texels,
+    TextureId, World,
 };
 
 /// Errors: the first thing that is wrong.
@@ -30,30 +30,7 @@ fn invalid(place: impl Into<String>, reason: impl Into<String>) -> CompileError 
 
 /// Errors: the first setting that is out of its range.
 pub fn check_settings(settings: &Settings) -> Result<(), CompileError> {
-    let [width, height] = settings.size;
-    let limits = [
-        ("width", width, 1, Settings::MOST_PIXELS_A_SIDE),
-        ("height", height, 1, Settings::MOST_PIXELS_A_SIDE),
-        ("samples", settings.samples, 1, Settings::MOST_SAMPLES),
-        ("max_depth", settings.max_depth, 0, Settings::MOST_DEPTH),
-        ("copied_triangles", settings.copied_triangles, 0, Settings::MOST_COPIED_TRIANGLES),
-    ];
-    let wrong = limits.into_iter().find(|(_, value, least, most)| !(least..=most).contains(&value));
-    if let Some((name, value, least, most)) = wrong {
-        return Err(invalid("settings", format!("{name} is {value}: it must be {least} to {most}")));
-    }
-    let numbers = || {
-        within("min_throughput", settings.min_throughput, 0.0, f32::MAX)?;
-        within("exposure_ev", settings.exposure_ev, -64.0, 64.0)?;
-        settings.clamp.map_or(Ok(()), |clamp| above("clamp", clamp, 0.0))?;
-        match settings.filter {
-            PixelFilter::Box => Ok(()),
-            PixelFilter::Tent { radius }
-            | PixelFilter::Gaussian { radius }
-            | PixelFilter::BlackmanHarris { radius } => above("the filter's radius", radius, 0.0),
-        }
-    };
-    numbers().map_err(|reason: String| invalid("settings", reason))
+    settings.check().map_err(|reason| invalid("settings", reason))
 }
 
 fn check_assets(assets: &Assets) -> Result<(), CompileError> {
@@ -291,27 +268,6 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
     entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_camera(&camera, assets))
 }
 
-/// An angle or a number that must not be outside a range, but for rounding.
-fn within(what: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
-    let slack = 1e-6 * most.abs().min(1e6);
-    if least - slack <= value && value <= most + slack {
-        return Ok(());
-    }
-    match (least, most) {
-        (0.0, f32::MAX) => Err(format!("{what} is {value}: it must be at least 0, and finite")),
-        (_, f32::MAX) => Err(format!("{what} is {value}: it must be finite")),
-        _ => Err(format!("{what} is {value}: it must be {least} to {most}")),
-    }
-}
-
-/// A number that must be above a limit, and finite.
-fn above(what: &str, value: f32, limit: f32) -> Result<(), String> {
-    if value > limit && value.is_finite() {
-        return Ok(());
-    }
-    Err(format!("{what} is {value}: it must be above {limit}, and finite"))
-}
-
 fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
     let all_finite = |mut points: std::slice::Iter<crate::math::Vec3>| {
         let finite = points.all(|point| point.is_finite());
@@ -328,15 +284,6 @@ fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
         Shape::Plane { corners } => all_finite(corners.iter()),
         Shape::Mesh(id) => exists("mesh", id.0, assets.meshes.len()),
     }
-}
-
-/// Light that there can be.
-fn check_color(what: &str, color: Rgb) -> Result<(), String> {
-    let is_light = |part: &f32| *part >= 0.0 && part.is_finite();
-    if color.to_array().iter().all(is_light) {
-        return Ok(());
-    }
-    Err(format!("{what} is {:?}: it must be nowhere below 0, and finite", color.to_array()))
 }
 
 fn check_light(light: &Light, assets: &Assets) -> Result<(), String> {
@@ -400,7 +347,9 @@ fn check_camera(camera: &Camera, assets: &Assets) -> Result<(), String> {
 mod tests {
     use super::*;
     use crate::compile::compile;
+    use crate::math::Rgb;
     use crate::math::{Vec2, Vec3};
+    use crate::world::PixelFilter;
     use crate::world::{Falloff, ImageId, MeshId, Texture, Transform};
 
     fn world() -> World {

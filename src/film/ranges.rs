@@ -16,14 +16,11 @@ impl SampleRanges {
 
     /// Those of several, in any order; `None` if a range is empty or two overlap.
     pub fn disjoint(ranges: impl IntoIterator<Item = Range<u32>>) -> Option<SampleRanges> {
-        let mut all = SampleRanges::default();
-        for range in ranges {
-            if range.is_empty() || all.common(&SampleRanges::of(range.clone())).is_some() {
-                return None;
-            }
-            all.insert(range);
-        }
-        Some(all)
+        let mut sorted: Vec<Range<u32>> = ranges.into_iter().collect();
+        sorted.sort_unstable_by_key(|range| range.start);
+        let is_empty = sorted.iter().any(Range::is_empty);
+        let overlap = sorted.windows(2).any(|pair| pair[1].start < pair[0].end);
+        (!is_empty && !overlap).then(|| SampleRanges(joined(sorted)))
     }
 
     /// Adds a range; ranges that overlap or touch become one.
@@ -31,16 +28,10 @@ impl SampleRanges {
         if range.is_empty() {
             return;
         }
-        self.0.push(range);
-        self.0.sort_by_key(|range| range.start);
-        let mut joined: Vec<Range<u32>> = Vec::with_capacity(self.0.len());
-        for range in self.0.drain(..) {
-            match joined.last_mut() {
-                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
-                _ => joined.push(range),
-            }
-        }
-        self.0 = joined;
+        let mut ranges = std::mem::take(&mut self.0);
+        ranges.push(range);
+        ranges.sort_by_key(|range| range.start);
+        self.0 = joined(ranges);
     }
 
     /// Adds those of others.
@@ -103,6 +94,18 @@ impl SampleRanges {
         let cut = |i: u32| (u64::from(samples) * u64::from(i) / u64::from(count.max(1))) as u32;
         cut(index)..cut(index + 1)
     }
+}
+
+/// Ranges in order, in which those that overlap or touch have become one.
+fn joined(sorted: Vec<Range<u32>>) -> Vec<Range<u32>> {
+    let mut joined: Vec<Range<u32>> = Vec::with_capacity(sorted.len());
+    for range in sorted {
+        match joined.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    joined
 }
 
 impl std::fmt::Display for SampleRanges {

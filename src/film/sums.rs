@@ -38,6 +38,11 @@ impl Unit {
         }
     }
 
+    /// Whether [`Unit::new`] gives it for some scene.
+    pub(crate) fn is_sound(self) -> bool {
+        self.0.abs() <= 100
+    }
+
     /// The radiance of a quantum.
     pub fn quantum(self) -> f64 {
         libm::scalbn(QUANTUM, self.0)
@@ -180,10 +185,13 @@ impl Film {
     }
 
     /// With sums from elsewhere, row by row from the top; `None` if there is not one for each pixel, or if one is
-    /// below zero.
+    /// below zero or counts more samples than there are numbers.
     #[doc(hidden)]
     pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
-        let sound = |pixel: &PixelSum| pixel.sum.as_flattened().iter().all(|sum| *sum >= 0);
+        let sound = |pixel: &PixelSum| {
+            let count = pixel.count[0].checked_add(pixel.count[1]);
+            pixel.sum.as_flattened().iter().all(|sum| *sum >= 0) && count.is_some()
+        };
         let fits = pixels.len() == region.area() && pixels.iter().all(sound);
         fits.then(|| Film { pixels, ..Film::new(region, unit) })
     }

@@ -166,6 +166,13 @@ pub struct View {
 }
 
 impl View {
+    /// The most [`View::moments`].
+    pub const MOST_MOMENTS: u32 = 4096;
+    /// The longest [`View::shutter_s`]: all of the time between frames, a thousand seconds apart.
+    pub const LONGEST_SHUTTER_S: f32 = 1001.0;
+    /// The most degrees by which cameras turn.
+    pub const MOST_DEGREES: f64 = 36_000.0;
+
     /// How many moments there are.
     pub fn moments(&self) -> u32 {
         self.shutter_s.and(self.moments).unwrap_or(1).max(1)
@@ -178,13 +185,19 @@ impl View {
     /// stopped early has samples from all of the time, too, although each moment's samples follow each other: every
     /// sixteenth point of a Sobol sequence, say, would cover only a sixteenth of the pixel.
     pub fn moment_of(&self, sample: u32, samples: u32) -> (u32, u32) {
+        let (place, end) = self.place_of(sample, samples);
+        (in_radical_inverse_order(place, self.moments()), end)
+    }
+
+    /// The same, but which moment it is in the order in which they come.
+    fn place_of(&self, sample: u32, samples: u32) -> (u32, u32) {
         let moments = u64::from(self.moments());
         let quarter = if u64::from(samples / 4) >= moments { samples / 4 } else { 0 };
         let (start, end) = if sample < quarter { (0, quarter) } else { (quarter, samples.max(quarter + 1)) };
         let count = u64::from(end - start);
         let place = (u64::from(sample - start) * moments / count).min(moments - 1);
         let end = start + ((place + 1) * count).div_ceil(moments) as u32;
-        (in_radical_inverse_order(place as u32, self.moments()), end)
+        (place as u32, end)
     }
 
     /// How many of the moments some samples belong to, which are given as ranges out of so many.
@@ -193,8 +206,8 @@ impl View {
         for [start, end] in ranges {
             let mut sample = *start;
             while sample < *end {
-                let (moment, next) = self.moment_of(sample, samples);
-                moments[moment as usize] = true;
+                let (place, next) = self.place_of(sample, samples);
+                moments[place as usize] = true;
                 sample = next.max(sample + 1);
             }
         }

@@ -14,6 +14,7 @@
 //! (`planes.rs`) of the sums, even and odd, red, green, blue, of the counts, even and odd, and of the squares if
 //! there are any. All numbers are little-endian. Files that follow each other are read one by one.
 
+mod bounds;
 mod header;
 mod planes;
 #[cfg(test)]
@@ -25,13 +26,12 @@ use std::path::Path;
 use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::error::{LoadError, SaveError, words};
+use crate::error::{LoadError, SaveError};
 pub use crate::files::whole::writable;
 use crate::files::{self, whole::write_whole};
 use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
-use crate::world::Settings;
 pub(in crate::formats) use header::as_text;
 pub use header::{Begun, Header, Note, PROGRAM, Source, View};
 
@@ -173,35 +173,8 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
     if header_sum(&header) != u128::from_le_bytes(sum) {
         return Err(damaged());
     }
-    // A header of another version may have other fields.
-    let program = serde_json::from_slice(&header)
-        .ok()
-        .and_then(|header: serde_json::Value| Some(header.get("program")?.as_str()?.to_owned()));
-    let program = program.ok_or_else(damaged)?;
-    if program != PROGRAM {
-        let program = words(&program);
-        let reason = format!("rendered by {program}, and this is {PROGRAM}, whose samples may be other ones");
-        return Err(wrong(format!("{reason}: use {program}")));
-    }
-    let header: Header = serde_json::from_slice(&header).map_err(|_| damaged())?;
-    let Region { x0, y0, x1, y1 } = header.region;
-    let [width, height] = header.settings.size;
-    let inside = x0 < x1
-        && y0 < y1
-        && x1 <= width
-        && y1 <= height
-        && width.max(height) <= Settings::MOST_PIXELS_A_SIDE;
-    let [start, end] = header.wanted;
-    let are_wanted = start <= end && end <= header.total().max(header.settings.samples);
-    let is_part = header.shard.is_none_or(|[index, count]| index < count && count <= MOST_PARTS);
-    if !inside || !are_wanted || !is_part || header.ranges().is_none() {
-        return Err(damaged());
-    }
-    Ok(Some(header))
+    Header::parse(&header).map(Some).map_err(|reason| wrong(format!("its header {reason}")))
 }
-
-/// More parts than a film can have samples.
-const MOST_PARTS: u32 = 1 << 22;
 
 fn header_sum(header: &[u8]) -> u128 {
     let mut hasher = xxhash_rust::xxh3::Xxh3::new();

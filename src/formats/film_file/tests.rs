@@ -1,9 +1,10 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::film::Unit;
+use crate::film::{Allocation, Unit};
+use crate::formats::surroundings::{Sky, Surroundings};
 use crate::math::Rgb;
-use crate::world::{Settings, SourceFiles};
+use crate::world::{Settings, Sharing, SourceFiles};
 
 /// Three blocks of 300 × 500 pixels, some of them bright, with or without squares.
 fn film(region: Region, variance: bool) -> FilmFile {
@@ -80,9 +81,9 @@ fn films_come_back_as_they_were() {
 fn numbers_in_the_header_come_back_as_they_were() {
     let mut file = film(SMALL, false);
     let mut comes_back = |number: f64| {
-        file.header.note.seconds = number.abs();
-        file.header.view.edits.orbit = Some([number, -number]);
-        file.header.view.edits.zoom = Some(number);
+        let sun = Sky { azimuth_degrees: number, ..Sky::default() };
+        file.header.view.surroundings = Some(Surroundings::Sky(sun));
+        file.header.view.edits.orbit = Some([number, -number]).filter(|_| number.abs() < 36_000.0);
         assert_eq!(read_all(&bytes(&file)), Ok(Some(file.clone())), "{number:e}");
     };
     comes_back(1e-45);
@@ -114,6 +115,72 @@ fn headers_that_cannot_be_are_refused() {
     assert!(refused(|header| header.shard = Some([0, u32::MAX])));
     assert!(refused(|header| header.shard = Some([2, 2])));
     assert!(!refused(|header| header.shard = None));
+}
+
+/// Every number of a record, replaced by every other: it is refused, or what is done with it ends soon.
+#[test]
+fn numbers_of_records_have_the_bounds_of_their_options() {
+    use serde_json::{Value, json};
+    fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Number(_) => found.push(path.to_owned()),
+            Value::Array(items) => {
+                items.iter().enumerate().for_each(|(i, item)| numbers(item, &format!("{path}/{i}"), found));
+            }
+            Value::Object(fields) => {
+                fields.iter().for_each(|(key, item)| numbers(item, &format!("{path}/{key}"), found));
+            }
+            _ => {}
+        }
+    }
+    let mut header = film(SMALL, false).header;
+    header.view.shutter_s = Some(0.5);
+    header.view.moments = Some(16);
+    header.view.size = Some([400, 700]);
+    (header.view.edits.orbit, header.view.edits.zoom) = (Some([3.0, 4.0]), Some(2.0));
+    header.view.surroundings = Some(Surroundings::Sky(Sky::default()));
+    header.begun = Some(Begun { samples: [3, 4], tile: 64, tiles: vec![0], blocks: Some(vec![0]) });
+    header.rays = Some(vec![7]);
+    header.allocation = Allocation::new(vec![32]);
+    let settings = &mut header.settings;
+    (settings.clamp, settings.sharing) = (Some(3.0), Sharing::Groups(8));
+    let limits = &mut settings.depth_limits;
+    (limits.diffuse, limits.glossy, limits.transmission) = (Some(1), Some(2), Some(3));
+    let sound = serde_json::to_value(&header).expect("JSON");
+    let parse = |value: &Value| Header::parse(value.to_string().as_bytes());
+    assert_eq!(parse(&sound).as_ref(), Ok(&header));
+    let mut places = Vec::new();
+    numbers(&sound, "", &mut places);
+    assert!(places.len() > 50, "{places:?}");
+    // Numbers for which any value is a right one, or which say nothing that anything depends on.
+    let free = ["/settings/seed", "/begun/blocks/0", "/begun/tiles/0", "/view/time_s", "azimuth_degrees"];
+    let bright = ["/settings/background", "/settings/ambient", "/settings/clamp", "/settings/min_throughput"];
+    let start = std::time::Instant::now();
+    for place in &places {
+        for wrong in [json!(0), json!(-1), json!(1e9), json!(4_294_967_295u32), json!(u64::MAX), json!(1e300)]
+        {
+            let mut changed = sound.clone();
+            *changed.pointer_mut(place).expect("a number") = wrong.clone();
+            let Ok(read) = parse(&changed) else { continue };
+            let is_large = wrong.as_f64().is_some_and(|wrong| wrong > 1e6);
+            let may_be_large = free.iter().chain(&bright).any(|free| place.contains(free))
+                || place.contains("radius")
+                || place.ends_with("/seconds")
+                || place.contains("/rays");
+            assert!(!is_large || may_be_large, "{place} may be {wrong}");
+            let View { .. } = read.view.at(read.view.moments() - 1);
+            let _ = (read.part(0, 4), read.view.moments_among(&read.samples, read.total()), read.ranges());
+        }
+    }
+    // A list as long as a header can be.
+    let mut long = header.clone();
+    (long.allocation, long.begun, long.rays) = (None, None, None);
+    long.settings.samples = Settings::MOST_SAMPLES;
+    long.view.moments = Some(View::MOST_MOMENTS);
+    long.samples = (0..200_000).map(|i| [3 * i, 3 * i + 1]).collect();
+    let long = parse(&serde_json::to_value(&long).expect("JSON")).expect("it can be");
+    assert!(long.view.moments_among(&long.samples, long.total()) > 0);
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
 
 /// However few samples there are, they come from all of the time.

@@ -42,13 +42,14 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     })?;
     let count = |name: &str| {
         let elements = header.elements.iter().filter(|element| element.name == name);
-        elements.map(|element| element.count).sum::<u64>()
+        elements.fold(0u64, |sum, element| sum.saturating_add(element.count))
     };
     let (vertices, faces) = (count("vertex"), count("face"));
     let what = format_args!("the mesh of {vertices} vertices and {faces} faces");
     // Positions, normals, texture coordinates; corners of two triangles. Vertices that faces make several of are not
     // known yet. A file can claim more than it holds.
-    let bytes = (32 * vertices + 24 * faces).min(12 * body.len() as u64);
+    let bytes =
+        vertices.saturating_mul(32).saturating_add(faces.saturating_mul(24)).min(12 * body.len() as u64);
     let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
     let mesh = match header.encoding {
         Encoding::Ascii => read_body(Ascii::new(body), &header),

@@ -202,7 +202,8 @@ fn json_changed(value: &mut Value, random: &mut Random) {
         (5, Value::Number(old)) => json!(old.as_i64().unwrap_or(0).wrapping_add(1)),
         (6, Value::Bool(old)) => json!(!*old),
         (7, _) if random.below(4) == 0 => number()[random.below(2)].clone(),
-        (_, Value::Number(_)) => {
+        // What is not said could be a number.
+        (_, Value::Number(_) | Value::Null) => {
             let text = NUMBERS[random.below(NUMBERS.len())];
             serde_json::from_str(text).unwrap_or_else(|_| json!(1e38))
         }

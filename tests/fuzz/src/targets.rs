@@ -177,6 +177,10 @@ fn film(bytes: &[u8]) {
             film_file::write(&mut written, &film.header, &film.film, film.moments.as_ref()).expect("written");
             let again = film_file::read(&mut Cursor::new(&written), Path::new("a.film"));
             assert!(again.is_ok_and(|again| again.as_ref() == Some(&film)), "written, it is another");
+            // What its record says is soon worked out.
+            let header = &film.header;
+            assert!(header.view.moments_among(&header.samples, header.total()) <= header.view.moments());
+            let _ = (header.part(0, 2), header.view.at(header.view.moments() - 1));
             let radiance = film.film.radiance();
             assert!(radiance.iter().all(|pixel| pixel.max_component() >= 0.0 || pixel.r.is_nan()));
         }

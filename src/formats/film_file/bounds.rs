@@ -1,0 +1,100 @@
+//! What a record can say: its numbers have the bounds of the options that they were made of.
+
+use super::header::{Begun, Header, PROGRAM, View};
+use crate::error::words;
+use crate::film::{Allocation, Region};
+use crate::formats::surroundings::{Sky, Surroundings};
+use crate::world::{Adaptive, Settings};
+
+/// More parts than a film can have samples.
+const MOST_PARTS: u32 = 1 << 22;
+/// A block gets at most so many times the samples that were asked for, under adaptive sampling.
+const MOST_TIMES: u32 = 16;
+/// More rays than a block takes in a century.
+const MOST_RAYS: u64 = 1 << 53;
+/// More seconds than anybody renders.
+const MOST_SECONDS: f64 = 1e12;
+
+impl Header {
+    /// Reads a record. Errors: what is wrong with it, in words that follow "its record".
+    pub fn parse(json: &[u8]) -> Result<Header, String> {
+        let damaged = || "is damaged: render it again, or use another copy".to_owned();
+        // A record of another version may have other fields.
+        let any: serde_json::Value = serde_json::from_slice(json).map_err(|_| damaged())?;
+        let program = any.get("program").and_then(serde_json::Value::as_str).ok_or_else(damaged)?;
+        if program != PROGRAM {
+            let program = words(program);
+            return Err(format!(
+                "was written by {program}, and this is {PROGRAM}, whose samples may be other ones: use {program}"
+            ));
+        }
+        let header: Header = serde_json::from_slice(json).map_err(|_| damaged())?;
+        header.check().map_err(|what| format!("is damaged: {what}: render it again, or use another copy"))?;
+        Ok(header)
+    }
+
+    /// Errors: the first number that cannot be, or does not fit to the others.
+    fn check(&self) -> Result<(), String> {
+        self.settings.check()?;
+        self.view.check()?;
+        let Region { x0, y0, x1, y1 } = self.region;
+        let [width, height] = self.settings.size;
+        is_true("region", x0 < x1 && y0 < y1 && x1 <= width && y1 <= height)?;
+        is_true("unit", self.unit.is_sound())?;
+        if let Some(allocation) = &self.allocation {
+            let most = self.settings.samples.saturating_mul(MOST_TIMES).max(Allocation::LEAST);
+            is_true("allocation", allocation.is_sound() && allocation.most() <= most)?;
+        }
+        let total = self.total();
+        let [start, end] = self.wanted;
+        is_true("wanted", start <= end && end <= total.max(self.settings.samples))?;
+        is_true("samples", self.ranges().is_some())?;
+        is_true("most", self.most <= total.max(self.settings.samples.saturating_mul(MOST_TIMES)))?;
+        is_true("shard", self.shard.is_none_or(|[index, count]| index < count && count <= MOST_PARTS))?;
+        is_true("rays", self.rays.iter().flatten().all(|rays| *rays <= MOST_RAYS))?;
+        is_true("seconds", (0.0..=MOST_SECONDS).contains(&self.note.seconds))?;
+        let in_rounds = self.settings.adaptive == Adaptive::On;
+        let most = if in_rounds { self.settings.samples.saturating_mul(MOST_TIMES) } else { total };
+        self.begun.as_ref().map_or(Ok(()), |begun| is_true("begun", begun.is_sound(self.region, most)))
+    }
+}
+
+impl Begun {
+    /// Whether a film of a region, of whose samples none is beyond a number, can have such a pass.
+    fn is_sound(&self, region: Region, most: u32) -> bool {
+        let Begun { samples: [start, end], tile, tiles, blocks: _ } = self;
+        let side = |from: u32, to: u32| u64::from(to.div_ceil(*tile) - from / tile);
+        start < end
+            && *end <= most
+            && (1..=Settings::MOST_PIXELS_A_SIDE).contains(tile)
+            && tiles.len() as u64 <= side(region.x0, region.x1) * side(region.y0, region.y1)
+    }
+}
+
+impl View {
+    /// Errors: the first number that no option can have said.
+    fn check(&self) -> Result<(), String> {
+        let all = |numbers: &[f64], most: f64| numbers.iter().all(|number| number.abs() <= most);
+        is_true("time_s", self.time_s.is_none_or(f32::is_finite))?;
+        is_true(
+            "shutter_s",
+            self.shutter_s.is_none_or(|time| time > 0.0 && time <= View::LONGEST_SHUTTER_S),
+        )?;
+        is_true("moments", self.moments.is_none_or(|moments| (1..=View::MOST_MOMENTS).contains(&moments)))?;
+        let side = |side: &u32| (1..=Settings::MOST_PIXELS_A_SIDE).contains(side);
+        is_true("size", self.size.iter().flatten().all(side))?;
+        is_true("zoom", self.edits.zoom.is_none_or(|zoom| (1e-3..=1e3).contains(&zoom)))?;
+        is_true("orbit", self.edits.orbit.is_none_or(|angles| all(&angles, View::MOST_DEGREES)))?;
+        if let Some(Surroundings::Sky(sky)) = &self.surroundings {
+            let Sky { elevation_degrees, azimuth_degrees, haze } = sky;
+            is_true("elevation_degrees", all(&[*elevation_degrees], 90.0))?;
+            is_true("azimuth_degrees", azimuth_degrees.is_finite())?;
+            is_true("haze", (0.0..=Sky::MOST_HAZE).contains(haze))?;
+        }
+        Ok(())
+    }
+}
+
+fn is_true(name: &str, is_sound: bool) -> Result<(), String> {
+    if is_sound { Ok(()) } else { Err(format!("{name} says what cannot be")) }
+}
