@@ -12,6 +12,7 @@ use super::films::{describe, gathered_of, save, there_already, write_to_stdout};
 use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
 use super::output::{self, Picture};
+use super::record::{self, scene_of};
 use super::resume::load_again;
 use super::saving::Saved;
 use super::{Failure, aov, command_line};
@@ -37,8 +38,8 @@ pub struct Merge {
     /// Render this much of every film again, chosen at random, and compare the bits, such as 1%
     #[arg(long, value_name = "PERCENT", value_parser = audit::parse)]
     pub audit: Option<f64>,
-    /// Where the scene is now, if it is needed (--denoise, --audit, output variables) [default: where it was, or next
-    /// to the first film]
+    /// Where the scene is now, if it is needed (--denoise, --audit, --current, output variables) [default: where it
+    /// was, if that is in the first film's folder, or next to that film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
     /// What is written.
@@ -92,7 +93,10 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     let Some(mut merged) = merged else {
         return Err(Failure::file("standard input: there is no film"));
     };
-    if let Some(changed) = merged.header.scene.changed() {
+    let scene = scene_of(&merged.header, &merged.parts[0].0, arguments.scene_file.as_ref());
+    // Whether a scene has been changed that is not to be read, nobody knows.
+    let scene = if arguments.current { Some(scene?) } else { scene.ok() };
+    if let Some(changed) = scene.and_then(|scene| merged.header.scene.changed(&scene)) {
         let changed = format!("{} has been changed since the films were rendered", changed.display());
         if arguments.current {
             return Err(Failure::file(format!("{changed}: render the parts again (--overwrite)")));
@@ -116,6 +120,8 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
             "{reason}: finish them with rayfront resume, or ask for images alone"
         )));
     }
+    // Those of the parts are nobody's business here.
+    merged.header.note.outputs.clone_from(&outputs.images);
     merged.header.wanted = [0, merged.header.settings.samples];
     merged.header.shard = None;
     merged.header.note.stopped_by = None;
@@ -162,13 +168,13 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     let wrong = |reason: String| Failure::file(format!("{}: {reason}", path.display()));
     let header = film.header.clone();
     if header.begun.is_some() && !arguments.partial {
-        let path = path.display();
-        return Err(wrong(format!("it is unfinished: rayfront resume {path}")));
+        let resume = record::resume(path, &header);
+        return Err(wrong(format!("it is unfinished: {resume}")));
     }
     if header.settings.adaptive == Adaptive::On {
-        let path = path.display();
+        let resume = record::resume(path, &header);
         return Err(wrong(format!(
-            "adaptive samples that are chosen in rounds are in one film: rayfront resume {path} -o image.png"
+            "adaptive samples that are chosen in rounds are in one film: {resume} -o image.png"
         )));
     }
     if let Some(first) = merged
@@ -241,7 +247,7 @@ fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     };
     let mut missing = missing.clone();
     for (path, _, header) in merged.parts.iter().filter(unfinished) {
-        lines.push(format!("  rayfront resume {}", command_line::quoted(&path.to_string_lossy())));
+        lines.push(format!("  {}", record::resume(path, header)));
         let [start, end] = header.wanted;
         missing = SampleRanges::of(start..end).missing_from(&missing);
     }

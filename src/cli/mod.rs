@@ -32,6 +32,7 @@ mod plan;
 mod profile;
 mod profile_report;
 mod progress;
+mod record;
 mod render;
 mod report;
 mod reproduce;

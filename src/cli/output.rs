@@ -193,6 +193,7 @@ impl Compared {
         command: &[String],
         samples: Option<u32>,
         time_s: f32,
+        scene: &Path,
     ) -> Option<String> {
         let header = reproduce::record(image).ok()?;
         if header.note.command != command {
@@ -205,7 +206,7 @@ impl Compared {
             return Some("at another time".into());
         }
         let changed = self.changed.entry(header.scene.hash.clone());
-        let changed = changed.or_insert_with(|| header.scene.changed()).as_ref()?;
+        let changed = changed.or_insert_with(|| header.scene.changed(scene)).as_ref()?;
         Some(format!("before {} was changed", in_one_line(&changed.display().to_string())))
     }
 }
@@ -260,7 +261,7 @@ pub fn uneven_blur(header: &Header) -> Option<String> {
     let (moments, total) = (header.view.moments(), header.settings.samples);
     let there = header.view.moments_among(&header.samples, total);
     let all = header.view.moments_among(&[[0, total]], total);
-    (there < all).then(|| {
+    (moments > 1 && there < all).then(|| {
         format!("motion is blurred by {there} of {moments} moments, since not all samples are there")
     })
 }

@@ -109,7 +109,7 @@ fn all_frames(
             }
         } else if are_there && !arguments.output.overwrite {
             let mut difference =
-                |image: &PathBuf| compared.difference(image, &command, samples, time_of(frame));
+                |image: &PathBuf| compared.difference(image, &command, samples, time_of(frame), scene);
             if let Some(how) = outputs.images.iter().find_map(&mut difference) {
                 output::tell(format_args!(
                     "warning: frame {frame} was rendered {how} and is kept (--overwrite renders it again)"

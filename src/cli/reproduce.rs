@@ -25,7 +25,7 @@ use crate::world::Adaptive;
 pub struct Reproduce {
     /// An image that rayfront has written (.png, .exr, .hdr), or a .film
     pub image: PathBuf,
-    /// Where the scene is now [default: where it was, or next to the image]
+    /// Where the scene is now [default: where it was, if that is in the image's folder, or next to the image]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
     /// How to work.

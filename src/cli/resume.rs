@@ -11,8 +11,8 @@ use super::films::there_already;
 use super::job::{Job, Wanted, carry_out};
 use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::onlookers::Onlookers;
+use super::record::{may_be_written, scene_of};
 use super::reproduce::record;
-use crate::error::in_one_line;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
@@ -22,7 +22,7 @@ use crate::render::on_threads;
 pub struct Resume {
     /// A film that rayfront has written, or - for standard input
     pub film: PathBuf,
-    /// Where the scene is now [default: where it was, or next to the film]
+    /// Where the scene is now [default: where it was, if that is in the film's folder, or next to the film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
     /// Samples per pixel, as many as were wanted or more
@@ -52,6 +52,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     let mut outputs = Outputs::of(&arguments.output.output)?;
     if outputs.images.is_empty() && !outputs.to_stdout && outputs.film.is_none() {
         outputs.images.clone_from(&film.header.note.outputs);
+        outputs.images.iter().try_for_each(|image| may_be_written(image, &arguments.film))?;
         outputs.images.iter().try_for_each(|image| may_be_replaced(image, &film.header))?;
     }
     outputs.images.iter().try_for_each(|path| supported(path))?;
@@ -95,7 +96,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
 /// not decide which of our pictures are lost.
 fn may_be_replaced(image: &Path, header: &Header) -> Result<(), Failure> {
     let is_of_it = || record(image).is_ok_and(|found| found.scene.hash == header.scene.hash);
-    if !image.exists() || is_of_it() {
+    if image.symlink_metadata().is_err() || is_of_it() {
         return Ok(());
     }
     let image = image.display();
@@ -120,21 +121,7 @@ pub(super) fn load_again(
     film_path: &std::path::Path,
     quiet: bool,
 ) -> Result<Job, Failure> {
-    let named = &header.scene.path;
-    let beside = || {
-        let folder = film_path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
-        Some(folder.join(named.file_name()?)).filter(|path| path.is_file())
-    };
-    let scene = match scene_file {
-        Some(scene) => scene.clone(),
-        None if named.is_file() => named.clone(),
-        None => beside().ok_or_else(|| {
-            let (film, scene) = (film_path.display(), in_one_line(&named.to_string_lossy()));
-            Failure::file(format!(
-                "{film} is of {scene}, which is not there: say where it is with --scene-file"
-            ))
-        })?,
-    };
+    let scene = scene_of(header, film_path, scene_file)?;
     // What a film or an image says of itself nobody has typed.
     let mut job =
         Job::load(&scene, header.view.clone(), quiet, |world| world.settings = header.settings.clone())

@@ -93,8 +93,9 @@ impl Saved {
 
 /// Saves a film that was not asked for wherever there is room.
 fn rescue(header: &Header, gathered: &Gathered) -> Result<PathBuf, ()> {
-    let asked = header.note.outputs.first().map(PathBuf::as_path).or(Some(&header.scene.path));
+    let asked = header.note.outputs.first().map(PathBuf::as_path);
     let beside = asked.and_then(Path::parent).map(Path::to_owned);
+    let asked = asked.or(Some(&header.scene.path));
     let folders = [beside, Some(PathBuf::new()), std::env::home_dir(), Some(std::env::temp_dir())];
     let memory = Some(PathBuf::from("/dev/shm")).filter(|folder| folder.is_dir());
     let stem = asked.and_then(Path::file_stem).unwrap_or("image".as_ref()).to_owned();

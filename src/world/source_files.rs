@@ -57,6 +57,17 @@ fn root_of(folder: &Path) -> PathBuf {
     marked.unwrap_or(&folder).to_owned()
 }
 
+/// Whether something lies, with all links followed, where what is at `file` may refer to it: see
+/// [`SourceFiles::confine`].
+pub fn is_within(file: &Path, path: &Path) -> bool {
+    files::outside_is_allowed()
+        || path.canonicalize().is_ok_and(|path| path.starts_with(root_of(folder_of(file))))
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 impl SourceFiles {
     /// No file yet, but what was decoded before.
     pub fn with(kept: Kept) -> SourceFiles {
@@ -67,8 +78,7 @@ impl SourceFiles {
     /// with all links followed, in the folder of `scene` or below. If that folder or one above it holds a file
     /// `.rayfront-root`, it is the nearest such folder instead.
     pub fn confine(&self, scene: &Path) {
-        let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        lock(&self.confines).root = (!files::outside_is_allowed()).then(|| root_of(folder));
+        lock(&self.confines).root = (!files::outside_is_allowed()).then(|| root_of(folder_of(scene)));
     }
 
     /// Whoever runs the program has named a file: it is read wherever it lies.

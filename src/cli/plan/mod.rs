@@ -308,6 +308,7 @@ impl<'a> Jobs<'a> {
     fn merge_words(&self) -> Vec<String> {
         let folder = self.folder.to_string_lossy().into_owned();
         let mut words = vec![self.program.clone(), "merge".into(), folder, "--current".into()];
+        words.extend(["--scene-file".to_owned(), self.scene.clone()]);
         words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
         words.extend(self.of_merge.iter().cloned());
         words

@@ -280,10 +280,14 @@ impl Source {
         })
     }
 
-    /// The first of these files whose content is another by now, as far as they can be read.
-    pub fn changed(&self) -> Option<PathBuf> {
-        self.paths().zip(self.files.values()).find_map(|(path, hash)| {
-            let bytes = crate::files::read(&path).ok()?;
+    /// The first of these files whose content is another by now, as far as a scene at that place may refer to them.
+    pub fn changed(&self, scene: &Path) -> Option<PathBuf> {
+        let sources = SourceFiles::default();
+        sources.name(scene);
+        sources.confine(scene);
+        let here = Source { path: scene.to_owned(), ..self.clone() };
+        here.paths().zip(here.files.values()).find_map(|(path, hash)| {
+            let bytes = sources.read(&path).ok()?;
             (format!("{:032x}", Content::of(&bytes).hash) != *hash).then_some(path)
         })
     }

@@ -49,17 +49,19 @@ fn outputs_replace_no_input_and_not_each_other() {
     let folder = folder(&ball(r#"diffuse: Image("scene.png")"#));
     let here = folder.path();
     let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
-    for name in ["scene.png", "env.png", "i.png"] {
+    for name in ["scene.png", "env.png", "i.png", "x.a.png"] {
         std::fs::copy(&picture, here.join(name)).expect("a picture");
     }
+    std::fs::write(here.join("x.ron"), ball(r#"diffuse: Image("x.a.png")"#)).expect("a file");
     std::fs::write(here.join("ball.ron"), ball("")).expect("a file");
     std::fs::write(here.join("r.rays"), [0; 32]).expect("a file");
-    let files = ["scene.png", "env.png", "i.png", "ball.ron", "r.rays"];
+    let files = ["scene.png", "env.png", "i.png", "ball.ron", "r.rays", "x.a.png"];
     let read = || files.map(|name| std::fs::read(here.join(name)).expect("a file"));
     let before = read();
     for (line, what) in [
         ("scene.ron -q", "scene.png is read for this scene"),
         ("ball.ron -q --transport path --env env.png -o ./env.png", "env.png is read for this scene"),
+        ("ab x.ron --hide Light --spp 2", "x.a.png is read for this scene"),
         ("trace ball.ron --rays r.rays --out ball.ron", "ball.ron is read"),
         ("trace ball.ron --rays r.rays --out r.rays", "r.rays is read"),
         ("compare i.png scene.png --heatmap i.png", "i.png is compared"),
@@ -71,9 +73,143 @@ fn outputs_replace_no_input_and_not_each_other() {
     assert_eq!(read(), before);
     // A link that came with the scene leads anywhere.
     std::os::unix::fs::symlink("env.png", here.join("ball.png")).expect("a link");
-    expect(&run(here, &words("ball.ron -q")), 3, &["ball.png is a link"]);
+    expect(&run(here, &words("ball.ron -q")), 3, &["ball.png: cannot write: this is a link"]);
     assert_eq!(read(), before);
     expect(&run(here, &words("ball.ron -q -o ball.png")), 0, &[]);
+}
+
+/// Links in a stranger's folder, with names that nobody types: they would lead what is written elsewhere.
+#[test]
+fn links_that_came_with_a_scene_lead_nowhere() {
+    use std::os::unix::fs::symlink;
+    let folder = folder(&ball(""));
+    let (here, home) = (folder.path(), tempfile::tempdir().expect("a folder"));
+    let letter = home.path().join("letter.txt");
+    std::fs::write(&letter, "my letter").expect("a file");
+    std::fs::create_dir_all(here.join("jobs")).expect("a folder");
+    std::fs::create_dir_all(here.join("out/s/plots")).expect("a folder");
+    let study = r#"(title: "t", experiments: [(name: "e", scenes: [Ball], x: Triangles([20]), series: [(label: "a")],
+                   plots: [(y: CpuSeconds)])])"#;
+    std::fs::write(here.join("s.ron"), study).expect("a file");
+    std::fs::write(here.join("y.checkpoint.film"), "junk").expect("a file");
+    // The second name of a checkpoint is known to whoever wrote the scene.
+    let slow = "scene.ron --spp 100000 --max-time 200ms --checkpoint 1ms";
+    let said = expect(&run(here, &words(&format!("{slow} -o y.png"))), 0, &["saved to"]);
+    let (_, second) = said.split_once("saved to ").expect("a name");
+    let second = second.split_whitespace().next().expect("a name").to_owned();
+    let slow_y = format!("{slow} -o y.png");
+    for (link, line) in [
+        ("scene.png", "scene.ron -q"),
+        (&second, &slow_y),
+        ("z.checkpoint.film", &format!("{slow} -o z.png")),
+        ("x.denoised.png", "scene.ron -q --denoise -o x.png"),
+        ("x.aov.exr", "scene.ron -q --aov depth -o x.png"),
+        ("scene.0001.png", "scene.ron -q --frames 1 --overwrite"),
+        ("f.0001.png", "scene.ron -q --frames 1 --overwrite -o f.####.png"),
+        ("scene.0-of-2.film", "scene.ron -q --shard 0/2 --overwrite"),
+        ("part-1.film", "scene.ron -q --shard 1/2 --overwrite -o part-{shard}.film"),
+        ("scene.a.png", "ab scene.ron --set Sphere.shape.radius_m=0.5"),
+        ("scene.diff.png", "ab scene.ron --set Sphere.shape.radius_m=0.5"),
+        ("scene.jobs", "plan scene.ron --shards 2 --for commands"),
+        ("jobs/merge.sh", "plan scene.ron --shards 2 --for commands --folder jobs"),
+        ("jobs/part-0.film", "plan scene.ron --shards 2 --for commands --folder jobs"),
+        ("out/s/references", "study s.ron -q"),
+        ("out/s/results.csv", "study s.ron -q"),
+        ("out/s/plots/e_cpuseconds.svg", "study s.ron -q"),
+        ("pages/rayfront.1", "man pages"),
+    ] {
+        let place = here.join(link);
+        std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
+        for target in [&letter, &home.path().join("new")] {
+            let _ = std::fs::remove_file(&place);
+            symlink(target, &place).expect("a link");
+            println!("{link}: {line}");
+            expect(&run(here, &words(line)), 3, &["this is a link", link]);
+            assert_eq!(std::fs::read(&letter).expect("a file"), b"my letter", "{line}");
+            assert_eq!(std::fs::read_dir(home.path()).expect("a folder").count(), 1, "{line}");
+        }
+        std::fs::remove_file(place).expect("the link is there");
+    }
+    // What somebody types is meant.
+    symlink(home.path().join("new.png"), here.join("mine.png")).expect("a link");
+    expect(&run(here, &words("scene.ron -q -o mine.png")), 0, &[]);
+    assert!(here.join("mine.png").is_symlink() && home.path().join("new.png").is_file());
+}
+
+/// Write-protected files, pilots, pages on a full disk.
+#[test]
+fn what_is_not_to_be_written_stays() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    std::fs::write(here.join("kept.png"), "mine").expect("a file");
+    std::fs::set_permissions(here.join("kept.png"), PermissionsExt::from_mode(0o444)).expect("a mode");
+    expect(&run(here, &words("scene.ron -q -o kept.png")), 3, &["kept.png", "write-protected"]);
+    assert_eq!(std::fs::read(here.join("kept.png")).expect("a file"), b"mine");
+    let unbiased = "scene.ron -q --spp 64 --adaptive=unbiased --pilot p.film";
+    for output in ["p.film", "./p.film"] {
+        expect(&run(here, &words(&format!("{unbiased} -o {output}"))), 2, &["p.film is the pilot"]);
+    }
+    assert!(!here.join("p.film").exists());
+    // Files that must not grow any further stand for a full disk.
+    expect(&shell(here, "trap '' XFSZ; ulimit -f 4; rayfront man pages"), 3, &["pages"]);
+    for page in std::fs::read_dir(here.join("pages")).expect("a folder").flatten() {
+        let text = std::fs::read_to_string(page.path()).expect("a page");
+        assert!(text.len() < 4096 && text.contains(".SH NAME"), "{}", page.path().display());
+    }
+}
+
+/// A film's and an image's record name files; whoever made it may be a stranger.
+#[test]
+fn a_record_names_no_file_elsewhere() {
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    std::fs::create_dir(here.join("upload")).expect("a folder");
+    std::fs::copy(here.join("scene.ron"), here.join("upload/scene.ron")).expect("a file");
+    let line = "scene.ron -q --spp 4 --samples 0..2 -o part.film";
+    expect(&run(&here.join("upload"), &words(line)), 0, &[]);
+    let film = here.join("upload/part.film");
+    let forged = |change: &dyn Fn(&mut rayfront::internals::formats::film_file::Header)| {
+        use rayfront::internals::formats::film_file::{load, save};
+        let mut file = load(&film).expect("a film");
+        change(&mut file.header);
+        save(&here.join("upload/forged.film"), &file.header, &file.film, None).expect("written");
+    };
+    // Outputs.
+    for image in ["new.png", "upload/../new.png", "../new.png"] {
+        forged(&|header| header.note.outputs = vec![image.into()]);
+        let said = run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron"));
+        expect(&said, 3, &["new.png", "not in the film's folder", "-o"]);
+    }
+    forged(&|header| header.note.outputs = vec!["upload/new.png".into()]);
+    expect(&run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron")), 0, &[]);
+    assert!(here.join("upload/new.png").is_file() && !here.join("new.png").exists());
+    // The scene, whose text must not be in a message.
+    std::fs::write(here.join("secret.ron"), "password").expect("a file");
+    for scene in ["secret.ron", "upload/../secret.ron", "/etc/hostname"] {
+        forged(&|header| header.scene.path = scene.into());
+        for command in ["resume", "reproduce", "merge --partial --denoise -o a.png"] {
+            let output = run(here, &words(&format!("{command} upload/forged.film -q")));
+            let error = expect(&output, 1, &["not in its folder", "--scene-file"]);
+            assert!(!error.contains("password"), "{error}");
+        }
+    }
+    // Surroundings.
+    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
+    std::fs::copy(picture, here.join("env.png")).expect("a picture");
+    forged(&|header| {
+        let picture = rayfront::formats::Surroundings::Picture(here.join("env.png"));
+        header.view.surroundings = Some(picture);
+    });
+    let line = "reproduce upload/forged.film -q --scene-file upload/scene.ron";
+    expect(&run(here, &words(line)), 1, &["env.png", "--allow-outside"]);
+    // What is printed to go on with works wherever the film is.
+    std::fs::create_dir(here.join("films")).expect("a folder");
+    let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/a.png";
+    let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/a.checkpoint.film"]);
+    let (_, typed) = said.split_once("to go on: ").expect("a command");
+    let typed = typed.lines().next().expect("a line");
+    expect(&shell(here, &format!("{typed} --max-time 1ms -q -o films/a.png")), 0, &[]);
 }
 
 /// Names that files and commands cannot hold as they are.
@@ -115,8 +251,11 @@ fn planned_jobs_do_what_was_asked_for() {
     let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt; sh jobs/merge.sh");
     expect(&output, 1, &["part-0.film is of another scene"]);
     let output = run(here, &words("merge jobs --current -o b.png"));
+    expect(&output, 1, &["scene.ron, which is not in its folder", "--scene-file"]);
+    let output = run(here, &words("merge jobs --current --scene-file scene.ron -o b.png"));
     expect(&output, 1, &["scene.ron has been changed since the films were rendered"]);
-    expect(&run(here, &words("merge jobs -o b.png")), 0, &["warning: ", "this is the scene as it was"]);
+    let output = run(here, &words("merge jobs --scene-file scene.ron -o b.png"));
+    expect(&output, 0, &["warning: ", "this is the scene as it was"]);
     for (options, what) in
         [("--shard 0/4", "what every task gets"), ("--camera left", "no camera has the name left")]
     {

@@ -1,0 +1,62 @@
+//! Files that a record names, which is what a film or an image says of itself: whoever made it may be a stranger. As for
+//! a scene, only what lies in the record's folder is read and written, unless someone types its name.
+
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+use super::command_line::quoted;
+use crate::error::in_one_line;
+use crate::formats::Surroundings;
+use crate::formats::film_file::Header;
+use crate::world::source_files::is_within;
+
+/// Where the scene of a record is: at a place that was typed, else where the record says, else beside the record.
+pub fn scene_of(header: &Header, record: &Path, typed: Option<&PathBuf>) -> Result<PathBuf, Failure> {
+    let (named, shown) = (&header.scene.path, record.display());
+    if let Some(Surroundings::Picture(picture)) = &header.view.surroundings
+        && !is_within(record, picture)
+    {
+        let picture = in_one_line(&picture.to_string_lossy());
+        return Err(Failure::file(format!(
+            "{shown}: its surroundings, {picture}, are not in its folder: --allow-outside lets them be read"
+        )));
+    }
+    if let Some(scene) = typed {
+        return Ok(scene.clone());
+    }
+    let beside = record.parent().zip(named.file_name()).map(|(folder, name)| folder.join(name));
+    let found = [Some(named.clone()), beside].into_iter().flatten();
+    let mut found = found.filter(|scene| is_within(record, scene) && scene.is_file());
+    found.next().ok_or_else(|| {
+        let scene = in_one_line(&named.to_string_lossy());
+        Failure::file(format!(
+            "{shown} is of {scene}, which is not in its folder: say where the scene is with --scene-file"
+        ))
+    })
+}
+
+/// Errors: an image that only a record names is not in the record's folder.
+pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
+    let folder = image.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if is_within(record, folder) {
+        return Ok(());
+    }
+    let image = in_one_line(&image.to_string_lossy());
+    Err(Failure::output(format!(
+        "{image}, where the film says that its image goes, is not in the film's folder: say where it goes with -o"
+    )))
+}
+
+/// The command that continues a film.
+pub fn resume(film: &Path, header: &Header) -> String {
+    let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), film.to_string_lossy().into_owned()];
+    if let Some(Surroundings::Picture(picture)) = &header.view.surroundings
+        && !is_within(film, picture)
+    {
+        words.push("--allow-outside".to_owned());
+    } else if scene_of(header, film, None).is_err() {
+        words.extend(["--scene-file".to_owned(), header.scene.path.to_string_lossy().into_owned()]);
+    }
+    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
+    words.join(" ")
+}
