@@ -65,6 +65,7 @@ impl Job {
         reuse.sources = sources.clone();
         let Compiled { compiled, frame, findings, settings, source, names, phases } =
             compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
+        reuse.kept.forget_unused();
         if reuse.paranoid && reuse.before.is_some() {
             prove(path, &view.at(0), &compiled, &change)?;
             if !quiet {
@@ -141,6 +142,7 @@ impl Job {
         let found = compiled(&scene.path, &view.at(moment), &self.reuse, &sources, false, |world| {
             world.settings = settings.clone()
         })?;
+        self.reuse.kept.forget_unused();
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }

@@ -25,13 +25,24 @@ pub struct Kept {
 /// Values by 128-bit hashes of all that they depend on. Clones share them. A store without a map keeps nothing and
 /// makes every value again.
 #[derive(Clone, Debug)]
-pub struct Store<T>(Option<Arc<Mutex<HashMap<u128, T>>>>);
+pub struct Store<T>(Option<Arc<Mutex<Entries<T>>>>);
+
+type Entries<T> = HashMap<u128, Entry<T>>;
+
+/// A value, and whether it was asked for since the last time that unused ones were forgotten.
+#[derive(Debug)]
+struct Entry<T> {
+    value: T,
+    is_used: bool,
+}
 
 impl Kept {
-    /// Forgets images and meshes that no world has any more.
+    /// Forgets what was not asked for since the last call. Called whenever a scene has been read, so that what a frame
+    /// or an edit has in common with the one before it is kept, and nothing else.
     pub fn forget_unused(&self) {
         self.images.forget_unused();
         self.meshes.forget_unused();
+        self.tangents.forget_unused();
     }
 
     /// One that keeps what it is given.
@@ -40,11 +51,10 @@ impl Kept {
     }
 }
 
-impl<T> Store<Arc<T>> {
-    /// Forgets what nothing else holds.
+impl<T> Store<T> {
     fn forget_unused(&self) {
         if let Some(store) = &self.0 {
-            lock(store).retain(|_, value| Arc::strong_count(value) > 1);
+            lock(store).retain(|_, entry| std::mem::take(&mut entry.is_used));
         }
     }
 }
@@ -65,12 +75,13 @@ impl<T: Clone> Store<T> {
     pub fn known<E>(&self, key: impl FnOnce() -> u128, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let Some(store) = &self.0 else { return make() };
         let key = key();
-        if let Some(found) = lock(store).get(&key) {
-            return Ok(found.clone());
+        if let Some(found) = lock(store).get_mut(&key) {
+            found.is_used = true;
+            return Ok(found.value.clone());
         }
-        let made = make()?;
-        lock(store).insert(key, made.clone());
-        Ok(made)
+        let value = make()?;
+        lock(store).insert(key, Entry { value: value.clone(), is_used: true });
+        Ok(value)
     }
 
     /// What a file's bytes are decoded to. The path is a part of the key, because it also says how to decode them.
@@ -115,5 +126,21 @@ mod tests {
         assert_eq!(ask(&store, b"a", "x.tga", Some(3)), Ok(3), "it is read as something else");
         assert!(ask(&store, b"c", "x.png", None).is_err() && ask(&store, b"c", "x.png", Some(4)).is_ok());
         assert!(ask(&Store::default(), b"a", "x.png", None).is_err(), "nothing is kept");
+    }
+
+    /// Frames of a morph each have a mesh of their own.
+    #[test]
+    fn what_the_last_reading_did_not_use_is_forgotten() {
+        let kept = Kept::keeping();
+        let count = || kept.tangents.0.as_ref().map_or(0, |store| lock(store).len());
+        for frame in 1..100 {
+            for key in [0, frame] {
+                let made = kept.tangents.known(|| key, || Ok::<_, Infallible>(vec![None; 3]));
+                assert!(made.is_ok());
+            }
+            kept.forget_unused();
+            assert_eq!(count(), 2, "that of all frames, and that of frame {frame}");
+        }
+        assert!(kept.tangents.known(|| 0, || Err("made again")).is_ok());
     }
 }
