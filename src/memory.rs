@@ -188,17 +188,25 @@ pub fn parse(text: &str) -> Result<u64, String> {
     Ok(bytes)
 }
 
-/// The part of the allowed address space that the process has not mapped yet.
-fn address_space() -> Option<u64> {
-    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
-    let limit = |name: &str| {
+/// Whether the system limits how much the process may map (`ulimit -v` or `-d`).
+pub fn addresses_are_limited() -> bool {
+    address_limits().iter().any(Option::is_some)
+}
+
+/// What the process may map in all, and of data.
+fn address_limits() -> [Option<u64>; 2] {
+    let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    ["Max address space", "Max data size"].map(|name| {
         let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
         line.split_whitespace().next()?.parse::<u64>().ok()
-    };
-    let left = |limit: Option<u64>, used: &str| Some(limit?.saturating_sub(status(used)?));
-    let [space, data] = [(limit("Max address space"), "VmSize:"), (limit("Max data size"), "VmData:")]
-        .map(|(limit, used)| left(limit, used));
-    space.into_iter().chain(data).min()
+    })
+}
+
+/// The part of the allowed address space that the process has not mapped yet.
+fn address_space() -> Option<u64> {
+    let used = ["VmSize:", "VmData:"];
+    let left = |(limit, used): (Option<u64>, &str)| Some(limit?.saturating_sub(status(used)?));
+    address_limits().into_iter().zip(used).filter_map(left).min()
 }
 
 /// What the process's control group and its ancestors may still take, in versions 1 and 2 of control groups.

@@ -61,12 +61,31 @@ const STACK: usize = 8 << 20;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
+    with_one_arena();
     interrupt::guard();
     let run = || carry_out(std::env::args_os());
     // The stack that the system gives a process can be too small (`ulimit -s`).
     match std::thread::Builder::new().name("main".into()).stack_size(STACK).spawn(run) {
         Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
         Err(_) => run(),
+    }
+}
+
+/// Begins the process anew with one heap for all threads, where the system limits how much it may map. By default glibc
+/// sets 64 MB of addresses aside for the heap of each thread as long as that many are left, so with a higher limit there
+/// could be less room. No two threads allocate so much that they would wait for each other.
+fn with_one_arena() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        use std::os::unix::process::CommandExt;
+        const ARENAS: &str = "MALLOC_ARENA_MAX";
+        if std::env::var_os(ARENAS).is_some() || !crate::memory::addresses_are_limited() {
+            return;
+        }
+        let (Ok(program), mut words) = (std::env::current_exe(), std::env::args_os()) else { return };
+        let name = words.next().unwrap_or_else(|| program.clone().into_os_string());
+        // If this returns, it has failed, and nothing has changed.
+        let _ = std::process::Command::new(program).arg0(name).args(words).env(ARENAS, "1").exec();
     }
 }
 
