@@ -1,15 +1,16 @@
 //! Saves what there is while rendering continues.
 
-use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::films::{describe, save};
-use super::output;
 use super::saving::Saved;
-use crate::error::SaveError;
-use crate::formats::film_file::{self, Header};
+use super::{Failure, output, record};
+use crate::error::{LoadError, SaveError};
+use crate::files::whole::Written;
+use crate::formats::film_file::{self, FilmFile, Header};
 use crate::render::Gathered;
 use crate::world::Content;
 
@@ -25,40 +26,52 @@ pub struct Checkpoint {
 }
 
 struct Saving {
-    last: Instant,
-    /// The thread that writes the last state.
+    /// When the next one is due.
+    next: Instant,
+    /// The thread that waits until the last state is on disk.
     writer: Option<JoinHandle<Result<(), SaveError>>>,
     /// Whether the file is this rendering's.
     saved: bool,
 }
 
+/// Saving takes at most one in so many parts of the time.
+const SHARE: u32 = 10;
+
 impl Checkpoint {
     /// The first save is after `every`. The header says everything except what is in the film.
     pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: Header) -> Checkpoint {
         let begun = Instant::now();
-        let saving = Mutex::new(Saving { last: begun, writer: None, saved: false });
+        let saving = Mutex::new(Saving { next: begun + every, writer: None, saved: false });
         Checkpoint { path, is_wanted, every, header, begun, saving }
     }
 
-    /// Saves what has been gathered if it is time to. Another thread writes; while it does nothing more is
-    /// saved.
-    pub fn tick(&self, gathered: &dyn Fn() -> Gathered) {
+    /// Whether it is time to save.
+    pub fn is_due(&self) -> bool {
         // Another worker is looking after it.
-        let Ok(mut saving) = self.saving.try_lock() else { return };
-        if saving.last.elapsed() < self.every
-            || saving.writer.as_ref().is_some_and(|writer| !writer.is_finished())
-        {
-            return;
-        }
+        let Ok(saving) = self.saving.try_lock() else { return false };
+        Instant::now() >= saving.next && saving.writer.as_ref().is_none_or(|writer| writer.is_finished())
+    }
+
+    /// Writes what has been gathered, while nothing is rendered: a copy of the film, to be written meanwhile, would
+    /// take as much memory again. Another thread waits for the disk.
+    pub fn save(&self, gathered: &Gathered) {
+        let mut saving = self.lock();
         self.end(&mut saving);
-        let (gathered, mut header, path) = (gathered(), self.header.clone(), self.path.clone());
+        let start = Instant::now();
+        let mut header = self.header.clone();
         header.note.seconds += self.begun.elapsed().as_secs_f64();
-        let write = move || {
-            describe(&mut header, &gathered);
-            save(&path, &header, &gathered)
-        };
-        saving.last = Instant::now();
-        saving.writer = std::thread::Builder::new().name("checkpoint".into()).spawn(write).ok();
+        describe(&mut header, gathered);
+        let written = film_file::begin(&self.path, &header, &gathered.film, gathered.moments.as_ref());
+        match written.map(finished_elsewhere) {
+            Ok(writer) => saving.writer = writer,
+            Err(error) => tell(&error),
+        }
+        saving.next = Instant::now() + self.every.max(SHARE * start.elapsed());
+    }
+
+    /// Nothing panics while it holds the lock.
+    fn lock(&self) -> MutexGuard<'_, Saving> {
+        self.saving.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for the writing thread, and reports what went wrong. Rendering goes on.
@@ -66,9 +79,7 @@ impl Checkpoint {
         let Some(written) = saving.writer.take().and_then(|writer| writer.join().ok()) else { return };
         match written {
             Ok(()) => saving.saved = true,
-            Err(error) => output::tell(format_args!(
-                "warning: {error} (the rendering goes on, and an older checkpoint is kept)"
-            )),
+            Err(error) => tell(&error),
         }
     }
 
@@ -81,15 +92,14 @@ impl Checkpoint {
         [has_more, is_interrupted]: [bool; 2],
         saved: &mut Saved,
     ) {
-        let mut saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut saving = self.lock();
         self.end(&mut saving);
         if self.is_wanted {
             saved.film(&self.path, save(&self.path, header, gathered));
         } else if has_more && (is_interrupted || saving.saved || self.begun.elapsed() >= self.every) {
             saved.film(&self.path, save(&self.path, header, gathered));
             if saved.film.is_some() {
-                let path = self.path.display();
-                output::tell(format_args!("to go on: rayfront resume {path}"));
+                output::tell(format_args!("to go on: {}", record::resume(&self.path, header)));
             }
         }
     }
@@ -97,15 +107,25 @@ impl Checkpoint {
     /// Called when everything is written and complete: removes the file unless it was asked for. If it cannot be
     /// removed, it does no harm.
     pub fn remove(self) {
-        if !self.is_wanted && is_ours(&self.path, &self.header) {
+        if !self.is_wanted && self.path.is_file() && is_ours(&self.path, &self.header) {
             let _ = std::fs::remove_file(&self.path);
         }
     }
 }
 
-/// Whether a leftover file holds a part of what is now complete.
-fn is_ours(path: &std::path::Path, header: &Header) -> bool {
-    film_file::load_header(path).is_ok_and(|found| found.difference(header).is_none())
+/// Gives a film its name in a thread of its own.
+fn finished_elsewhere(written: Written) -> Option<JoinHandle<Result<(), SaveError>>> {
+    // If no thread can be started, the older checkpoint stays.
+    std::thread::Builder::new().name("checkpoint".into()).spawn(|| written.finish()).ok()
+}
+
+fn tell(error: &SaveError) {
+    output::tell(format_args!("warning: {error} (the rendering goes on, and an older checkpoint is kept)"));
+}
+
+/// Whether a file holds samples of this rendering.
+fn is_ours(path: &Path, header: &Header) -> bool {
+    film_file::load_header(path).is_ok_and(|found| found.difference_of_job(header).is_none())
 }
 
 /// What replaces the extension of an image in the name of a film that nobody has asked for.
@@ -114,14 +134,17 @@ pub const EXTENSION: &str = "checkpoint.film";
 /// Where such a film goes: to another name if the file holds hours of another rendering that could still be continued,
 /// or something else. The name depends on what is rendered, so that the same command finds it again.
 pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
+    // (Links are refused when they are to be written.)
+    if !path.exists() || path.is_symlink() {
+        return path;
+    }
     let name = path.display();
     let (what, to_do) = match film_file::load_header(&path) {
         Ok(there) => match there.difference_of_job(header) {
-            Some(what) => (what, format!("finish it with rayfront resume {name}, or remove it")),
+            Some(what) => (what, format!("finish it with {}, or remove it", record::resume(&path, &there))),
             None => return path,
         },
-        Err(_) if path.exists() => ("something else".to_owned(), "move it to another name".to_owned()),
-        Err(_) => return path,
+        Err(_) => ("something else".to_owned(), "move it to another name".to_owned()),
     };
     let job = (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted);
     let hash = Content::of(format!("{job:?}").as_bytes()).hash as u32;
@@ -133,6 +156,18 @@ pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
         ));
     }
     other
+}
+
+/// What an interrupted rendering of the same samples has left there. Errors: there is too little memory for it.
+pub fn left_behind(path: &Path, header: &Header) -> Result<Option<FilmFile>, Failure> {
+    if !path.is_file() || !is_ours(path, header) {
+        return Ok(None);
+    }
+    match film_file::load(path) {
+        Err(error @ LoadError::TooLarge { .. }) => Err(error.into()),
+        // If it is damaged, it is of no use.
+        film => Ok(film.ok()),
+    }
 }
 
 /// Whether a film has the name of one that nobody has asked for, as [`free`] gives them.

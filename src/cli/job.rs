@@ -23,7 +23,7 @@ use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
-use crate::render::{Needs, OnProgress, Options, Progress, Session, adaptive};
+use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
 use crate::view::watched::{LOOK, Watched};
 use crate::world::{Adaptive, Aov, SourceFiles, World};
 
@@ -171,6 +171,26 @@ impl Job {
         }
     }
 
+    /// Ready to go on with what was gathered before; `None` if this job cannot have gathered it.
+    pub fn going_on(&self, work: &WorkOptions, gathered: Gathered) -> Option<Session> {
+        let Header { wanted: [start, end], region, settings, .. } = &self.header;
+        let options = self.options(work, *region);
+        let session = Session::going_on(self.frame.clone(), settings.samples, options, gathered);
+        session.map(|session| session.with_samples(*start..*end))
+    }
+
+    fn options(&self, work: &WorkOptions, region: Region) -> Options {
+        let defaults = Options::default();
+        Options {
+            schedule: work.schedule.into(),
+            wave: work.wave as usize,
+            level: work.simd.unwrap_or(defaults.level),
+            region: Some(region),
+            variance: self.header.variance,
+            ..defaults
+        }
+    }
+
     /// Ready to render, with nothing rendered yet.
     pub fn session(&self, work: &WorkOptions) -> Session {
         self.session_of(work, self.header.region)
@@ -178,15 +198,7 @@ impl Job {
 
     /// The same for a part of the image.
     pub fn session_of(&self, work: &WorkOptions, region: Region) -> Session {
-        let defaults = Options::default();
-        let options = Options {
-            schedule: work.schedule.into(),
-            wave: work.wave as usize,
-            level: work.simd.unwrap_or(defaults.level),
-            region: Some(region),
-            variance: self.header.variance,
-            ..defaults
-        };
+        let options = self.options(work, region);
         let Header { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;
         let allocation = allocation
             .as_ref()
@@ -245,22 +257,27 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
     let to_openexr = images.iter().any(|path| aov::holds(path));
     let (region, denoises) = (job.header.region, wanted.output.denoise);
-    let needs = Needs { region, to_openexr, denoises, schedule, wave };
-    needs.check(&job.frame, &job.header.settings)?;
     job.header.note.outputs = outputs.images.clone();
-    let mut session = job.session(wanted.work);
     let checkpoint_to = wanted.checkpoint().map(|(path, is_wanted, every)| {
         let path = if is_wanted { path } else { checkpoint::free(path, &job.header, wanted.work.quiet) };
         (path, is_wanted, every)
     });
-    let left_behind = |(path, is_wanted, _): &(PathBuf, bool, Duration)| {
-        let film = if *is_wanted { None } else { film_file::load(path).ok() }?;
-        film.header.difference_of_job(&job.header).is_none().then_some(film)
-    };
-    let found = found.or_else(|| checkpoint_to.as_ref().and_then(left_behind));
-    if let Some(film) = found {
-        go_on_with(&mut session, &mut job.header, film, wanted.work.quiet)?;
+    if let Some((path, ..)) = &checkpoint_to {
+        film_file::writable(path)?;
     }
+    let found = match (found, &checkpoint_to) {
+        (None, Some((path, false, _))) => checkpoint::left_behind(path, &job.header)?,
+        (found, _) => found,
+    };
+    let (shown, saves_film) =
+        (wanted.onlookers.pictures(), checkpoint_to.is_some() || outputs.film.is_some());
+    let has_film = found.is_some();
+    let needs = Needs { region, to_openexr, denoises, schedule, wave, shown, saves_film, has_film };
+    needs.check(&job.frame, &job.header.settings)?;
+    let mut session = match found {
+        Some(film) => go_on_with(&mut job, film, wanted.work)?,
+        None => job.session(wanted.work),
+    };
     job.header.note.hosts.extend(usage::host().filter(|host| !job.header.note.hosts.contains(host)));
 
     let start = Instant::now();
@@ -384,28 +401,24 @@ fn faults(header: &Header, session: &Session, picture: &Picture, told: bool) -> 
 }
 
 /// Takes over the samples of a film.
-fn go_on_with(
-    session: &mut Session,
-    header: &mut Header,
-    film: FilmFile,
-    quiet: bool,
-) -> Result<(), Failure> {
+fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Session, Failure> {
     let (note, begun) = (film.header.note.clone(), film.header.begun.is_some());
     let Some(gathered) = gathered_of(film) else {
         return Err(Failure::file("the film says of itself what cannot be: render it again"));
     };
     let count = gathered.samples.count();
-    if !session.go_on_with(gathered) {
-        return Err(Failure::file("the film is of other pixels than the image: render it again"));
-    }
-    if !quiet && !session.is_done() {
+    let session = job
+        .going_on(work, gathered)
+        .ok_or_else(|| Failure::file("the film is of other pixels than the image: render it again"))?;
+    let header = &mut job.header;
+    if !work.quiet && !session.is_done() {
         let more = if begun { ", and of some tiles more" } else { "" };
         let total = header.wanted[1] - header.wanted[0];
         output::tell(format_args!("going on with {count} of {total} samples{more}"));
     }
     header.note.hosts = note.hosts;
     header.note.seconds = note.seconds;
-    Ok(())
+    Ok(session)
 }
 
 /// Renders pass after pass until done, told to stop or interrupted; says with which code the program ends, and
@@ -429,12 +442,19 @@ fn passes(
         let count = rules.limit(pass_end(session), session);
         let watch = |progress: &Progress| {
             looking.progress(progress);
-            if let Some(checkpoint) = checkpoint {
-                checkpoint.tick(progress.gathered);
+            if checkpoint.is_some_and(Checkpoint::is_due) {
+                progress.pause.store(true, Ordering::Relaxed);
             }
         };
         job.advance(session, count, stop, &watch)?;
-        looking.passed(session);
+        if session.gathered().pass.is_none() {
+            looking.passed(session);
+        }
+        // The last state is saved by whoever asked for it.
+        let goes_on = !session.is_done() && !stop.load(Ordering::Acquire);
+        if let Some(checkpoint) = checkpoint.filter(|checkpoint| goes_on && checkpoint.is_due()) {
+            checkpoint.save(session.gathered());
+        }
     }
     looking.finish(session);
     if interrupt.exit_code() != 0 && wanted.watched.is_none() && !wanted.work.quiet {

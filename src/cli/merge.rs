@@ -270,6 +270,10 @@ fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     lines.join("\n")
 }
 
+fn of_other_pixels() -> Failure {
+    Failure::file("the films are of other pixels than the image: render them again")
+}
+
 fn write_images(
     arguments: &Merge,
     outputs: &Outputs,
@@ -283,14 +287,18 @@ fn write_images(
     images.iter().try_for_each(|path| supported(path))?;
     let noise = gathered.film.relative_noise();
     if let Some(job) = &job {
-        Needs { denoises: arguments.output.denoise, ..Needs::usual(job.header.region) }
-            .check(&job.frame, &header.settings)?;
+        let denoises = arguments.output.denoise;
+        let needs = Needs { denoises, has_film: true, saves_film: false, ..Needs::usual(job.header.region) };
+        needs.check(&job.frame, &header.settings)?;
     }
-    let session = job.as_ref().map(|job| {
-        let mut session = job.session(&arguments.work);
-        session.go_on_with(gathered.clone());
-        session
-    });
+    let held = match &job {
+        Some(job) => Ok(job.going_on(&arguments.work, gathered).ok_or_else(of_other_pixels)?),
+        None => Err(gathered),
+    };
+    let (session, gathered) = match &held {
+        Ok(session) => (Some(session), session.gathered()),
+        Err(gathered) => (None, gathered),
+    };
     if let Some(fault) = output::uneven_blur(&header).filter(|_| !images.is_empty()) {
         output::tell(format_args!("warning: {fault}"));
     }
@@ -301,12 +309,12 @@ fn write_images(
             let manifest = aov::manifest(&channels, &job.names, session.scene());
             (channels, manifest)
         }
-        _ => (crate::render::film_channels(&gathered, &header.settings.aov), None),
+        _ => (crate::render::film_channels(gathered, &header.settings.aov), None),
     };
     picture.write(&images, &channels, manifest, &mut saved);
     let mut written: Vec<PathBuf> = saved.images.iter().chain(&saved.film).cloned().collect();
     if arguments.output.denoise {
-        match session.as_ref().and_then(|session| session.denoised()) {
+        match session.and_then(|session| session.denoised()) {
             Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised, &mut saved)),
             None => output::tell("warning: nothing is denoised: that takes two samples of each pixel"),
         }
@@ -346,6 +354,6 @@ fn write_images(
         text + &format!("film      {}\n", header.film_hash)
     };
     saved.report(output::say(&text, outputs.to_stdout));
-    saved.end_of_merge(&header, &gathered, &arguments.films)?;
+    saved.end_of_merge(&header, gathered, &arguments.films)?;
     Ok(0)
 }

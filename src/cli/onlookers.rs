@@ -1,7 +1,7 @@
 //! Where a rendering is shown meanwhile: the progress bar, a picture in the terminal, a viewer of floats.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use console::Term;
@@ -13,14 +13,14 @@ use super::{Failure, output};
 use crate::film::Film;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
-use crate::render::{Gathered, Progress, Session};
+use crate::render::{Look, Progress, Session};
 use crate::view::terminal::{half_blocks, thinned};
 use crate::view::tev::Tev;
 use crate::world::Settings;
 
 /// The shortest time between two looks at the image.
 const EVERY: Duration = Duration::from_millis(200);
-/// Looking takes at most one in so many parts of the time: to copy a large image takes longer than a moment.
+/// Looking takes at most one in so many parts of the time: the means of a large image take longer than a moment.
 const SHARE: u32 = 20;
 /// How often a terminal with a picture is drawn anew, a second: a picture is as long as a page of text.
 const DRAWN_HZ: u8 = 5;
@@ -41,6 +41,12 @@ impl Onlookers {
             output::tell(format_args!("warning: --preview shows nothing: standard error is not a terminal"));
         }
         Ok(Onlookers { tev, preview: options.preview && is_seen })
+    }
+
+    /// The most pictures that there are for it at a time.
+    pub fn pictures(&self) -> usize {
+        // What tev was sent, what is sent now, its packets, and what comes next.
+        usize::from(self.preview) + if self.tev.is_some() { 4 } else { 0 }
     }
 
     /// A rendering begins.
@@ -74,7 +80,7 @@ impl Looking<'_> {
     /// A tile is done.
     pub fn progress(&self, progress: &Progress) {
         self.meter.tick(progress);
-        self.look_if_it_is_time(progress.gathered);
+        self.look_if_it_is_time(progress.look);
     }
 
     /// A pass is done.
@@ -84,14 +90,14 @@ impl Looking<'_> {
         }
         // The last picture comes at the end.
         if !session.is_done() {
-            self.look_if_it_is_time(&|| session.gathered().clone());
+            self.look_if_it_is_time(&|look| look(session.gathered()));
         }
     }
 
     /// Rendering has ended. The last picture stays.
     pub fn finish(self, session: &Session) {
         if self.is_wanted() {
-            self.look(&|| session.gathered().clone());
+            self.look(session.film());
         }
         if let Some(tev) = self.tev {
             tev.flush();
@@ -108,7 +114,7 @@ impl Looking<'_> {
         self.tev.is_some() || self.picture.is_some()
     }
 
-    fn look_if_it_is_time(&self, gathered: &dyn Fn() -> Gathered) {
+    fn look_if_it_is_time(&self, gathered: Look) {
         if !self.is_wanted() {
             return;
         }
@@ -116,18 +122,18 @@ impl Looking<'_> {
         let Ok(mut next) = self.next.try_lock() else { return };
         let start = Instant::now();
         if start >= *next {
-            self.look(gathered);
+            gathered(&mut |gathered| self.look(&gathered.film));
             *next = Instant::now() + EVERY.max(SHARE * start.elapsed());
         }
     }
 
-    fn look(&self, gathered: &dyn Fn() -> Gathered) {
-        let gathered = Arc::new(gathered());
+    /// What is shown is made of the film itself: a copy of it would take as much memory again.
+    fn look(&self, film: &Film) {
         if let Some(picture) = &self.picture {
-            picture.set_message(picture_of(&gathered.film, &self.settings));
+            picture.set_message(picture_of(film, &self.settings));
         }
         if let Some(tev) = self.tev {
-            tev.show(gathered);
+            tev.show(film);
             self.pass_on_warning(tev);
         }
     }

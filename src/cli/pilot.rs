@@ -12,7 +12,7 @@ use super::loading::Reuse;
 use super::{Failure, output};
 use crate::film::{self, Allocation};
 use crate::formats::film_file::{self, Header, View};
-use crate::render::{Options, Session, adaptive};
+use crate::render::{Needs, Options, Session, adaptive};
 use crate::world::World;
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
@@ -23,6 +23,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
         return Ok(0);
     }
     saved.map_or(Ok(()), film_file::writable)?;
+    Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
     let interrupt = Interrupt::watch();
     let mut session = job.session(&arguments.work);
     if !session.allocate(interrupt.flag(), &|_| ()) {

@@ -1,5 +1,6 @@
 //! `rayfront reproduce IMAGE`: whether an image can be rendered again to the same bits.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
@@ -126,15 +127,15 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
     // Of an interrupted pass, only those tiles that it reached.
     let region = job.header.region;
     let count = crate::render::tiles(region, begun.tile.max(1)).len() as u32;
-    let others = (0..count).filter(|tile| !begun.tiles.contains(tile)).collect();
+    let reached: HashSet<u32> = begun.tiles.iter().copied().collect();
+    let others = (0..count).filter(|tile| !reached.contains(tile)).collect();
     let rest = Header { begun: Some(Begun { tiles: others, ..begun.clone() }), ..header.clone() };
-    let Gathered { film, moments, .. } = session.gathered().clone();
+    let Gathered { film, moments, .. } = session.into_gathered();
     let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
     let samples: SampleRanges = gathered.samples.clone();
-    session.go_on_with(gathered).then_some(())?;
+    let mut session = job.going_on(work, gathered)?;
     job.advance(&mut session, 1, &AtomicBool::new(false), &|_| ()).ok()?;
-    let whole = Gathered { samples, ..session.gathered().clone() };
-    session.go_on_with(whole).then_some(session)
+    job.going_on(work, Gathered { samples, ..session.into_gathered() })
 }
 
 /// How many pixels of two films differ, and the first.

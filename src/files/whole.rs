@@ -29,24 +29,47 @@ pub fn write_whole<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(Writer<'_>) -> Result<(), E>,
 ) -> Result<(), SaveError> {
-    let failed = |error: std::io::Error| SaveError::new(path, error);
+    begin(path, write)?.finish()
+}
+
+/// The first half of [`write_whole`]: writes the temporary file.
+pub fn begin<E: std::fmt::Display>(
+    path: &Path,
+    write: impl FnOnce(Writer<'_>) -> Result<(), E>,
+) -> Result<Written, SaveError> {
     let place = place_of(path)?;
     let temporary = temporary_beside(path, &place)?;
     write(BufWriter::new(temporary.as_file())).map_err(|reason| SaveError::new(path, reason))?;
-    if let Ok(older) = std::fs::metadata(&place) {
-        temporary.as_file().set_permissions(older.permissions()).map_err(failed)?;
+    Ok(Written { path: path.to_owned(), place, temporary })
+}
+
+/// A file that is written but does not have its name yet. If it is dropped, it is gone.
+pub struct Written {
+    path: PathBuf,
+    place: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl Written {
+    /// The second half of [`write_whole`]: waits until the file is on disk, and gives it its name.
+    pub fn finish(self) -> Result<(), SaveError> {
+        let Written { path, place, temporary } = self;
+        let failed = |error: std::io::Error| SaveError::new(&path, error);
+        if let Ok(older) = std::fs::metadata(&place) {
+            temporary.as_file().set_permissions(older.permissions()).map_err(failed)?;
+        }
+        // Else a rename could reach the disk before the content does.
+        temporary.as_file().sync_all().map_err(failed)?;
+        let (file, named) = temporary.into_parts();
+        std::fs::rename(&named, &place).map_err(failed)?;
+        // It has another name now, so there is nothing to remove.
+        let _ = named.keep();
+        drop(file);
+        // The name is a part of the folder. Not every file system can be asked to keep that.
+        #[cfg(unix)]
+        let _ = File::open(folder_of(&place)).and_then(|folder| folder.sync_all());
+        Ok(())
     }
-    // Else a rename could reach the disk before the content does.
-    temporary.as_file().sync_all().map_err(failed)?;
-    let (file, named) = temporary.into_parts();
-    std::fs::rename(&named, &place).map_err(failed)?;
-    // It has another name now, so there is nothing to remove.
-    let _ = named.keep();
-    drop(file);
-    // The name is a part of the folder. Not every file system can be asked to keep that.
-    #[cfg(unix)]
-    let _ = File::open(folder_of(&place)).and_then(|folder| folder.sync_all());
-    Ok(())
 }
 
 /// Whether a file could be written there now. Removes what was left there by processes that were killed while they

@@ -174,11 +174,15 @@ impl Film {
     /// Black.
     #[doc(hidden)]
     pub fn new(region: Region, unit: Unit) -> Film {
+        Film::of(region, unit, vec![PixelSum::default(); region.area()])
+    }
+
+    fn of(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Film {
         Film {
             region,
             unit,
             inverse: unit.inverse(),
-            pixels: vec![PixelSum::default(); region.area()],
+            pixels,
             no_numbers: Noted::default(),
             cut: Noted::default(),
         }
@@ -193,7 +197,7 @@ impl Film {
             pixel.sum.as_flattened().iter().all(|sum| *sum >= 0) && count.is_some()
         };
         let fits = pixels.len() == region.area() && pixels.iter().all(sound);
-        fits.then(|| Film { pixels, ..Film::new(region, unit) })
+        fits.then(|| Film::of(region, unit, pixels))
     }
 
     /// The unit that it counts in.

@@ -317,15 +317,7 @@ impl World {
                 let (names, camera) = (names_in(&layers, &names, &frame), frame.scene.camera);
                 let told =
                     [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
-                Rendering::new(
-                    session.film().clone(),
-                    settings.clone(),
-                    layers,
-                    names,
-                    camera,
-                    denoised,
-                    told,
-                )
+                Rendering::new(session.into_film(), settings.clone(), layers, names, camera, denoised, told)
             })
         };
         rendered(py, work, &stop, &done, progress.as_ref())

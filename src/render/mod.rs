@@ -45,6 +45,6 @@ pub(crate) use gathered::{Gathered, Pass};
 pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
 pub use session::{DEFAULT_WAVE, Options, Session};
-pub(crate) use session::{OnProgress, Progress, tiles};
+pub(crate) use session::{Look, OnProgress, Progress, tiles};
 pub use threads::{ThreadError, on_threads};
 pub(crate) use threads::{check_environment, thread_pool};

@@ -84,9 +84,16 @@ pub struct Progress<'a> {
     pub samples: u64,
     /// Rays that were traced for them, of all kinds.
     pub rays: u64,
-    /// All that has been gathered up to now, to be saved.
-    pub gathered: &'a dyn Fn() -> Gathered,
+    /// Calls a function with all that has been gathered up to now. No tile is added meanwhile, so it must not take
+    /// long, and must not use the threads that render.
+    pub look: Look<'a>,
+    /// If this is set, no further tile is started: [`Session::advance_until`] returns, and goes on with the pass when
+    /// it is called again.
+    pub pause: &'a AtomicBool,
 }
+
+/// Calls a function with what has been gathered.
+pub type Look<'a> = &'a dyn Fn(&mut dyn FnMut(&Gathered));
 
 /// Called after every tile.
 pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
@@ -106,9 +113,27 @@ impl Session {
     /// For a frame that is rendered several times, in several ways.
     #[doc(hidden)]
     pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
-        let (region, samples) = (options.region_of(frame.size), samples.min(Settings::MOST_SAMPLES));
+        let gathered = Gathered::nothing(options.region_of(frame.size), frame.unit, options.variance);
+        Self::with(frame, samples, options, gathered)
+    }
+
+    /// Goes on with what was gathered before. `None` if this frame cannot have gathered it.
+    pub(crate) fn going_on(
+        frame: Arc<Frame>,
+        samples: u32,
+        options: Options,
+        gathered: Gathered,
+    ) -> Option<Self> {
+        // The film is as large as all else: there are never two.
+        let nothing = Gathered::nothing(Region::whole([0, 0]), frame.unit, options.variance);
+        let mut session = Self::with(frame, samples, options, nothing);
+        session.go_on_with(gathered).then_some(session)
+    }
+
+    fn with(frame: Arc<Frame>, samples: u32, options: Options, gathered: Gathered) -> Self {
+        let samples = samples.min(Settings::MOST_SAMPLES);
         Self {
-            gathered: Gathered::nothing(region, frame.unit, options.variance),
+            gathered,
             frame,
             options,
             statistics: Statistics::default(),
@@ -135,11 +160,12 @@ impl Session {
     /// cannot have gathered it.
     #[doc(hidden)]
     pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
-        let (old, new) = (&self.gathered, &gathered);
+        let new = &gathered;
         let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
         let count = adaptive::blocks(new.film.region()).len();
         let blocks = |pass: &Pass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
-        let alike = (old.film.region(), old.film.unit(), old.moments.is_some())
+        let region = self.options.region_of(self.frame.size);
+        let alike = (region, self.frame.unit, self.options.variance)
             == (new.film.region(), new.film.unit(), new.moments.is_some());
         let rays = new.rays.as_ref().is_none_or(|rays| rays.len() == count);
         let allocation = new.allocation.as_ref().is_none_or(|given| given.samples().len() == count);
@@ -203,8 +229,11 @@ impl Session {
             workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
             ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
         };
-        let nothing = || self.gathered.clone();
-        let watch = |rendered: &Progress| progress(&Progress { gathered: &nothing, ..*rendered });
+        // A pilot cannot be gone on with: it is short, and is not paused.
+        let (nothing, unheard) =
+            (|look: &mut dyn FnMut(&Gathered)| look(&self.gathered), AtomicBool::new(false));
+        let watch =
+            |rendered: &Progress| progress(&Progress { look: &nothing, pause: &unheard, ..*rendered });
         pilot.advance_until(count, stop, &watch);
         self.statistics.add(&pilot.statistics);
         if !pilot.is_done() {
@@ -294,8 +323,8 @@ impl Session {
         self.is_done()
     }
 
-    /// The same as [`Session::advance`], but starts no further tile once `stop` is set. The film then holds more
-    /// samples in some pixels than in others, and [`Gathered::pass`] says where.
+    /// The same as [`Session::advance`], but starts no further tile once `stop` or [`Progress::pause`] is set. The film
+    /// then holds more samples in some pixels than in others, and [`Gathered::pass`] says where.
     #[doc(hidden)]
     pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
         if !self.allocate(stop, progress) {
@@ -319,8 +348,9 @@ impl Session {
 
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
+        let pause = AtomicBool::new(false);
         todo.into_par_iter().for_each(|(number, parts)| {
-            if stop.load(Ordering::Relaxed) {
+            if stop.load(Ordering::Relaxed) || pause.load(Ordering::Relaxed) {
                 return;
             }
             let mut worker = lock(workers)
@@ -356,7 +386,7 @@ impl Session {
             let pixels: usize = parts.iter().map(|(_, part)| part.area()).sum();
             let samples = pixels as u64 * samples.len() as u64;
             let rays = rendered.iter().map(|(_, own)| own.rays.total()).sum();
-            progress(&Progress { samples, rays, gathered: &|| lock(&gathered).clone() });
+            progress(&Progress { samples, rays, look: &|look| look(&lock(&gathered)), pause: &pause });
         });
         if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
             self.gathered.pass = None;
@@ -377,6 +407,11 @@ impl Session {
     #[doc(hidden)]
     pub fn gathered(&self) -> &Gathered {
         &self.gathered
+    }
+
+    /// The same, without all else.
+    pub(crate) fn into_gathered(self) -> Gathered {
+        self.gathered
     }
 
     pub(super) fn tiles(&self) -> Vec<Region> {

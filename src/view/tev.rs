@@ -12,7 +12,6 @@ use std::time::Duration;
 
 use crate::film::Film;
 use crate::math::Rgb;
-use crate::render::Gathered;
 
 /// How long a viewer may take to answer a call, and to read what it is sent, before it counts as gone.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -51,10 +50,16 @@ struct Shared {
     changed: Condvar,
 }
 
+/// An image as viewers show it: a fifth of its film.
+struct Image {
+    size: [u32; 2],
+    pixels: Vec<Rgb>,
+}
+
 #[derive(Default)]
 struct State {
     /// What is to be sent.
-    next: Option<Arc<Gathered>>,
+    next: Option<Image>,
     is_sending: bool,
     /// The viewer has gone away.
     is_gone: bool,
@@ -76,12 +81,18 @@ impl Tev {
     }
 
     /// Sends an image as soon as possible. Does not wait.
-    pub fn show(&self, gathered: Arc<Gathered>) {
+    pub fn show(&self, film: &Film) {
         let mut state = self.shared.lock();
-        if !state.is_gone {
-            state.next = Some(gathered);
-            self.shared.changed.notify_all();
+        // What has not been sent yet is freed before more is made.
+        state.next = None;
+        if state.is_gone {
+            return;
         }
+        drop(state);
+        let region = film.region();
+        let image = Image { size: [region.width(), region.height()], pixels: film.radiance() };
+        self.shared.lock().next = Some(image);
+        self.shared.changed.notify_all();
     }
 
     /// Waits until what was shown last has been sent, or the viewer has gone away.
@@ -126,7 +137,7 @@ impl Shared {
             if let Some(next) = state.next.take() {
                 state.is_sending = true;
                 drop(state);
-                let sent = link.send(&next.film);
+                let sent = link.send(next);
                 state = self.lock();
                 state.is_sending = false;
                 if let Err(error) = sent {
@@ -180,9 +191,7 @@ impl Link {
     }
 
     /// Sends what has changed.
-    fn send(&mut self, film: &Film) -> io::Result<()> {
-        let (region, pixels) = (film.region(), film.radiance());
-        let size = [region.width(), region.height()];
+    fn send(&mut self, Image { size, pixels }: Image) -> io::Result<()> {
         if self.size != Some(size) {
             self.stream.write_all(&self.creation(size))?;
             (self.size, self.sent) = (Some(size), Vec::new());
@@ -268,6 +277,7 @@ mod tests {
 
     use super::*;
     use crate::film::{Region, Unit};
+    use crate::render::Gathered;
 
     /// What a viewer has been sent.
     #[derive(Default)]
@@ -380,7 +390,7 @@ mod tests {
         let mut second = first.clone();
         second.film.count(5, 70, 3);
         for shown in [&first, &second, &second] {
-            tev.show(Arc::new(shown.clone()));
+            tev.show(&shown.film);
             tev.flush();
         }
         assert_eq!(tev.warning(), None);
@@ -398,7 +408,7 @@ mod tests {
         let viewer = std::thread::spawn(move || Received::all(listener.accept().unwrap().0));
         let tev = Tev::connect(&address, "scene").unwrap();
         for size in [[8, 8], [9, 7]] {
-            tev.show(Arc::new(gathered(size)));
+            tev.show(&gathered(size).film);
             tev.flush();
         }
         drop(tev);
@@ -416,20 +426,20 @@ mod tests {
         });
         let tev = Tev::connect(&address, "scene").unwrap();
         // Larger than what the system holds for it.
-        let image = Arc::new(gathered([1000, 1000]));
-        tev.show(image.clone());
+        let image = gathered([1000, 1000]).film;
+        tev.show(&image);
         viewer.join().unwrap();
         tev.flush();
         // What was under way may still have fitted somewhere.
         for sample in 3..10 {
-            let mut more = (*image).clone();
-            more.film.count(0, 0, sample);
-            tev.show(Arc::new(more));
+            let mut more = image.clone();
+            more.count(0, 0, sample);
+            tev.show(&more);
             tev.flush();
         }
         let warning = tev.warning().expect("a warning");
         assert!(warning.contains("gone away"), "{warning}");
-        tev.show(image);
+        tev.show(&image);
         tev.flush();
         assert_eq!(tev.warning(), None);
     }

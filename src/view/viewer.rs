@@ -353,7 +353,7 @@ impl Rendering {
             let gathered = Arc::new(gathered);
             viewer.show(Shown { gathered: gathered.clone(), ..shown.clone() }, elapsed(), None);
             if let Some(tev) = &viewer.tev {
-                tev.show(gathered);
+                tev.show(&gathered.film);
                 tev.warning().into_iter().for_each(|warning| eprintln!("warning: {warning}"));
             }
         };
@@ -362,7 +362,9 @@ impl Rendering {
             let Ok(mut last) = last.try_lock() else { return };
             if last.elapsed() >= PICTURE && !viewer.stop.load(Ordering::Acquire) {
                 *last = Instant::now();
-                show((progress.gathered)());
+                let mut gathered = None;
+                (progress.look)(&mut |all| gathered = Some(all.clone()));
+                gathered.into_iter().for_each(&show);
             }
         };
         let start = Instant::now();

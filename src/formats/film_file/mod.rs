@@ -28,7 +28,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::error::{LoadError, SaveError};
 pub use crate::files::whole::writable;
-use crate::files::{self, whole::write_whole};
+use crate::files::{self, whole};
 use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
@@ -41,8 +41,8 @@ const VERSION: u32 = 1;
 const LONGEST_HEADER: u32 = 1 << 26;
 /// About how many pixels a block has.
 const BLOCK: usize = 1 << 16;
-/// Blocks that are packed or unpacked at once.
-const AT_ONCE: usize = 16;
+/// Blocks that are packed or unpacked at once, at most.
+const MOST_AT_ONCE: usize = 16;
 
 /// A film and what it says about itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +57,33 @@ pub struct FilmFile {
 
 /// Writes a film. The file appears, or replaces an older one, once it is complete.
 pub fn save(path: &Path, header: &Header, film: &Film, moments: Option<&Moments>) -> Result<(), SaveError> {
-    write_whole(path, |mut writer| write(&mut writer, header, film, moments))
+    begin(path, header, film, moments)?.finish()
+}
+
+/// The first half of [`save`], after which the film may change: the file is whole, but has no name yet.
+pub fn begin(
+    path: &Path,
+    header: &Header,
+    film: &Film,
+    moments: Option<&Moments>,
+) -> Result<whole::Written, SaveError> {
+    whole::begin(path, |mut writer| write(&mut writer, header, film, moments))
+}
+
+/// The most bytes that writing or reading a film takes besides the film.
+pub fn packed_bytes(region: Region, variance: bool) -> u64 {
+    let block = u64::from(rows(region)) * u64::from(region.width()) * bytes_a_pixel(variance) as u64;
+    block * at_once().min(blocks(region)) as u64
+}
+
+/// A block for each thread.
+fn at_once() -> usize {
+    rayon::current_num_threads().min(MOST_AT_ONCE)
+}
+
+/// Bytes of a pixel, with squares or without.
+fn bytes_a_pixel(variance: bool) -> usize {
+    size_of::<PixelSum>() + if variance { size_of::<[u128; 3]>() } else { 0 }
 }
 
 /// Whether a path is named like a film.
@@ -76,7 +102,7 @@ pub fn write(to: &mut dyn Write, header: &Header, film: &Film, moments: Option<&
     to.write_all(&header_sum(&header).to_le_bytes())?;
     to.write_all(&header)?;
     let numbers: Vec<usize> = (0..blocks(film.region())).collect();
-    for some in numbers.chunks(AT_ONCE) {
+    for some in numbers.chunks(at_once()) {
         let packed: Vec<Vec<u8>> = some.par_iter().map(|number| pack(film, moments, *number)).collect();
         for (number, content) in some.iter().zip(packed) {
             to.write_all(&(content.len() as u32).to_le_bytes())?;
@@ -110,25 +136,25 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     let Some(header) = read_header(from, path)? else { return Ok(None) };
     let region = header.region;
     let count = blocks(region);
-    let pixel = size_of::<PixelSum>() + usize::from(header.variance) * size_of::<[u128; 3]>();
     let what = format_args!("the film of {}x{} pixels", region.width(), region.height());
-    let _claim =
-        memory::claim(what, region.area() as u64 * pixel as u64).map_err(LoadError::shortage(path))?;
+    let bytes = region.area() as u64 * bytes_a_pixel(header.variance) as u64;
+    let bytes = bytes + packed_bytes(region, header.variance);
+    let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
     let mut pixels: Vec<PixelSum> = Vec::new();
     let mut squares: Vec<[u128; 3]> = Vec::new();
     let mut number = 0;
     while number < count {
-        let some = number..(number + AT_ONCE).min(count);
+        let some = number..(number + at_once()).min(count);
         let contents = some.clone().map(|number| read_block(from, &header, number, path));
         let contents = contents.collect::<Result<Vec<_>, _>>()?;
         let unpacked = some.clone().into_par_iter().zip(contents);
         let unpacked: Vec<_> = unpacked.map(|(number, content)| unpack(&header, number, &content)).collect();
-        for (number, block) in some.zip(unpacked) {
+        for (number, block) in some.clone().zip(unpacked) {
             let (sums, more) = block.ok_or_else(|| damaged(&header, number, path))?;
             pixels.extend(sums);
             squares.extend(more);
         }
-        number += AT_ONCE;
+        number = some.end;
     }
     let moments = if header.variance { Moments::with_squares(region, squares) } else { None };
     let film = Film::with_pixels(region, header.unit, pixels);
@@ -255,7 +281,7 @@ fn read_block(from: &mut dyn Read, header: &Header, block: usize, path: &Path) -
     let mut sum = [0; 16];
     exactly(from, &mut sum, path)?;
     // No plane is longer than its bytes and five more.
-    let pixel = size_of::<PixelSum>() + if header.variance { size_of::<[u128; 3]>() } else { 0 };
+    let pixel = bytes_a_pixel(header.variance);
     if length as usize > pixels_of(header.region, block).len() * pixel + 5 * pixel {
         return Err(damaged(header, block, path));
     }

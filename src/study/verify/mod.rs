@@ -139,7 +139,7 @@ impl Bench {
                     let hash = session.film().hash();
                     outcomes.push(Outcome { way: *way, hash, features, denoised });
                     match &first {
-                        None => first = Some((*way, session.film().clone())),
+                        None => first = Some((*way, session.into_film())),
                         Some((simplest, film)) if difference.is_none() && film != session.film() => {
                             let sides = [
                                 (*simplest, self.session(simplest), film),

@@ -99,6 +99,11 @@ fn what_is_too_large_is_a_line() {
     }
     for (line, code, words) in [
         ("scene.ron --memory 200M --size 6000x6000", 4, &["an image of 6000x6000", "--crop", "--memory"][..]),
+        (
+            "scene.ron --memory 200M --size 2000x1200 --spp 64 --adaptive=unbiased",
+            4,
+            &["an image of 2000x1200"],
+        ),
         ("sheet.ply --memory 70M", 4, &["sheet.ply", "--memory"]),
         ("large.ron --memory 150M", 4, &["large.png", "the picture of 6000 x 6000 pixels"]),
         ("many.ron --memory 200M", 4, &["--memory"]),
@@ -150,7 +155,113 @@ fn limits_of_the_system_are_no_abort() {
     }
 }
 
-/// Branches that double at each bounce are announced.
+/// Films are saved while they are rendered: that takes no memory that was not forecast.
+#[test]
+#[cfg(target_os = "linux")]
+fn checkpoints_take_no_memory() {
+    let folder = folder(&ball("").replace("size: (16, 12), samples: 2", "size: (1600, 1200), samples: 1"));
+    let here = folder.path();
+    let peak = |line: &str| {
+        let line = format!("scene.ron -q --json -t 1 {line}");
+        let found = json(&run(here, &line.split(' ').collect::<Vec<_>>()));
+        found["memory_bytes"]["peak"].as_f64().expect("bytes")
+    };
+    // The film is 107 MB large. A line about each thing that would copy it.
+    let without = peak("-o a.png --checkpoint off");
+    for line in ["-o a.png --checkpoint 5ms", "-o a.png -o a.film --checkpoint 5ms"] {
+        let with = peak(line);
+        println!("{line}: {:.1} MB, {:.1} MB without", with / 1e6, without / 1e6);
+        assert!(with < without + 12e6, "{line}: {with}, {without} without");
+    }
+    // Gone on with, there is one film, too.
+    std::fs::remove_file(here.join("a.film")).expect("a film");
+    let line = "scene.ron -q --spp 3 --samples 0..2 --sampler independent --transport path -t 1 -o a.film";
+    expect(&run(here, &line.split(' ').collect::<Vec<_>>()), 0, &[]);
+    let found = json(&run(here, &["resume", "a.film", "-q", "--json", "-t", "1", "-o", "b.png"]));
+    let resumed = found["memory_bytes"]["peak"].as_f64().expect("bytes");
+    assert!(resumed < without + 12e6, "{resumed}, {without} from the beginning");
+}
+
+/// An image of one tile needs one wave, however many threads there are; and with more memory allowed there is never
+/// less room.
+#[test]
+#[cfg(target_os = "linux")]
+fn what_fits_is_not_refused() {
+    let folder = folder(&ball(""));
+    let here = folder.path();
+    let line = "scene.ron -q -o a.png --size 64x36 --threads 64 --memory 150M";
+    expect(&run(here, &line.split(' ').collect::<Vec<_>>()), 0, &[]);
+    for threads in [1, 2, 16] {
+        let mut fits = false;
+        for megabytes in [96, 128, 160, 192, 224, 256, 320, 400, 512] {
+            let limit = megabytes * 1024;
+            let line = format!("ulimit -v {limit}; rayfront scene.ron -q -o a.png -s 1 --threads {threads}");
+            let code = shell(here, &line).status.code();
+            assert!(code == Some(0) || !fits, "{threads} threads: {megabytes} MB do not do, and less did");
+            fits |= code == Some(0);
+        }
+        assert!(fits, "{threads} threads");
+    }
+}
+
+/// A morph has another mesh in each frame: only the last ones are kept.
+#[test]
+#[cfg(target_os = "linux")]
+fn frames_take_no_more_memory_than_one() {
+    const SIDE: u32 = 90;
+    let folder = folder("");
+    let here = folder.path();
+    let grid = || (0..SIDE * SIDE).map(|i| ((i % SIDE) as f32, (i / SIDE) as f32));
+    let positions: Vec<f32> = grid().flat_map(|(x, y)| [x, y, 0.0]).collect();
+    let moved: Vec<f32> = grid().flat_map(|(x, y)| [0.0, 0.0, (x * 7.0 + y * 3.0) % 5.0]).collect();
+    let indices: Vec<u32> = (0..(SIDE - 1) * (SIDE - 1))
+        .map(|i| i / (SIDE - 1) * SIDE + i % (SIDE - 1))
+        .flat_map(|corner| [corner, corner + 1, corner + SIDE, corner + SIDE, corner + 1, corner + SIDE + 1])
+        .collect();
+    let times = [0.0f32, 10.0, 0.0, 1.0];
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
+    let of_indices: Vec<u8> = indices.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let bytes = [floats(&positions), floats(&moved), of_indices, floats(&times)].concat();
+    std::fs::write(here.join("morph.bin"), &bytes).expect("a file");
+    let (vertices, corners, last) = (SIDE * SIDE, indices.len(), SIDE - 1);
+    let (of_vertices, of_corners) = (vertices * 12, corners as u32 * 4);
+    let (third, fourth) = (2 * of_vertices, 2 * of_vertices + of_corners);
+    let model = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"weights": [0], "primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 2, "targets": [{{"POSITION": 1}}]}}]}}],
+        "animations": [{{"channels": [{{"sampler": 0, "target": {{"node": 0, "path": "weights"}}}}], "samplers": [{{"input": 3, "output": 4}}]}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3", "min": [0, 0, 0], "max": [{last}, {last}, 0]}},
+            {{"bufferView": 1, "componentType": 5126, "count": {vertices}, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 5]}},
+            {{"bufferView": 2, "componentType": 5125, "count": {corners}, "type": "SCALAR"}},
+            {{"bufferView": 3, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [10]}},
+            {{"bufferView": 4, "componentType": 5126, "count": 2, "type": "SCALAR"}}],
+        "bufferViews": [
+            {{"buffer": 0, "byteOffset": 0, "byteLength": {of_vertices}}},
+            {{"buffer": 0, "byteOffset": {of_vertices}, "byteLength": {of_vertices}}},
+            {{"buffer": 0, "byteOffset": {third}, "byteLength": {of_corners}}},
+            {{"buffer": 0, "byteOffset": {fourth}, "byteLength": 8}},
+            {{"buffer": 0, "byteOffset": {}, "byteLength": 8}}],
+        "buffers": [{{"byteLength": {}, "uri": "morph.bin"}}]}}"#,
+        fourth + 8,
+        bytes.len()
+    );
+    std::fs::write(here.join("morph.gltf"), model).expect("a file");
+    let peak = |frames: &str| {
+        let line =
+            format!("morph.gltf -q --json -t 1 --size 16x9 -s 1 --frames {frames} --overwrite -o f.#.png");
+        let output = run(here, &line.split(' ').collect::<Vec<_>>());
+        expect(&output, 0, &[]);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let last = text.lines().last().expect("a frame");
+        let found: serde_json::Value = serde_json::from_str(last).expect("JSON");
+        found["memory_bytes"]["peak"].as_f64().expect("bytes")
+    };
+    let (few, many) = (peak("1-3"), peak("1-30"));
+    println!("{:.1} MB after 3 frames, {:.1} MB after 30", few / 1e6, many / 1e6);
+    assert!(many < few + 4e6, "{many} after 30 frames, {few} after 3");
+}
+
 /// Profiles and texts in a PNG are packed, a thousand to one. None is unpacked.
 #[test]
 #[cfg(target_os = "linux")]
