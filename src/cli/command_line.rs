@@ -5,8 +5,9 @@ use std::iter::Peekable;
 use std::ops::Range;
 use std::path::Path;
 
-use super::args::parse_place;
+use super::args::{Words, parse_place};
 use crate::formats::film_file::Header;
+use crate::study::explain::Recipe;
 
 /// Words as they are meant: `--samples` with a plain number is what other programs call samples per pixel, and two
 /// places in one word are two words.
@@ -94,39 +95,72 @@ pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
 }
 
 /// The command that explains a sample of a rendering.
-pub fn of_explain(header: &Header, [x, y]: [u32; 2], sample: u32) -> String {
-    let settings = &header.settings;
-    let [width, height] = settings.size;
-    let mut words = vec!["rayfront".to_owned(), "explain".to_owned()];
-    words.push(header.scene.path.to_string_lossy().into_owned());
-    words.push(format!("{x},{y}"));
-    let transport = format!("{:?}", settings.transport).to_lowercase();
-    let values = [
-        ("--sample", sample.to_string()),
-        ("--spp", settings.samples.to_string()),
-        ("--size", format!("{width}x{height}")),
-        ("--depth", settings.max_depth.to_string()),
-        ("--seed", settings.seed.to_string()),
-        ("--transport", transport),
-    ];
-    for (option, value) in values {
-        words.extend([option.to_owned(), value]);
+pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
+    let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
+    let path = path.to_string_lossy();
+    // Whatever begins with a minus would be taken for an option.
+    let scene = if path.starts_with('-') { format!("./{path}") } else { path.into_owned() };
+    let mut words = vec!["rayfront".to_owned(), "explain".to_owned(), scene, format!("{x},{y}")];
+    words.extend(["--sample".to_owned(), sample.to_string()]);
+    words.extend(Words::of_settings(authored, settings));
+    words.extend(Words::of_loading(options));
+    let mut looks = Words::default();
+    looks.option("--camera", camera.as_ref());
+    words.extend(looks);
+    if crate::files::outside_is_allowed() {
+        words.push("--allow-outside".to_owned());
     }
-    if let Some(camera) = &header.view.camera {
-        words.extend(["--camera".to_owned(), camera.clone()]);
-    }
-    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    words.join(" ")
+    let note = if *is_moved { "  # but that the camera is where its file says" } else { "" };
+    shell_line(&words) + note
 }
 
-/// The same command for another part of the samples.
+/// The words behind the program's name that render what a film is of, but for those that say which part of it, when to
+/// stop, and where it goes.
+pub fn of_whole(header: &Header) -> Vec<String> {
+    const OTHERS: [&str; 10] = [
+        "--until",
+        "--max-time",
+        "--checkpoint",
+        "--samples",
+        "--shard",
+        "--output",
+        "-o",
+        "--tev",
+        "--spp",
+        "--frames",
+    ];
+    let command = &header.note.command;
+    let mut words = without(command, &OTHERS);
+    words.retain(|word| !["--watch", "--paranoid", "--preview"].contains(&&word[..]));
+    let mut more = Words::default();
+    // A film that was continued may have been given more of them.
+    more.option("--spp", Some(header.settings.samples));
+    if without(command, &["--frames"]).len() < command.len() {
+        // It is one of the frames, and is exposed as all of them.
+        more.option("--time", header.view.time_s);
+        words = without(&words, &["--exposure"]);
+        more.option(
+            "--exposure",
+            Some(header.settings.exposure_ev).filter(|_| !header.settings.auto_exposure),
+        );
+    }
+    words.extend(more);
+    words
+}
+
+/// The command that renders another part of the samples.
 fn line(header: &Header, part: &[&str], file: &str) -> String {
     let mut words = vec!["rayfront".to_owned()];
-    words.extend(without(&header.note.command, &["--shard", "--samples", "--output", "-o"]));
+    words.extend(of_whole(header));
     words.extend(part.iter().map(|word| (*word).to_owned()));
     words.extend(["-o".to_owned(), file.to_owned()]);
+    format!("  {}", shell_line(&words))
+}
+
+/// Words as a shell takes them.
+pub fn shell_line(words: &[String]) -> String {
     let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    format!("  {}", words.join(" "))
+    words.join(" ")
 }
 
 /// A command without some options that have a value.

@@ -16,6 +16,7 @@ use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
 use crate::math::NONE;
 use crate::study::explain::{self, Followed, GivenNames, Life, LightRay, Shares, Step};
+use crate::world::Adaptive;
 
 /// `rayfront explain`.
 #[derive(Args, Debug)]
@@ -73,13 +74,14 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
         )));
     }
     let range = match arguments.sample {
-        Some(sample) if sample >= samples => {
+        // Blocks of pixels that are given more samples have higher ones, too.
+        Some(sample) if sample >= samples && settings.adaptive == Adaptive::Off => {
             let last = samples - 1;
             return Err(Failure::command_line(format!(
                 "there is no sample {sample}: with {samples} samples a pixel the last one is {last}"
             )));
         }
-        Some(sample) => sample..sample + 1,
+        Some(sample) => sample..sample.saturating_add(1),
         None => 0..samples,
     };
     let scene = crate::compile::compile(&world, arguments.camera.as_deref())

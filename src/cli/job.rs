@@ -24,8 +24,9 @@ use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::Frame;
 use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
+use crate::study::explain::Recipe;
 use crate::view::watched::{LOOK, Watched};
-use crate::world::{Adaptive, Aov, SourceFiles, World};
+use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
 pub struct Job {
@@ -35,6 +36,8 @@ pub struct Job {
     pub frame: Arc<Frame>,
     /// Names of entities, if they are needed.
     pub names: HashMap<u32, String>,
+    /// The settings as the scene's file says them.
+    authored: Settings,
     /// What in the scene is probably not as intended.
     findings: Vec<String>,
     /// How long it has taken so far.
@@ -63,7 +66,7 @@ impl Job {
         let sources = SourceFiles::with(reuse.kept.clone());
         // Recorded even if loading fails: fixing it means changing one of these files.
         reuse.sources = sources.clone();
-        let Compiled { compiled, frame, findings, settings, source, names, phases } =
+        let Compiled { compiled, frame, findings, settings, authored, source, names, phases } =
             compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
         reuse.kept.forget_unused();
         if reuse.paranoid && reuse.before.is_some() {
@@ -108,7 +111,7 @@ impl Job {
             moments_hash: None,
             note: Note { command: command_line::typed(), ..Note::default() },
         };
-        Ok(Job { header, frame, names, findings, phases, reuse: reuse.clone(), moment: 0 })
+        Ok(Job { header, frame, names, authored, findings, phases, reuse: reuse.clone(), moment: 0 })
     }
 
     /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
@@ -342,7 +345,7 @@ fn finish(
     images: &[PathBuf],
     mut saved: Saved,
 ) -> Result<(), Failure> {
-    let Job { header, names, mut findings, mut phases, .. } = job;
+    let Job { header, names, authored, mut findings, mut phases, .. } = job;
     let start = Instant::now();
     let denoised = if wanted.output.denoise { session.denoised() } else { None };
     phases.denoise = start.elapsed();
@@ -363,7 +366,7 @@ fn finish(
     phases.save += start.elapsed();
     let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
     if !wanted.work.quiet && session.is_done() {
-        for fault in faults(&header, session, &picture, !findings.is_empty()) {
+        for fault in faults((&header, &authored), session, &picture, !findings.is_empty()) {
             output::tell(format_args!("warning: {fault}"));
             findings.push(fault);
         }
@@ -388,13 +391,28 @@ fn finish(
 }
 
 /// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
-fn faults(header: &Header, session: &Session, picture: &Picture, told: bool) -> Vec<String> {
+fn faults(
+    (header, authored): (&Header, &Settings),
+    session: &Session,
+    picture: &Picture,
+    told: bool,
+) -> Vec<String> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
     let shown =
         check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
     let finding = check::of_image(session.frame(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
-        let replay = command_line::of_explain(header, outlier.pixel, outlier.sample);
+        // One sample is of one moment.
+        let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
+        let recipe = Recipe {
+            path: header.scene.path.clone(),
+            options: header.view.at(moment).load_options(),
+            camera: header.view.camera.clone(),
+            authored: authored.clone(),
+            settings: header.settings.clone(),
+            is_moved: false,
+        };
+        let replay = command_line::of_explain(&recipe, outlier.pixel, outlier.sample);
         format!("{outlier} ({replay} tells how)")
     });
     finding.map(|finding| finding.to_string()).into_iter().chain(outliers).collect()

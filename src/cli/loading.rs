@@ -55,6 +55,8 @@ pub struct Compiled {
     pub findings: Vec<Finding>,
     /// How to render.
     pub settings: Settings,
+    /// The same as the scene's file says it, and as the view changes it.
+    pub authored: Settings,
     /// What was read.
     pub source: Source,
     /// Names of entities, if they are needed.
@@ -76,6 +78,7 @@ pub fn compiled(
     let mut phases = Phases::default();
     let start = Instant::now();
     let mut world = crate::formats::load_again(path, &view.load_options(), sources)?;
+    let authored = world.settings.clone();
     change(&mut world);
     phases.load = start.elapsed();
     let start = Instant::now();
@@ -90,7 +93,7 @@ pub fn compiled(
     let frame = Frame::new(compiled.scene.clone(), settings);
     let findings = if asks { check::check(&world, &frame, false) } else { Vec::new() };
     let settings = settings.clone();
-    Ok(Compiled { compiled, frame, findings, settings, source, names, phases })
+    Ok(Compiled { compiled, frame, findings, settings, authored, source, names, phases })
 }
 
 /// Compares a scene that shares something with one before it with what its files say without that.

@@ -292,12 +292,8 @@ pub fn samples(header: &Header) -> String {
 pub fn again(header: &Header) -> String {
     match (&header.samples[..], header.settings.samples) {
         ([[0, end]], total) if *end < total && header.settings.adaptive == Adaptive::Off => {
-            let words = command_line::without(
-                &header.note.command,
-                &["--until", "--max-time", "--samples", "--shard", "--checkpoint", "--output", "-o"],
-            );
-            let words: Vec<_> = words.iter().map(|word| command_line::quoted(word)).collect();
-            format!("rayfront {} --samples 0..{end}", words.join(" "))
+            let words = command_line::shell_line(&command_line::of_whole(header));
+            format!("rayfront {words} --samples 0..{end}")
         }
         _ => "rayfront reproduce with the image or film".into(),
     }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use super::command_line::quoted;
+use super::command_line::shell_line;
 use crate::error::in_one_line;
 use crate::formats::Surroundings;
 use crate::formats::film_file::Header;
@@ -57,6 +57,5 @@ pub fn resume(film: &Path, header: &Header) -> String {
     } else if scene_of(header, film, None).is_err() {
         words.extend(["--scene-file".to_owned(), header.scene.path.to_string_lossy().into_owned()]);
     }
-    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    words.join(" ")
+    shell_line(&words)
 }

@@ -65,10 +65,9 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
             let _ = open::that_detached(&address);
         }
         let viewer = Arc::new(Viewer::new(&scene, Work::default()).with_tev(tev));
-        let command = format!("rayfront explain {}", command_line::quoted(&path.to_string_lossy()));
         let served = viewer.clone();
         let serve = move || {
-            if let Err(error) = server.serve(served.clone(), command) {
+            if let Err(error) = server.serve(served.clone(), command_line::of_explain) {
                 output::tell(format_args!("error: the page is no longer served: {error}"));
             }
             served.end();

@@ -12,10 +12,11 @@ use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::Frame;
+use crate::integrator::sharing::Grouping;
 use crate::math::Vec3;
 use crate::memory;
 use crate::render::{Options, Session};
-use crate::study::explain::GivenNames;
+use crate::study::explain::{GivenNames, Recipe};
 use crate::world::{
     Camera, DepthLimits, Kept, LookAtFault, Parent, Placed, Pose, Rig, Sampler, Settings, Sharing,
     SourceFiles, Transform, Transport, World,
@@ -57,6 +58,8 @@ pub struct LiveScene {
     kept: Kept,
     files: Arc<Mutex<Watched>>,
     world: World,
+    /// The settings as its files say them, whatever was changed since.
+    said: Settings,
     compiled: Compiled,
     /// What is probably not as it was meant.
     findings: Vec<Finding>,
@@ -132,7 +135,7 @@ impl LiveScene {
     ) -> Result<LiveScene, SceneError> {
         let kept = Kept::keeping();
         let sources = SourceFiles::with(kept.clone());
-        let world = read(path, &options, &sources, &change)?;
+        let (world, said) = read(path, &options, &sources, &change)?;
         let compiled = compiled(path, &world, camera.as_deref(), None)?;
         let authored = authored(&world, camera.as_deref());
         let mut live = LiveScene {
@@ -147,6 +150,7 @@ impl LiveScene {
             names: Arc::new(GivenNames::new(&world)),
             entities: Arc::new(world.names()),
             world,
+            said,
             compiled,
             camera,
             rig: None,
@@ -164,13 +168,13 @@ impl LiveScene {
     /// moved by hand, unless the files now put it somewhere else.
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
-        let read = read(&self.path, &self.options, &sources, &self.change).and_then(|mut world| {
+        let read = read(&self.path, &self.options, &sources, &self.change).and_then(|(mut world, said)| {
             self.changed.apply(&mut world.settings);
             let compiled = compiled(&self.path, &world, self.camera.as_deref(), Some(&self.compiled))?;
-            Ok((world, compiled))
+            Ok((world, said, compiled))
         });
         let watched = Watched::new(&sources);
-        let (world, compiled) = match read {
+        let (world, said, compiled) = match read {
             Ok(read) => read,
             Err(error) => {
                 // Whatever mends it: what was read before, or what has not been found now.
@@ -181,7 +185,7 @@ impl LiveScene {
             }
         };
         *self.lock_files() = watched;
-        (self.world, self.compiled) = (world, compiled);
+        (self.world, self.said, self.compiled) = (world, said, compiled);
         self.names = Arc::new(GivenNames::new(&self.world));
         self.entities = Arc::new(self.world.names());
         let authored = authored(&self.world, self.camera.as_deref());
@@ -325,11 +329,11 @@ impl LiveScene {
     /// Reads the scene again and looks through a camera as its file says. If that is impossible, nothing changes.
     fn look_again(&mut self, camera: Option<String>) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
-        let mut world = read(&self.path, &self.options, &sources, &self.change)?;
+        let (mut world, said) = read(&self.path, &self.options, &sources, &self.change)?;
         world.settings = self.world.settings.clone();
         self.compiled = compiled(&self.path, &world, camera.as_deref(), Some(&self.compiled))?;
         self.authored = authored(&world, camera.as_deref());
-        (self.world, self.camera, self.rig) = (world, camera, None);
+        (self.world, self.said, self.camera, self.rig) = (world, said, camera, None);
         Ok(())
     }
 
@@ -375,6 +379,32 @@ impl LiveScene {
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
 
+    /// What is asked for again to have the same as a frame of it.
+    pub fn recipe(&self, frame: &Frame) -> Recipe {
+        let mut options = self.options.clone();
+        let put = self.rig.as_ref().map(|rig| self.camera_statements(rig));
+        let is_moved = matches!(put, Some(None));
+        if let Some(statements) = put.flatten() {
+            options.edits.forget_camera();
+            options.edits.set.extend(statements);
+        }
+        let mut settings = self.world.settings.clone();
+        if frame.sharing.is_none() && Grouping::of(&frame.scene.materials, &settings).is_some() {
+            // The first picture comes before the groups are chosen.
+            settings.sharing = Sharing::Off;
+        }
+        let (path, camera) = (self.path.clone(), self.camera.clone());
+        Recipe { path, options, camera, authored: self.said.clone(), settings, is_moved }
+    }
+
+    /// Statements that put the camera where a hand has put it; none if what it hangs on would move it, too.
+    fn camera_statements(&self, rig: &Rig) -> Option<[String; 2]> {
+        let [camera, transform] = self.camera_texts(rig).ok()?;
+        let name = self.camera_name().filter(|_| !self.authored.depends)?;
+        let of_camera = |field: &str, text: &str| format!("Camera[name={name:?}].{field} = {text}");
+        Some([of_camera("camera", &camera), of_camera("transform", &transform)])
+    }
+
     fn camera_texts(&self, rig: &Rig) -> Result<[String; 2], SceneError> {
         let Pose { from, to, up } = rig.pose();
         let camera = formats::ron::camera(&self.world, &rig.camera, &self.path)?;
@@ -416,20 +446,22 @@ fn authored(world: &World, camera: Option<&str>) -> Authored {
     Authored { transform, camera: found, depends }
 }
 
+/// Reads a scene; returns the settings as its files say them, too.
 fn read(
     path: &Path,
     options: &LoadOptions,
     sources: &SourceFiles,
     change: &ChangeWorld,
-) -> Result<World, SceneError> {
+) -> Result<(World, Settings), SceneError> {
     let mut world = formats::load_again(path, options, sources)?;
+    let said = world.settings.clone();
     change(&mut world);
     let [width, height] = world.settings.size;
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
         let most = "a page shows at most 67 million pixels";
         return Err(SceneError::Refused(format!("{width}x{height}: {most}: use a smaller --size")));
     }
-    Ok(world)
+    Ok((world, said))
 }
 
 fn compiled(

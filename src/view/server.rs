@@ -26,6 +26,7 @@ use super::command::Wish;
 use super::explanation::explanation;
 use super::picture::{Display, Layer, Picture, picture, pixel};
 use super::viewer::Viewer;
+use crate::study::explain::Recipe;
 use crate::world::Tonemap;
 
 const PAGE: &str = include_str!("page/index.html");
@@ -43,11 +44,13 @@ pub struct Server {
     token: String,
 }
 
+/// Makes a command that explains a sample of a pixel in a terminal.
+pub type MakeCommand = fn(&Recipe, [u32; 2], u32) -> String;
+
 struct Site {
     viewer: Arc<Viewer>,
     token: String,
-    /// What begins a command that repeats what the page shows.
-    command: String,
+    command: MakeCommand,
 }
 
 impl Server {
@@ -67,8 +70,8 @@ impl Server {
         Ok(format!("http://127.0.0.1:{port}/?token={}", self.token))
     }
 
-    /// Serves until the process ends. `command` begins what repeats an explanation in a terminal.
-    pub fn serve(self, viewer: Arc<Viewer>, command: String) -> std::io::Result<()> {
+    /// Serves until the process ends.
+    pub fn serve(self, viewer: Arc<Viewer>, command: MakeCommand) -> std::io::Result<()> {
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().max_blocking_threads(32).build()?;
         let site = Arc::new(Site { viewer, token: self.token, command });
@@ -227,9 +230,8 @@ async fn explain(State(site): State<Arc<Site>>, Query(Place { x, y, sample }): Q
         let (generation, shown) = (site.viewer.generation(), site.viewer.shown());
         let mut explained = explanation(&shown, [x, y], sample.unwrap_or(0))?;
         explained["generation"] = json!(generation);
-        let note = if site.viewer.is_moved() { "  # once the camera is saved" } else { "" };
-        let [sample, samples] = [&explained["sample"], &explained["samples"]];
-        let command = format!("{} {x},{y} --sample {sample} --spp {samples}{note}", site.command);
+        let sample = explained["sample"].as_u64().unwrap_or_default() as u32;
+        let command = (site.command)(&shown.recipe, [x, y], sample);
         explained["command"] = json!(command);
         Some(explained)
     });

@@ -23,8 +23,6 @@ pub struct Status {
     pub generation: u64,
     /// Why the scene is not what its files say.
     pub error: Option<String>,
-    /// Whether the camera was moved by hand.
-    pub is_moved: bool,
     /// Whether it is paused.
     pub is_paused: bool,
     /// What is told of the scene: a part of the whole.
@@ -44,7 +42,6 @@ pub struct Status {
 /// What a scene says, assembled while nobody waits for it.
 pub struct Described {
     scene: Value,
-    is_moved: bool,
 }
 
 impl Described {
@@ -93,7 +90,7 @@ impl Described {
                 "is_moved": is_moved,
             },
         });
-        Described { scene, is_moved }
+        Described { scene }
     }
 }
 
@@ -123,7 +120,6 @@ impl Status {
             generation: 0,
             error: None,
             is_paused: false,
-            is_moved: false,
             scene: Value::Null,
             shown: [0; 2],
             samples: 0.0,
@@ -140,7 +136,7 @@ impl Status {
 
     /// Records what the scene says.
     pub fn describe(&mut self, described: Described) {
-        (self.scene, self.is_moved) = (described.scene, described.is_moved);
+        self.scene = described.scene;
     }
 
     /// Begins anew.

@@ -16,7 +16,7 @@ use super::watched::{LOOK, Watched};
 use crate::film::{Features, Region};
 use crate::integrator::{Frame, Schedule};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
-use crate::study::explain::GivenNames;
+use crate::study::explain::{GivenNames, Recipe};
 
 /// How long a pass should take, so that pictures come often and wishes are carried out soon.
 const PASS: Duration = Duration::from_millis(400);
@@ -46,6 +46,8 @@ pub struct Shown {
     pub entities: Arc<HashMap<u32, String>>,
     /// What its pixels show first, as soon as it has been asked for.
     pub features: Arc<OnceLock<Vec<Features>>>,
+    /// How to ask for the same elsewhere.
+    pub recipe: Arc<Recipe>,
 }
 
 impl Shown {
@@ -59,7 +61,8 @@ impl Shown {
         let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
-        Shown { frame, gathered, size, wanted, options, names, entities, features }
+        let recipe = Arc::new(scene.recipe(&frame));
+        Shown { frame, gathered, size, wanted, options, names, entities, features, recipe }
     }
 }
 
@@ -144,11 +147,6 @@ impl Viewer {
     /// The picture's serial number.
     pub fn serial(&self) -> u64 {
         self.lock().status.serial
-    }
-
-    /// Whether the camera was moved by hand.
-    pub fn is_moved(&self) -> bool {
-        self.lock().status.is_moved
     }
 
     /// How often it has begun anew.

@@ -23,6 +23,8 @@ mod meshes;
 mod metamorphic;
 mod path;
 mod pictures;
+#[cfg(unix)]
+mod printed;
 mod references;
 mod scenes;
 mod sharing;

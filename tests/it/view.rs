@@ -40,10 +40,15 @@ impl Drop for Shown {
 
 impl Shown {
     pub fn new() -> Shown {
+        Shown::with(SCENE, &[])
+    }
+
+    fn with(scene: &str, options: &[&str]) -> Shown {
         let folder = tempfile::tempdir().expect("a folder");
-        std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+        std::fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
         let mut program = Command::new(env!("CARGO_BIN_EXE_rayfront"))
             .args(["view", "scene.ron", "--no-open", "--threads", "2"])
+            .args(options)
             .current_dir(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -171,6 +176,50 @@ fn every_layer_is_there_and_pixels_are_explained() {
     let [x, y] = [0, 1].map(|axis| first["to"][axis].as_f64().expect("a place in the image"));
     assert!((x - 48.5).abs() <= 1.0 && (y - 30.5).abs() <= 1.0, "the vertex lies in its pixel: {x}, {y}");
     assert_eq!(first["vertex"]["lights"][0]["light"], "lamp");
+}
+
+/// What the page says is to be typed explains the sample that the page shows, whatever options and wishes it has.
+#[cfg(unix)]
+#[test]
+fn a_sample_is_explained_alike_on_the_page_and_in_a_terminal() {
+    let hangs = SCENE.replace(
+        "(name: \"eye\",",
+        "(name: \"crane\", transform: (translate: (0, 0.25, 0))), (name: \"eye\", parent: \"crane\",",
+    );
+    let of_scene = |scene: &str, options: &[&str], wishes: &[Value]| {
+        let shown = Shown::with(scene, options);
+        for wish in wishes {
+            let (code, answer) = shown.wish(wish.clone());
+            assert_eq!(code, 200, "{wish}: {answer}");
+        }
+        shown.when("the image", |status| status["is_done"] == true);
+        let explained = shown.json("/explain?x=38&y=23&sample=2");
+        let command = explained["command"].as_str().expect("a command").to_owned();
+        let typed = crate::printed::typed(shown.folder.path(), &command, "--json");
+        let typed: Value = serde_json::from_str(&typed).expect("JSON");
+        let is_same = typed["samples"][0]["radiance"] == explained["radiance"];
+        (command, is_same && explained["radiance"][0].as_f64() > Some(0.0))
+    };
+    let settings = json!({"settings": {"depth": 3, "spp": 7, "sharing": false, "sampler": "independent"}});
+    let (orbit, zoom) = (json!({"orbit": [0.1, 0.05]}), json!({"zoom": 1.2}));
+    let all = ["--set", "Material[\"paint\"].diffuse = (0.1, 0.9, 0.2)", "--env", "sky", "--size", "64x40"];
+    let turned = ["--orbit", "-10,5", "--diffuse-depth", "2", "--transport", "path", "--seed", "9"];
+    for (options, wishes) in [
+        (&[][..], &[][..]),
+        (&all, &[]),
+        (&turned, &[]),
+        (&turned, &[orbit.clone(), zoom.clone()]),
+        (&all, &[settings.clone(), orbit.clone(), json!({"fov_deg": 30.0})]),
+        (&[], &[json!({"settings": {"transport": "whitted"}}), zoom]),
+    ] {
+        let (command, is_same) = of_scene(SCENE, options, wishes);
+        assert!(is_same && !command.contains('#'), "{options:?} {wishes:?}: {command}");
+    }
+    let (command, is_same) = of_scene(&hangs, &[], &[settings]);
+    assert!(is_same && !command.contains('#'), "{command}");
+    // No option moves a camera that hangs on something, so the command says that it is about another place.
+    let (command, is_same) = of_scene(&hangs, &[], &[orbit]);
+    assert!(!is_same && command.ends_with("# but that the camera is where its file says"), "{command}");
 }
 
 #[test]

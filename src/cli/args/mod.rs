@@ -3,6 +3,7 @@
 mod names;
 mod options;
 mod parse;
+mod words;
 
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,7 @@ pub use names::{CoherenceName, QualityName, ScheduleName};
 pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
 pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_place, parse_size};
 use parse::{parse_crop, parse_samples};
+pub use words::Words;
 
 /// What is shown below the options.
 const AFTER_HELP: &str = "\

@@ -18,6 +18,14 @@ pub enum TransportName {
 }
 
 impl TransportName {
+    /// The name of a transport.
+    pub fn of(transport: Transport) -> Self {
+        match transport {
+            Transport::Whitted => TransportName::Whitted,
+            Transport::Path => TransportName::Path,
+        }
+    }
+
     /// The transport that is meant, if `fitting` is the one that renders everything in a scene.
     pub fn among(self, fitting: Transport) -> Transport {
         match self {
@@ -37,6 +45,17 @@ pub enum SamplerName {
     Jittered,
     /// Each on its own
     Independent,
+}
+
+impl SamplerName {
+    /// The name of a sampler.
+    pub fn of(sampler: Sampler) -> Self {
+        match sampler {
+            Sampler::Sobol => SamplerName::Sobol,
+            Sampler::Jittered => SamplerName::Jittered,
+            Sampler::Independent => SamplerName::Independent,
+        }
+    }
 }
 
 impl From<SamplerName> for Sampler {

@@ -1,6 +1,7 @@
 //! The life of a pixel's samples: every vertex of every path, told by the recursive schedule.
 
 pub mod json;
+mod recipe;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
 use crate::scene::emitters::EmitterOf;
 use crate::world::{Transport, World};
+pub use recipe::Recipe;
 
 /// A sample from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]

@@ -279,7 +279,7 @@ static PAGE: LazyLock<(String, String)> = LazyLock::new(|| {
     let place = (base.trim_start_matches("http://").to_owned(), token.to_owned());
     let viewer = Arc::new(Viewer::new(&scene, Work::default()));
     let served = viewer.clone();
-    std::thread::spawn(move || server.serve(served, String::new()));
+    std::thread::spawn(move || server.serve(served, |_, _, _| String::new()));
     std::thread::spawn(move || viewer.run(scene, Work::default()));
     place
 });

@@ -1,0 +1,191 @@
+//! What the program prints to be typed, typed: it must be about the same rendering, whatever the options were.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use rayfront::internals::formats::picture::load_linear;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A spark in glass, which single samples find: each rendering prints a command that explains one of them.
+const SPARK: &str = r#"(
+    settings: (size: (32, 24), samples: 16, transport: Path, max_depth: 6),
+    materials: {
+        "glow": BlinnPhong(diffuse: 0, emission: 4000000),
+        "clear": Principled(metallic: 0, transmission: 1, roughness: 0, volume: ()),
+    },
+    entities: [
+        (name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 2, 5), to: (0, 0, 0))),
+        (name: "it's an \"ear\"", camera: Pinhole(vertical_fov_degrees: 50), transform: LookAt(from: (1, 2, 5), to: (0, 0, 0))),
+        (name: "floor", shape: Plane(corners: ((-6, -1, -6), (-6, -1, 6), (6, -1, 6), (6, -1, -6))), material: (diffuse: 0.6)),
+        (name: "ball", shape: Sphere(radius_m: 0.5), material: Principled(metallic: 1, roughness: 0.3, base_color: 0.9), transform: (translate: (1, -0.4, 0))),
+        (name: "spark", shape: Sphere(radius_m: 0.01), material: "glow", transform: (translate: (0.2, 0.3, 0.5))),
+        (name: "glass", shape: Sphere(radius_m: 0.3), material: "clear", transform: (translate: (0.2, 0.3, 0.5))),
+        (name: "lamp", light: Point(power_w: Keys([(0, 20), (4, 2000)])), transform: (translate: (2, 3, 3))),
+    ],
+)"#;
+
+fn folder(scene: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().expect("the program runs")
+}
+
+/// What a run prints on standard output and on standard error.
+#[track_caller]
+fn printed(folder: &Path, arguments: &[&str]) -> [String; 2] {
+    let output = run(folder, arguments);
+    let [out, error] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
+    [out, error]
+}
+
+/// Types a printed command, with more words behind it.
+#[track_caller]
+pub fn typed(folder: &Path, line: &str, more: &str) -> String {
+    let words = line.trim().strip_prefix("rayfront ").unwrap_or_else(|| panic!("no command: {line}"));
+    // The note behind a command is none of it.
+    let words = words.split("  #").next().unwrap_or_default();
+    let line = format!("'{}' {words} {more}", env!("CARGO_BIN_EXE_rayfront"));
+    let output = Command::new("sh").args(["-c", &line]).current_dir(folder).stdin(Stdio::null()).output();
+    let output = output.expect("a shell");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The commands that stand in a text between two others.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
+    text.split(before).skip(1).filter_map(|rest| rest.split(after).next()).collect()
+}
+
+fn hash(report: &str) -> String {
+    let report: Value = serde_json::from_str(report).expect("JSON");
+    report["film_hash"].as_str().expect("a hash").to_owned()
+}
+
+/// Options whose every value changes what a sample finds. Those of a row do not suit each other.
+const OPTIONS: [&[&[&str]]; 15] = [
+    &[&["--set", "Material[\"glow\"].emission *= 3", "--set", "settings.roulette_depth = None"]],
+    &[&["--env", "sky:30,-20"], &["--env", "studio"], &["--background", "#203040"]],
+    &[&["--time", "1.1"], &["--frames", "3"], &["--frames", "5", "--shutter", "0.7", "--fps", "3"]],
+    &[&["--size", "40x31"]],
+    &[&["--depth", "5"]],
+    &[&["--diffuse-depth", "1"], &["--glossy-depth", "1"]],
+    &[&["--transmission-depth", "5"]],
+    &[&["--sampler", "independent"], &["--sampler", "jittered"]],
+    &[&["--sharing", "off"], &["--sharing", "8"]],
+    &[&["--adaptive=unbiased"]],
+    &[&["--seed", "18446744073709551615"], &["--seed", "3"]],
+    &[&["--spp", "24"]],
+    &[&["--camera", "it's an \"ear\""]],
+    &[&["--look-at", "-0.5,2.5,4", "0.1,0,0"], &["--orbit", "-7,-3"], &["--zoom", "1.125"]],
+    &[&["--hide", "\"ball\""], &["--only", "!\"ball\""], &["--ground", "--crop", "4,4,30,24"]],
+];
+
+/// Options of one rendering after another: each by itself, and then several at random.
+fn combinations() -> Vec<Vec<&'static str>> {
+    let mut all: Vec<Vec<&str>> =
+        OPTIONS.iter().flat_map(|row| row.iter().map(|words| words.to_vec())).collect();
+    all.push(Vec::new());
+    let mut state = 1_u64;
+    let mut draw = |count: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % count
+    };
+    for _ in 0..10 {
+        let mut words = Vec::new();
+        for row in OPTIONS {
+            let which = draw(2 * row.len());
+            words.extend(row.get(which).copied().unwrap_or_default());
+        }
+        all.push(words);
+    }
+    all
+}
+
+#[test]
+fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
+    let folder = folder(SPARK);
+    let here = folder.path();
+    let mut count = 0;
+    for options in combinations() {
+        let words = |more: &[&'static str]| [&["scene.ron"], &options[..], more].concat();
+        let [_, told] = printed(here, &words(&["-o", "a.png"]));
+        for command in between(&told, "(rayfront explain", " tells how)").into_iter().take(2) {
+            let explained = typed(here, &format!("rayfront explain{command}"), "--json");
+            let explained: Value = serde_json::from_str(&explained).expect("JSON");
+            let sample = explained["samples"][0]["sample"].as_u64().expect("a sample");
+            let part = format!("{sample}..{}", sample + 1);
+            let arguments = words(&["-o", "one.exr", "-q"]);
+            printed(here, &[&arguments[..], &["--samples", &part]].concat());
+            let (width, _, pixels) = load_linear(&here.join("one.exr")).expect("a picture");
+            let [x, y] = [0, 1].map(|axis| explained["pixel"][axis].as_u64().expect("a place") as u32);
+            let [x, y] = if options.contains(&"--crop") { [x - 4, y - 4] } else { [x, y] };
+            let rendered = pixels[(y * width + x) as usize].to_array();
+            let mean = [0, 1, 2].map(|channel| explained["mean"][channel].as_f64().expect("a number") as f32);
+            // A film counts in a unit, and where time passes that is the first moment's.
+            let is_same = |(a, b): (&f32, &f32)| {
+                a.to_bits() == b.to_bits()
+                    || options.contains(&"--shutter") && (a - b).abs() <= 1e-4 * a.abs()
+            };
+            assert!(
+                mean.iter().zip(&rendered).all(is_same) && mean[0] > 0.0,
+                "{options:?}: {command}: {mean:?}, not {rendered:?}"
+            );
+            count += 1;
+        }
+    }
+    assert!(count > 30, "only {count} commands were printed");
+}
+
+#[test]
+fn what_gives_the_same_image_again_does_also_for_frames_and_longer_films() {
+    let folder = folder(&SPARK.replace("max_depth: 6", "max_depth: 6, exposure: Auto"));
+    let here = folder.path();
+    let again =
+        |report: &str| between(report, "the same image: ", "\n").first().map(|line| (*line).to_owned());
+    // Of several frames the one that it is about, as bright as all of them.
+    let until = ["--spp", "256", "--until", "noise=90%", "--json"];
+    let words = [&["scene.ron", "--frames", "2-3", "--fps", "1", "-o", "f.#.png"], &until[..4]].concat();
+    let [report, _] = printed(here, &words);
+    for (line, frame) in report.lines().filter_map(|line| again(&format!("{line}\n"))).zip([2, 3]) {
+        typed(here, &line, "-o same.png");
+        let [one, same] =
+            [format!("f.{frame}.png"), "same.png".into()].map(|name| image::open(here.join(name)));
+        assert!(one.expect("a picture") == same.expect("a picture"), "{line}");
+    }
+    // A film that was given more samples than its own command says.
+    printed(here, &["scene.ron", "--spp", "8", "-o", "a b.film"]);
+    let [report, _] = printed(here, &["resume", "a b.film", "--spp", "512", "--until", "noise=80%"]);
+    let line = again(&report).expect(&report);
+    let whole = hash(&printed(here, &["merge", "a b.film", "--partial", "--json"])[0]);
+    assert_eq!(hash(&typed(here, &line, "-o same.png --json")), whole, "{line}");
+}
+
+#[test]
+fn what_is_missing_is_rendered_by_what_is_printed() {
+    let folder = folder(SPARK);
+    let here = folder.path();
+    // A name that a shell would take apart, and one of several frames.
+    let part = |index: &str| {
+        let words =
+            ["scene.ron", "--frames", "1-2", "--fps", "1", "--shard", index, "-o", "it's {shard}.#.film"];
+        printed(here, &words);
+    };
+    part("0/3");
+    part("2/3");
+    let output = run(here, &["merge", "it's 0.2.film", "it's 2.2.film"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let line = told.lines().find(|line| line.contains("--shard 1/3")).expect(&told);
+    typed(here, line, "-q");
+    let merged = printed(here, &["merge", "it's 0.2.film", "it's 1.2.film", "it's 2.2.film", "--json"]);
+    let whole = printed(here, &["scene.ron", "--time", "2", "-o", "w.png", "--json"]);
+    assert_eq!(hash(&merged[0]), hash(&whole[0]), "{line}");
+}
