@@ -112,15 +112,17 @@ fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
 
 /// A pixel's brightest sample, and which part of its light that is.
 fn brightest(session: &Session, [x, y]: [u32; 2]) -> Option<(u32, f32)> {
-    let (done, _) = session.samples_done();
-    if done > LONGEST {
+    let samples = &session.gathered().samples;
+    if samples.count() > LONGEST {
         return None;
     }
     let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
     let options = Options { region: Some(region), variance: false, ..*session.options() };
     let (mut sum, mut best) = (0.0, (0, 0.0));
-    for sample in 0..done {
-        let alone = Session::of(session.frame().clone(), done, options).with_samples(sample..sample + 1);
+    // Part of an image has samples from the middle, too.
+    for sample in samples.iter().flatten() {
+        let alone =
+            Session::of(session.frame().clone(), sample + 1, options).with_samples(sample..sample + 1);
         let film = alone.observe(Some([x, y]), &mut |_| ());
         let place = film.region().index(x, y);
         let light = film.radiance().get(place).map_or(0.0, |light| light.luminance());

@@ -146,6 +146,18 @@ fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
 }
 
 #[test]
+fn the_sample_of_a_printed_explanation_is_one_of_those_that_were_rendered() {
+    let folder = folder(SPARK);
+    let [_, told] = printed(folder.path(), &["scene.ron", "--samples", "9..16", "-o", "a.png"]);
+    let commands = between(&told, "(rayfront explain", " tells how)");
+    for command in &commands {
+        let sample = between(command, "--sample ", " ").first().map_or("", |sample| *sample);
+        assert!(sample.parse().is_ok_and(|sample: u32| (9..16).contains(&sample)), "{command}");
+    }
+    assert!(!commands.is_empty(), "{told}");
+}
+
+#[test]
 fn what_gives_the_same_image_again_does_also_for_frames_and_longer_films() {
     let folder = folder(&SPARK.replace("max_depth: 6", "max_depth: 6, exposure: Auto"));
     let here = folder.path();
