@@ -11,6 +11,7 @@ use super::job::Job;
 use super::job_args::WorkOptions;
 use crate::film::Region;
 use crate::formats::film_file::FilmFile;
+use crate::render::Session;
 
 /// Width and height of the tiles that are chosen at random.
 const TILE: u32 = 16;
@@ -98,21 +99,43 @@ pub(super) fn audit(
 
 /// Whether a tile has the same bits in the film as when it is rendered here.
 fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> Result<bool, Failure> {
-    // About an unfinished pass nothing is known for certain.
-    if file.header.begun.is_some() {
-        return Ok(true);
-    }
     let mut again = job.session_of(work, tile);
-    for [start, end] in &file.header.samples {
-        again = again.with_samples(*start..*end);
+    let mut add = |again: Session, [start, end]: [u32; 2]| -> Result<Session, Failure> {
+        let mut again = again.with_samples(start..end);
         while !again.is_done() {
             job.advance(&mut again, 16, &AtomicBool::new(false), &|_| ())?;
         }
+        Ok(again)
+    };
+    for range in &file.header.samples {
+        again = add(again, *range)?;
     }
-    let rows = (tile.y0..tile.y1).zip(again.film().pixels().chunks(tile.width().max(1) as usize));
-    let mut rows = rows.into_iter();
-    Ok(rows.all(|(y, row)| {
+    let whole = again.film().pixels().to_vec();
+    let begun = of_unfinished_pass(file, tile);
+    if let Some(pass) = file.header.begun.as_ref().filter(|_| !begun.is_empty()) {
+        again = add(again, pass.samples)?;
+    }
+    let width = tile.width().max(1) as usize;
+    let has =
+        |part: &Region, x: u32, y: u32| (part.x0..part.x1).contains(&x) && (part.y0..part.y1).contains(&y);
+    let rows = whole.chunks(width).zip(again.film().pixels().chunks(width));
+    Ok((tile.y0..tile.y1).zip(rows).all(|(y, (whole, begun_too))| {
         let start = file.film.region().index(tile.x0, y);
-        file.film.pixels()[start..start + row.len()] == *row
+        let found = &file.film.pixels()[start..start + whole.len()];
+        (tile.x0..tile.x1).zip(found).zip(whole.iter().zip(begun_too)).all(
+            |((x, found), (whole, begun_too))| {
+                let is_begun = begun.iter().any(|part| has(part, x, y));
+                found == if is_begun { begun_too } else { whole }
+            },
+        )
     }))
+}
+
+/// The parts of a tile that have the samples of an unfinished pass.
+fn of_unfinished_pass(file: &FilmFile, tile: Region) -> Vec<Region> {
+    let Some(begun) = &file.header.begun else { return Vec::new() };
+    let tiles = crate::render::tiles(file.film.region(), begun.tile.max(1));
+    let done = begun.tiles.iter().filter_map(|number| tiles.get(*number as usize)).copied();
+    done.filter(|part| part.x0 < tile.x1 && tile.x0 < part.x1 && part.y0 < tile.y1 && tile.y0 < part.y1)
+        .collect()
 }

@@ -193,6 +193,47 @@ fn an_audit_finds_what_another_machine_has_made_of_it() {
     assert!(error.contains("b.film (rendered on") && error.contains("1 of 20 tiles"), "{error}");
 }
 
+/// Of a pass that was interrupted some tiles have the samples, and these are rendered again, too.
+#[cfg(unix)]
+#[test]
+fn an_audit_also_renders_what_was_interrupted() {
+    use rayfront::internals::film::Film;
+    use rayfront::internals::formats::film_file::{load, save};
+
+    let folder = folder();
+    let here = folder.path();
+    let path = here.join("a.film");
+    // The first tile of the image, and the last, are 64 pixels wide and lie far apart.
+    let line = "scene.ron --size 320x100 --spp 4000 -o a.film --checkpoint 10ms --quiet --threads 1";
+    let (begun, film) = loop {
+        let mut child = begun(here, line, "a.film");
+        Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
+        assert_eq!(child.wait().expect("an end").code(), Some(143));
+        let film = load(&path).expect("a film");
+        match film.header.begun.clone().filter(|begun| !begun.tiles.is_empty()) {
+            Some(begun) => break (begun, film),
+            None => std::fs::remove_file(&path).expect("it is there"),
+        }
+    };
+    let sound = json(here, "merge a.film --partial --audit 100% -o a.png");
+    assert_eq!((&sound["audited"][0]["tiles"], &sound["audited"][0]["differing"]), (&140.into(), &0.into()));
+    // One quantum in a tile that has the samples, and one in a tile that has not.
+    let columns = 320_u32.div_ceil(begun.tile);
+    let all = 0..columns * 100_u32.div_ceil(begun.tile);
+    let (with, without): (Vec<u32>, Vec<u32>) = all.partition(|tile| begun.tiles.contains(tile));
+    for tile in with.first().into_iter().chain(&without) {
+        let mut pixels = film.film.pixels().to_vec();
+        let (column, row) = (tile % columns, tile / columns);
+        pixels[(row * begun.tile * 320 + column * begun.tile) as usize].sum[0][1] += 1;
+        let mut forged = load(&path).expect("a film");
+        forged.film = Film::with_pixels(film.film.region(), film.film.unit(), pixels).expect("a film");
+        forged.header.set_film(&forged.film, None);
+        save(&here.join("b.film"), &forged.header, &forged.film, None).expect("saved");
+        let error = failure(here, 5, "merge b.film --partial --audit 100%");
+        assert!(error.contains("1 of 140 tiles differ"), "{tile}: {error}");
+    }
+}
+
 #[test]
 fn rules_stop_a_rendering_and_say_how_to_get_the_same() {
     let folder = folder();
