@@ -1,11 +1,14 @@
 //! What a world says that makes no difference, whatever the transport.
 
 use crate::error::words;
-use crate::world::{AlphaMode, Light, Material, MaterialId, Principled, World};
+use crate::world::{AlphaMode, Background, Material, MaterialId, Principled, World};
 
 /// A sentence for each kind.
 pub(super) fn values(world: &World) -> Vec<String> {
     let mut told: Vec<String> = around(world).into_iter().collect();
+    if world.settings.background != Background::default() {
+        told.extend(world.hidden_background());
+    }
     for (what, says) in OF_MATERIALS {
         let names = names(world, says);
         if !names.is_empty() {
@@ -17,11 +20,7 @@ pub(super) fn values(world: &World) -> Vec<String> {
 
 /// Surroundings that other ones take the place of.
 fn around(world: &World) -> Option<String> {
-    let is_around = |entity: &hecs::Entity| {
-        let light = world.entities.get::<&Light>(*entity);
-        light.is_ok_and(|light| matches!(&*light, Light::Environment { .. } | Light::Sky { .. }))
-    };
-    let mut all = world.in_order().into_iter().filter(is_around).map(|entity| words(&world.name_of(entity)));
+    let mut all = world.surroundings().map(|entity| words(&world.name_of(entity)));
     let first = all.next()?;
     let others: Vec<String> = all.take(4).collect();
     (!others.is_empty()).then(|| {
@@ -91,7 +90,7 @@ fn names(world: &World, says: Says) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::math::Rgb;
-    use crate::world::{ScalarInput, Volume};
+    use crate::world::{Light, ScalarInput, Volume};
 
     type Change = Box<dyn Fn(&mut Principled)>;
 

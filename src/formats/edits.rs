@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Files;
 use super::ron::query::{Query, nothing_meant, set};
 use crate::error::{LoadError, in_one_line};
-use crate::world::{Light, Shape, World};
+use crate::world::{Background, Light, Shape, World};
 
 /// Changes to a scene beyond what its files say. They are carried out in this order: `look_at`, `set`, `only`,
 /// `hide`, `orbit`, `zoom`, `ground`.
@@ -92,8 +92,21 @@ impl Edits {
                     .push("hide: nothing of that is a shape or a light, so nothing is hidden".into());
             }
         }
+        // Another one than black is noticed when the scene is compiled.
+        if world.settings.background == Background::default()
+            && self.set.iter().any(|it| is_of_background(it))
+        {
+            let hidden = world.hidden_background();
+            world.warnings.extend(hidden);
+        }
         Ok(())
     }
+}
+
+/// Whether a statement is about the background.
+fn is_of_background(statement: &str) -> bool {
+    let field = statement.trim_start().strip_prefix("settings.");
+    field.is_some_and(|field| field.trim_start().starts_with("background"))
 }
 
 fn queries(option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadError> {

@@ -109,10 +109,7 @@ impl Surroundings {
 
 /// Puts surroundings around a scene in place of its own environments.
 pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result<(), LoadError> {
-    let is_around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
-    let mut query = world.entities.query::<(hecs::Entity, &Light)>();
-    let old: Vec<_> = query.iter().filter(|(_, light)| is_around(light)).map(|(entity, _)| entity).collect();
-    drop(query);
+    let old: Vec<_> = world.surroundings().collect();
     for entity in old {
         // It is known to exist.
         let _ = world.entities.remove_one::<Light>(entity);

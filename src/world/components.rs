@@ -250,6 +250,13 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// Whether it is an environment or a sky.
+    pub(crate) fn is_around(&self) -> bool {
+        matches!(self, Light::Environment { .. } | Light::Sky { .. })
+    }
+}
+
 /// How a camera turns image points into rays. The scale of its entity does not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {

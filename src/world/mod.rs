@@ -17,6 +17,7 @@ pub(crate) mod transforms;
 mod worn;
 
 pub use crate::bvh::BuildQuality;
+use crate::error::words;
 pub use assets::*;
 pub use components::*;
 pub use hecs;
@@ -103,11 +104,23 @@ impl World {
     /// program, once the world is complete: `world.settings.transport = world.fitting_transport()`.
     pub fn fitting_transport(&self) -> Transport {
         let entities = &self.entities;
-        let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::Sky { .. });
         let asks = entities.query::<&Model>().iter().next().is_some()
-            || entities.query::<&Light>().iter().any(around)
+            || entities.query::<&Light>().iter().any(Light::is_around)
             || self.assets.materials.iter().any(|named| matches!(named.material, Material::Principled(_)));
         if asks { Transport::Path } else { Transport::Whitted }
+    }
+
+    /// Its environments and skies, in the author's order. The first one counts, and hides the background.
+    pub(crate) fn surroundings(&self) -> impl Iterator<Item = hecs::Entity> {
+        let is_around =
+            |entity: &hecs::Entity| self.entities.get::<&Light>(*entity).is_ok_and(|light| light.is_around());
+        self.in_order().into_iter().filter(is_around)
+    }
+
+    /// Why a background shows nowhere, if that is so.
+    pub(crate) fn hidden_background(&self) -> Option<String> {
+        let name = words(&self.name_of(self.surroundings().next()?));
+        Some(format!("background does nothing: \"{name}\" is all around (--env none leaves it out)"))
     }
 
     /// Does something to every light.

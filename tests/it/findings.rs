@@ -291,6 +291,14 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["makes no use of clamp, sharing", "transport: Path does"],
         ),
         (
+            "a background behind an environment",
+            settings(
+                "transport: Path, background: 0.5",
+                &[EYE, BALL, "(name: \"haze\", light: Environment(radiance: 1))"],
+            ),
+            vec!["background does nothing", "\"haze\"", "--env none"],
+        ),
+        (
             "glass of metal",
             scene(&[EYE, FLOOR, LAMP, &ball_of("Principled(transmission: 1, metallic: 1)")]),
             vec!["metals let no light through", "metallic: 0"],

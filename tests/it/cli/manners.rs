@@ -290,6 +290,29 @@ fn surroundings_from_the_command_line_choose_the_transport() {
     assert!(!text(&output.stderr).contains("was chosen"), "{}", text(&output.stderr));
 }
 
+/// Black is no exception, although a scene that says nothing of it has it, too.
+#[test]
+fn a_background_that_nothing_shows_is_told_of() {
+    let folder = folder();
+    let told = |words: &str| {
+        let words = ["scene.ron", "--spp", "1", "-o", "a.png"].into_iter().chain(words.split(' '));
+        text(&run(folder.path(), &words.collect::<Vec<_>>()).stderr)
+            .matches("background does nothing")
+            .count()
+    };
+    for hidden in
+        ["--env studio --background #ffffff", "--env sky --background 0", "--background 0 --env sky:-3"]
+    {
+        assert_eq!(told(hidden), 1, "{hidden}");
+    }
+    let statement =
+        ["scene.ron", "--spp", "1", "-o", "a.png", "--env", "sky", "--set", "settings.background = 0"];
+    assert!(text(&run(folder.path(), &statement).stderr).contains("\"sky\" is all around"));
+    for seen in ["--background #ffffff", "--background 0", "--env none --background 0.5", "--env studio"] {
+        assert_eq!(told(seen), 0, "{seen}");
+    }
+}
+
 #[test]
 fn programs_are_told_what_people_are() {
     let folder = folder();
