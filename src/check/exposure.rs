@@ -60,17 +60,16 @@ pub fn of_image(frame: &Frame, image: &FinishedImage, told: bool) -> Option<Find
     let better = automatic_ev(radiance);
     let stops = better - exposure_ev;
     if white > TOO_MUCH && stops < -WORTH {
-        let white = 100.0 * white;
+        let white = percent(white);
         let what = format!(
-            "{white:.0} % of what is seen is white: there is more light than exposure {exposure_ev:+.2} can show"
+            "{white} % of what is seen is white: there is more light than exposure {exposure_ev:+.2} can show"
         );
         return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
     }
     if black > TOO_MUCH {
         let unlit = seen.iter().filter(|light| light.is_black()).count() as f64 / seen.len() as f64;
-        let black = 100.0 * black;
         if unlit > TOO_MUCH {
-            let what = format!("{black:.0} % of what is seen is black: no light gets there");
+            let what = format!("no light gets to {} % of what is seen", percent(unlit));
             let remedy = match told {
                 true => "the warnings before this one may say why",
                 false => {
@@ -80,13 +79,19 @@ pub fn of_image(frame: &Frame, image: &FinishedImage, told: bool) -> Option<Find
             return Some(Finding::new(None, what, remedy));
         }
         if stops > WORTH {
+            let black = percent(black);
             let what = format!(
-                "{black:.0} % of what is seen is black: there is too little light for exposure {exposure_ev:+.2}"
+                "{black} % of what is seen is black: there is too little light for exposure {exposure_ev:+.2}"
             );
             return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
         }
     }
     None
+}
+
+/// A part as a whole percentage: 100 is said of everything alone.
+fn percent(part: f64) -> f64 {
+    if part < 1.0 { (100.0 * part).round().min(99.0) } else { 100.0 }
 }
 
 /// The light of some of the pixels that show something.
@@ -107,4 +112,14 @@ fn seen(frame: &Frame, &FinishedImage { region, radiance, .. }: &FinishedImage) 
         }
     }
     seen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percent;
+
+    #[test]
+    fn nearly_all_is_not_all() {
+        assert_eq!([0.504, 0.996, 0.999_999, 1.0].map(percent), [50.0, 99.0, 99.0, 100.0]);
+    }
 }

@@ -68,11 +68,13 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         level: arguments.simd.unwrap_or(Level::detect()),
         cpu_seconds: usage::process_cpu_seconds,
     };
-    let bar = ProgressBar::new(u64::from(arguments.runs) + 3);
+    let bar = ProgressBar::new(u64::from(arguments.runs) + 4);
     if let Ok(style) = ProgressStyle::with_template("measuring {bar:32} {pos} of {len}  {eta} left") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
     }
     let times = profile::time(&frame, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
+    let stages = profile::stage_times(&frame, &plan)?;
+    bar.inc(1);
     let flows = flow::count(&frame, &plan);
     bar.inc(1);
     let counted = counters::count(&frame, &plan)?;
@@ -85,6 +87,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         plan: &plan,
         frame: &frame,
         times: &times,
+        stages: &stages,
         flows: &flows,
         counted: &counted,
     };

@@ -8,7 +8,7 @@ use crate::film::PixelSum;
 use crate::integrator::{Frame, RayCounts, Schedule, Stage};
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
-use crate::study::profile::{ProfilePlan, Spread, Timed, wave_bytes};
+use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
 use crate::world::Transport;
 
 /// Bounces that the table shows; the JSON has all.
@@ -23,6 +23,7 @@ pub(super) struct ProfileReport<'a> {
     pub plan: &'a ProfilePlan,
     pub frame: &'a Frame,
     pub times: &'a [Timed; 2],
+    pub stages: &'a StageTimes,
     pub flows: &'a Flows,
     pub counted: &'a Result<Counted, String>,
 }
@@ -43,6 +44,11 @@ fn count(n: u64) -> String {
 
 fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
+}
+
+/// A percentage, if there is one.
+fn share(part: Option<f64>) -> String {
+    part.map_or("-".into(), percent)
 }
 
 impl ProfileReport<'_> {
@@ -139,13 +145,20 @@ impl ProfileReport<'_> {
             String::new(),
             format!(
                 "{:10}{:>12}{:>9}{:>8}{:>12}{:>12}{:>10}{:>12}{:>10}",
-                "stage", "time", "of all", "calls", "in", "out", "full", "bytes", "ns/item"
+                "stage",
+                if self.stages.are_cpu { "CPU time" } else { "time" },
+                "of all",
+                "calls",
+                "in",
+                "out",
+                "full",
+                "bytes",
+                "ns/item"
             ),
         ];
-        let total: f64 = self.times[0].stages.iter().sum();
+        let total: f64 = self.stages.seconds.iter().sum();
         for stage in self.stages_that_run() {
-            let (seconds, flow) = (self.times[0].stages[stage as usize], &self.flows.stages[stage as usize]);
-            let full = if flow.room == 0 { "-".into() } else { percent(flow.fill()) };
+            let (seconds, flow) = (self.stages.seconds[stage as usize], &self.flows.stages[stage as usize]);
             lines.push(format!(
                 "{:10}{:>12}{:>9}{:>8}{:>12}{:>12}{:>10}{:>12}{:>10.1}",
                 stage.name(),
@@ -154,7 +167,7 @@ impl ProfileReport<'_> {
                 flow.calls,
                 count(flow.entering),
                 count(flow.leaving),
-                full,
+                share(flow.fill()),
                 format!("{:.1} MB", flow.bytes as f64 / 1e6),
                 seconds * 1e9 / flow.entering.max(1) as f64
             ));
@@ -230,8 +243,8 @@ impl ProfileReport<'_> {
             lines.push(format!(
                 "{:10}{:>10}{:>10}   {}",
                 stage.name(),
-                percent(flow.occupied()),
-                percent(flow.active()),
+                share(flow.occupied()),
+                share(flow.active()),
                 histogram(flow)
             ));
         }
@@ -271,7 +284,7 @@ impl ProfileReport<'_> {
         let stages: serde_json::Map<String, Value> = Stage::ALL
             .iter()
             .map(|stage| {
-                let seconds = self.times[0].stages[*stage as usize];
+                let seconds = self.stages.seconds[*stage as usize];
                 (stage.name().into(), stage_json(seconds, &self.flows.stages[*stage as usize]))
             })
             .collect();
@@ -290,6 +303,7 @@ impl ProfileReport<'_> {
             "wavefront": timed_json(&self.times[0]),
             "recursive": timed_json(&self.times[1]),
             "stages": stages,
+            "stage_seconds_are_cpu": self.stages.are_cpu,
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,

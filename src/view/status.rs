@@ -211,16 +211,14 @@ fn flows_json(flows: &Flows) -> Value {
         .iter()
         .zip(&flows.stages)
         .map(|(stage, flow)| {
-            // What goes by counts, as samples into pixels do, has neither room nor lanes.
-            let share = |part: f64| if part.is_finite() && flow.has_lanes() { part } else { 0.0 };
             json!({
                 "name": stage.name(),
                 "calls": flow.calls,
                 "entering": flow.entering,
                 "leaving": flow.leaving,
                 "room": flow.room,
-                "lanes": share(flow.occupied()),
-                "active": share(flow.active()),
+                "lanes": flow.occupied().unwrap_or(0.0),
+                "active": flow.active().unwrap_or(0.0),
             })
         })
         .collect();

@@ -181,6 +181,17 @@ fn adds_up(profile: &serde_json::Value) {
     assert_eq!(stage("advance", "in"), sum("hits"));
     assert_eq!(stage("shadow", "in"), sum("shadow"));
     assert_eq!(stage("shadow", "out"), sum("shadow") - sum("blocked"));
+    for (name, stage) in profile["stages"].as_object().expect("stages") {
+        for ratio in ["fill", "lanes_taken", "lanes_going_on"] {
+            let part = &stage[ratio];
+            let is_ratio = part.as_f64().is_some_and(|part| (0.0..=1.0).contains(&part));
+            assert!(part.is_null() || is_ratio, "{name}: {ratio} is {part}");
+        }
+        assert!(stage["seconds"].as_f64().is_some_and(f64::is_finite), "{name}");
+    }
+    let measured = profile["stages"]["shade"]["lanes_taken"].as_f64();
+    assert!(measured > Some(0.0) && profile["stages"]["generate"]["fill"].is_null());
+    assert_eq!(profile["stage_seconds_are_cpu"], cfg!(unix));
 }
 
 /// Under the path transport too, also where surfaces let a part of the light through.

@@ -67,26 +67,24 @@ pub struct StageFlow {
 }
 
 impl StageFlow {
-    /// How full the queue was, 0 to 1.
-    pub fn fill(&self) -> f64 {
-        self.entering as f64 / self.room.max(1) as f64
+    /// How full the queue was, 0 to 1; none if it has no end.
+    pub fn fill(&self) -> Option<f64> {
+        ratio(self.entering, self.room)
     }
 
-    /// Whether its items are looked at in groups of lanes.
-    pub fn has_lanes(&self) -> bool {
-        self.lanes.iter().any(|groups| *groups > 0)
+    /// The fraction of lanes in a group that hold an item: only in the last group some do not. None if its items are
+    /// not looked at in groups of lanes.
+    pub fn occupied(&self) -> Option<f64> {
+        ratio(self.entering, self.all_lanes())
     }
 
-    /// The fraction of lanes in a group that hold an item: only in the last group some do not.
-    pub fn occupied(&self) -> f64 {
-        let groups: u64 = self.lanes.iter().sum();
-        self.entering as f64 / (groups * self.width as u64).max(1) as f64
+    /// The fraction of lanes in a group whose item goes on; none as above.
+    pub fn active(&self) -> Option<f64> {
+        ratio(self.leaving, self.all_lanes())
     }
 
-    /// The fraction of lanes in a group whose item goes on.
-    pub fn active(&self) -> f64 {
-        let groups: u64 = self.lanes.iter().sum();
-        self.leaving as f64 / (groups * self.width as u64).max(1) as f64
+    fn all_lanes(&self) -> u64 {
+        self.lanes.iter().sum::<u64>() * self.width as u64
     }
 
     fn add(&mut self, flow: &Flow) {
@@ -99,6 +97,11 @@ impl StageFlow {
             *sum += u64::from(more);
         }
     }
+}
+
+/// A part of a whole, if there is one.
+fn ratio(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
 }
 
 /// All that flowed.

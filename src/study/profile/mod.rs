@@ -68,8 +68,6 @@ pub struct Timed {
     pub wall: Spread,
     /// Seconds of all threads, where the system tells.
     pub cpu: Option<Spread>,
-    /// Seconds of each stage, all threads together; zeros for the recursive schedule.
-    pub stages: [f64; 8],
     /// Rays of a run.
     pub rays: RayCounts,
     /// Forks that found no place in the wave.
@@ -119,7 +117,6 @@ pub fn time(
 struct Measured {
     wall: f64,
     cpu: Option<f64>,
-    stages: [f64; 8],
     session: Session,
 }
 
@@ -129,8 +126,7 @@ fn run(frame: &Arc<Frame>, plan: &ProfilePlan, schedule: Schedule) -> Measured {
     session.advance(u32::MAX);
     let wall = start.elapsed().as_secs_f64();
     let cpu = cpu.zip((plan.cpu_seconds)()).map(|(before, after)| after - before);
-    let stages = session.statistics().stages.map(|time| time.as_secs_f64());
-    Measured { wall, cpu, stages, session }
+    Measured { wall, cpu, session }
 }
 
 fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
@@ -138,16 +134,44 @@ fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
     let (statistics, hash) = runs
         .last()
         .map_or_else(Default::default, |run| (*run.session.statistics(), run.session.film().hash()));
-    let stage = |stage: Stage| Spread::of(runs.iter().map(|run| run.stages[stage as usize]));
     Timed {
         schedule,
         wall: Spread::of(runs.iter().map(|run| run.wall)).unwrap_or(nothing),
         cpu: Spread::of(runs.iter().filter_map(|run| run.cpu)),
-        stages: Stage::ALL.map(|which| stage(which).unwrap_or(nothing).median),
         rays: statistics.rays,
         spilled: statistics.spilled,
         hash,
     }
+}
+
+/// How long the stages of the wavefront take on one thread.
+#[derive(Clone, Copy, Debug)]
+pub struct StageTimes {
+    /// Seconds of each.
+    pub seconds: [f64; 8],
+    /// Whether these are seconds of the processor; if the system does not tell them, they are those of the clock.
+    pub are_cpu: bool,
+}
+
+/// Renders with the wavefront on one thread and charges its time to the stages: the least of several runs, since what
+/// else the machine does can only add to it.
+pub fn stage_times(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<StageTimes, ThreadError> {
+    on_threads(1, || {
+        let (start, are_cpu) = (Instant::now(), (plan.cpu_seconds)().is_some());
+        let now = || (plan.cpu_seconds)().unwrap_or_else(|| start.elapsed().as_secs_f64());
+        let mut least = [f64::INFINITY; 8];
+        for _ in 0..plan.runs.max(1) {
+            let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+            let (mut seconds, mut last) = ([0.0; 8], now());
+            session.time_stages(&mut |stage: Stage| {
+                let time = now();
+                seconds[stage as usize] += time - last;
+                last = time;
+            });
+            least.iter_mut().zip(seconds).for_each(|(least, seconds)| *least = least.min(seconds));
+        }
+        StageTimes { seconds: least, are_cpu }
+    })
 }
 
 /// Bytes of a worker's queues.
