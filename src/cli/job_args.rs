@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::Failure;
 use super::args::{ScheduleName, parse_bits, parse_level};
+use super::progress::ProgressForm;
 use crate::formats::film_file::is_film;
 use crate::simd::Level;
 
@@ -35,9 +36,20 @@ pub struct WorkOptions {
     pub json: bool,
 }
 
-/// Where the image is to be seen while it is rendered.
+/// What is to be seen of the image while it is rendered.
 #[derive(Args, Debug)]
 pub struct LookOptions {
+    /// Print lines on standard error for the program that runs this, once a second if there is news: lines (such as
+    /// "Progress: 42%"), json (objects) or openjd [default: a bar on a terminal, else a line every 30 seconds]
+    #[arg(
+        long,
+        value_name = "FORM",
+        value_enum,
+        conflicts_with = "quiet",
+        help_heading = "Work",
+        hide_possible_values = true
+    )]
+    pub progress: Option<ProgressForm>,
     /// Show the image, as floats, while it renders: in tev or HDRView listening there, usually at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,

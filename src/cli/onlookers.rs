@@ -2,13 +2,14 @@
 
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use console::Term;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::job_args::LookOptions;
-use super::progress::Meter;
+use super::progress::{Manner, Meter, ProgressForm};
 use super::{Failure, output};
 use crate::film::Film;
 use crate::film::exposure::exposure_ev;
@@ -29,6 +30,9 @@ const DRAWN_HZ: u8 = 5;
 pub struct Onlookers {
     tev: Option<Tev>,
     preview: bool,
+    form: Option<ProgressForm>,
+    /// Which of several renderings it is, and of how many.
+    turn: [AtomicU64; 2],
 }
 
 impl Onlookers {
@@ -40,7 +44,14 @@ impl Onlookers {
         if options.preview && !is_seen {
             output::tell(format_args!("warning: --preview shows nothing: standard error is not a terminal"));
         }
-        Ok(Onlookers { tev, preview: options.preview && is_seen })
+        let (preview, form) = (options.preview && is_seen, options.progress);
+        Ok(Onlookers { tev, preview, form, turn: [AtomicU64::new(0), AtomicU64::new(1)] })
+    }
+
+    /// The next rendering is one of several: its number from 0, and how many there are.
+    pub fn set_turn(&self, number: usize, count: usize) {
+        self.turn[0].store(number as u64, Ordering::Relaxed);
+        self.turn[1].store(count as u64, Ordering::Relaxed);
     }
 
     /// The most pictures that there are for it at a time.
@@ -57,7 +68,9 @@ impl Onlookers {
             (true, false) => ProgressDrawTarget::hidden(),
         };
         let terminal = MultiProgress::with_draw_target(target);
-        let meter = Meter::new(session, quiet, &terminal);
+        let manner =
+            Manner { quiet, form: self.form, turn: [0, 1].map(|at| self.turn[at].load(Ordering::Relaxed)) };
+        let meter = Meter::new(session, manner, &terminal);
         let picture = self.preview.then(|| picture_bar(&terminal));
         let next = Mutex::new(Instant::now() + EVERY);
         Looking { tev: self.tev.as_ref(), terminal, meter, picture, settings: settings.clone(), next }

@@ -22,7 +22,7 @@ use crate::world::Adaptive;
 /// The name under which an image carries its film's header, as JSON.
 pub const RECORD: &str = "rayfront";
 /// Options that leave no trace in an image: how it was rendered, and where it went.
-const WITHOUT_TRACE: [&str; 18] = [
+const WITHOUT_TRACE: [&str; 19] = [
     "--schedule",
     "--wave",
     "--threads",
@@ -40,6 +40,7 @@ const WITHOUT_TRACE: [&str; 18] = [
     "--frames",
     "--fps",
     "--tev",
+    "--progress",
     "--memory",
 ];
 

@@ -1,26 +1,61 @@
-//! How far a rendering is: a bar on a terminal, elsewhere a line now and then.
+//! How far a rendering is: a bar on a terminal, elsewhere a line now and then, or lines for the programs that run it.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use serde_json::json;
 
 use super::output::tell;
 use crate::render::{Progress, Session};
 
 /// How often a line is printed if there is no terminal.
 const LINES: Duration = Duration::from_secs(30);
+/// How often a line for programs is printed at most.
+const LINES_FOR_PROGRAMS: Duration = Duration::from_secs(1);
 /// How often the bar's text is made anew.
 const TEXTS: Duration = Duration::from_millis(200);
 /// Least width of the bar in columns, including the blank after it.
 const BAR: usize = 11;
 
+/// The forms of lines for programs.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProgressForm {
+    /// Progress: 42%, and more behind it
+    Lines,
+    /// An object
+    Json,
+    /// openjd_progress: 42
+    Openjd,
+}
+
+impl ProgressForm {
+    /// What a command line calls it.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// How the progress of a rendering is reported.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner {
+    /// Nothing is.
+    pub quiet: bool,
+    /// In lines for programs.
+    pub form: Option<ProgressForm>,
+    /// Which of several renderings this is, and of how many: 100 % are all of them.
+    pub turn: [u64; 2],
+}
+
 /// Tells how far a rendering is.
 pub struct Meter {
     /// Hidden where there is no terminal.
     bar: ProgressBar,
-    quiet: bool,
+    manner: Manner,
+    /// The percentage that a program was told last; none yet: the largest number.
+    told: AtomicU64,
     begun: Instant,
     /// When something was said last.
     last: Mutex<Instant>,
@@ -35,11 +70,11 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// For the rest of a rendering; stays silent if `quiet`.
-    pub fn new(session: &Session, quiet: bool, terminal: &MultiProgress) -> Meter {
+    /// For the rest of a rendering.
+    pub fn new(session: &Session, manner: Manner, terminal: &MultiProgress) -> Meter {
         let ((done, wanted), pixels) = (session.samples_done(), session.film().region().area() as u64);
         let (done, wanted) = (pixels * u64::from(done), pixels * u64::from(wanted));
-        let bar = match quiet {
+        let bar = match manner.quiet || manner.form.is_some() {
             true => ProgressBar::hidden(),
             false => terminal.add(ProgressBar::new(wanted).with_position(done)),
         };
@@ -52,7 +87,8 @@ impl Meter {
         let now = Instant::now();
         Meter {
             bar,
-            quiet,
+            manner,
+            told: AtomicU64::new(u64::MAX),
             begun: now,
             last: Mutex::new(now),
             pixels,
@@ -71,13 +107,19 @@ impl Meter {
         self.bar.inc(progress.samples);
         // Another worker is saying it.
         let Ok(mut last) = self.last.try_lock() else { return };
-        let every = if self.bar.is_hidden() { LINES } else { TEXTS };
-        if self.quiet || last.elapsed() < every {
+        let every = match self.manner.form {
+            Some(_) => LINES_FOR_PROGRAMS,
+            None if self.bar.is_hidden() => LINES,
+            None => TEXTS,
+        };
+        if self.manner.quiet || last.elapsed() < every {
             return;
         }
         *last = Instant::now();
         let facts = self.facts();
-        if self.bar.is_hidden() {
+        if let Some(form) = self.manner.form {
+            self.tell_program(form, &facts);
+        } else if self.bar.is_hidden() {
             tell(format_args!("rendering: {}", facts.line()));
         } else {
             let columns = usize::from(console::Term::stderr().size().1);
@@ -93,6 +135,17 @@ impl Meter {
     /// There is nothing more to tell.
     pub fn end(&self) {
         self.bar.finish_and_clear();
+        if let Some(form) = self.manner.form.filter(|_| !self.manner.quiet) {
+            self.tell_program(form, &self.facts());
+        }
+    }
+
+    /// Prints a line for programs, unless it would say the same as the last one.
+    fn tell_program(&self, form: ProgressForm, facts: &Facts) {
+        let percent = facts.percent_of_all(self.manner.turn);
+        if self.told.swap(percent, Ordering::Relaxed) != percent {
+            tell(facts.for_programs(form, percent));
+        }
     }
 
     fn facts(&self) -> Facts {
@@ -124,6 +177,29 @@ struct Facts {
 }
 
 impl Facts {
+    /// The percentage of several renderings, of which this is one.
+    fn percent_of_all(&self, [turn, count]: [u64; 2]) -> u64 {
+        (100 * turn + self.percent) / count.max(1)
+    }
+
+    /// A line for programs.
+    fn for_programs(&self, form: ProgressForm, percent: u64) -> String {
+        let [done, wanted] = self.samples;
+        match form {
+            ProgressForm::Lines => {
+                let left = self.left.filter(|_| done < wanted);
+                let left = left.map_or(String::new(), |left| format!(", {} left", time(left)));
+                format!("Progress: {percent}%, {} of {wanted} samples a pixel{left}", part(done, wanted))
+            }
+            ProgressForm::Json => json!({
+                "percent": percent, "samples": done, "samples_asked": wanted, "mrays_per_s": self.mrays,
+                "seconds_left": self.left, "noise_relative": self.noise.map(|percent| percent / 100.0),
+            })
+            .to_string(),
+            ProgressForm::Openjd => format!("openjd_progress: {percent}"),
+        }
+    }
+
     /// All of it.
     fn line(&self) -> String {
         let Facts { percent, samples: [done, wanted], mrays, .. } = self;
@@ -180,6 +256,24 @@ mod tests {
     fn times_have_two_units() {
         let times = [0.4, 59.6, 200.0, 3700.0, 90_000.0].map(time);
         assert_eq!(times, ["0 s", "1 min 0 s", "3 min 20 s", "1 h 1 min", "1 d 1 h"]);
+    }
+
+    #[test]
+    fn programs_are_told_in_their_forms() {
+        let facts =
+            |percent, samples| Facts { percent, samples, mrays: 2.5, left: Some(200.0), noise: Some(3.0) };
+        let half = facts(50, [32.0, 64.0]);
+        assert_eq!(
+            half.for_programs(ProgressForm::Lines, 50),
+            "Progress: 50%, 32.0 of 64 samples a pixel, 3 min 20 s left"
+        );
+        assert_eq!(half.for_programs(ProgressForm::Openjd, 50), "openjd_progress: 50");
+        let object: serde_json::Value =
+            serde_json::from_str(&half.for_programs(ProgressForm::Json, 50)).unwrap();
+        assert_eq!((object["percent"].as_u64(), object["noise_relative"].as_f64()), (Some(50), Some(0.03)));
+        // The second and the last of four frames.
+        assert_eq!([[1, 4], [3, 4]].map(|turn| half.percent_of_all(turn)), [37, 87]);
+        assert_eq!(facts(100, [64.0, 64.0]).percent_of_all([3, 4]), 100);
     }
 
     #[test]

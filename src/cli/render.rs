@@ -94,7 +94,9 @@ fn all_frames(
     let mut is_exposed = !several;
     let time_of = |frame: u32| frame as f32 / arguments.frames.fps;
     let (mut compared, samples) = (Compared::default(), arguments.picture.spp);
-    for frame in frames.numbers() {
+    let count = frames.numbers().count();
+    for (turn, frame) in frames.numbers().enumerate() {
+        onlookers.set_turn(turn, count);
         let named = frames::named(outputs, frame, several)?;
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
         let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
@@ -240,7 +242,7 @@ fn render(
 }
 
 /// Which view of the scene is rendered, at a moment.
-fn view(arguments: &Render, time_s: Option<f32>) -> View {
+pub(super) fn view(arguments: &Render, time_s: Option<f32>) -> View {
     View {
         camera: arguments.picture.camera.clone(),
         time_s,
