@@ -9,13 +9,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 static OURS: Budget = Budget::of(u64::MAX);
 
 /// Bytes that are never handed out: for stacks, waves and the allocator itself.
-const RESERVE: u64 = 48 << 20;
+pub const RESERVE: u64 = 48 << 20;
 /// Claims that add up to less than this are granted without asking the system.
 const SMALL: u64 = 4 << 20;
 
 /// Sets how many bytes the process may use in all from now on.
 pub fn set_limit(bytes: u64) {
     OURS.most.store(bytes, Ordering::Relaxed);
+}
+
+/// How many bytes the process may use in all, if that was said.
+pub fn limit() -> Option<u64> {
+    Some(OURS.most.load(Ordering::Relaxed)).filter(|bytes| *bytes < u64::MAX)
 }
 
 /// Claims memory for something that is about to be made. Keep the claim until it is made, so that others who claim at

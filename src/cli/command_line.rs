@@ -43,16 +43,17 @@ fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString>
     vec![first, words.next_if(is_place).unwrap_or_default()]
 }
 
-/// What was typed behind the program's name, each option under its own name: what is made of it, and the record in
-/// an image, are the same whatever it was called.
+/// What was typed behind the program's name, as [`recorded`].
 pub fn typed() -> Vec<String> {
     let words = understood(std::env::args_os().skip(1));
     recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())
 }
 
-fn recorded(mut words: Vec<String>) -> Vec<String> {
-    const OTHER_NAMES: [(&str, &str); 3] =
-        [("--samples-per-pixel", "--spp"), ("-s", "--spp"), ("-t", "--threads")];
+/// Words with each option under its own name: what is made of it, and the record in an image, are the same whatever it
+/// was called.
+pub fn recorded(mut words: Vec<String>) -> Vec<String> {
+    const OTHER_NAMES: [(&str, &str); 4] =
+        [("--samples-per-pixel", "--spp"), ("-s", "--spp"), ("-t", "--threads"), ("-q", "--quiet")];
     if words.first().is_some_and(|word| word == "render") {
         words.remove(0);
     }

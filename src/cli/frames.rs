@@ -12,8 +12,9 @@ use crate::formats::film_file::View;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct FrameOptions {
-    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; auto/1-48 picks the one that the
-    /// scheduler's task number stands for; #### in -o stands for the frame's number
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; 7/1-48 renders frame 7 as one of these,
+    /// with the exposure that all of them have, and auto/1-48 the one that the scheduler's task number stands for; ####
+    /// in -o stands for the frame's number
     #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
     pub frames: Option<Frames>,
     /// Frames per second: frame N is at N / fps seconds
@@ -32,8 +33,17 @@ pub struct FrameOptions {
 pub struct Frames {
     /// First, last, step.
     ranges: Vec<[u32; 3]>,
-    /// Whether only one of them is meant, the one that a scheduler says.
-    by_scheduler: bool,
+    /// Which of them are rendered.
+    of_them: OfThem,
+}
+
+/// Which frames of a list a process renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OfThem {
+    All,
+    One(u32),
+    /// The one that a scheduler says.
+    ByScheduler,
 }
 
 /// More than anybody wants, and fewer than what one digit too many asks for.
@@ -47,14 +57,17 @@ impl Frames {
 
     /// Those that this process renders.
     pub(super) fn resolve(&self) -> Result<Frames, Failure> {
-        if !self.by_scheduler {
-            return Ok(self.clone());
-        }
-        let count = self.numbers().count() as u32;
-        let task = shard::number_of_task(count)
-            .map_err(|reason| Failure::command_line(format!("--frames auto: {reason}")))?;
-        let frame = self.numbers().nth(task as usize).unwrap_or_default();
-        Ok(Frames { ranges: vec![[frame, frame, 1]], by_scheduler: false })
+        let frame = match self.of_them {
+            OfThem::All => return Ok(self.clone()),
+            OfThem::One(frame) => frame,
+            OfThem::ByScheduler => {
+                let count = self.numbers().count() as u32;
+                let task = shard::number_of_task(count)
+                    .map_err(|reason| Failure::command_line(format!("--frames auto: {reason}")))?;
+                self.numbers().nth(task as usize).unwrap_or_default()
+            }
+        };
+        Ok(Frames { ranges: vec![[frame, frame, 1]], of_them: OfThem::All })
     }
 }
 
@@ -74,9 +87,12 @@ impl std::fmt::Display for Frames {
 }
 
 fn parse(text: &str) -> Result<Frames, String> {
-    let list = text.strip_prefix("auto/");
-    let by_scheduler = list.is_some();
     let number = |text: &str| text.trim().parse().ok().filter(|number| *number <= MOST);
+    let (of_them, list) = match text.split_once('/') {
+        None => (Some(OfThem::All), text),
+        Some(("auto", list)) => (Some(OfThem::ByScheduler), list),
+        Some((frame, list)) => (number(frame).map(OfThem::One), list),
+    };
     let range = |part: &str| {
         let (range, step) = match part.split_once('x') {
             Some((range, step)) => (range, number(step)?),
@@ -86,10 +102,16 @@ fn parse(text: &str) -> Result<Frames, String> {
         let range = [number(first)?, number(last)?, step];
         (range[0] <= range[1] && step > 0).then_some(range)
     };
-    let ranges: Option<Vec<_>> = list.unwrap_or(text).split(',').map(range).collect();
-    ranges
-        .map(|ranges| Frames { ranges, by_scheduler })
-        .ok_or_else(|| "expected frames, such as 1-48, 1-48x2 or 1,3,7-9".into())
+    let ranges: Option<Vec<_>> = list.split(',').map(range).collect();
+    let frames = ranges.zip(of_them).map(|(ranges, of_them)| Frames { ranges, of_them });
+    let frames =
+        frames.ok_or("expected frames, such as 1-48, 1-48x2, 1,3,7-9, or 7/1-48 for one of several")?;
+    match frames.of_them {
+        OfThem::One(frame) if !frames.numbers().any(|number| number == frame) => {
+            Err(format!("frame {frame} is none of {frames}"))
+        }
+        _ => Ok(frames),
+    }
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {
@@ -166,9 +188,14 @@ mod tests {
         assert_eq!(numbers("1-5"), Ok(vec![1, 2, 3, 4, 5]));
         assert_eq!(numbers("0-10x4, 3"), Ok(vec![0, 4, 8, 3]));
         assert_eq!(parse("0-10x4, 3,5-6").map(|frames| frames.to_string()), Ok("0-10x4,3,5-6".into()));
-        for wrong in ["", "auto", "a", "5-1", "1-5x0", "1-", "-3", "1,,2", "1-99999999"] {
+        for wrong in
+            ["", "auto", "a", "5-1", "1-5x0", "1-", "-3", "1,,2", "1-99999999", "4/1-3", "a/1-3", "1-2/1-3"]
+        {
             assert!(numbers(wrong).is_err(), "{wrong}");
         }
+        let one = parse("3/1-5x2").ok().and_then(|frames| Some((frames.to_string(), frames.resolve().ok()?)));
+        let one = one.map(|(list, frames)| (list, frames.numbers().collect::<Vec<_>>()));
+        assert_eq!(one, Some(("1-5x2".into(), vec![3])));
     }
 
     #[test]

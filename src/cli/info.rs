@@ -16,7 +16,7 @@ use crate::memory;
 use crate::render::Needs;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
-use crate::world::{ColorInput, Light, Material, MaterialId, Shape, World};
+use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, World};
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let before = memory::resident();
@@ -24,7 +24,6 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let scene = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
     let peak = memory::peak();
     let mut facts = facts(&world, &scene)?;
-    let scene_bytes = scene.memory().total() as u64;
     // How much of its bound the builder really uses depends on the timing of its threads.
     let meshes: usize = world.assets.meshes.iter().map(|mesh| mesh.bytes()).sum();
     let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
@@ -34,11 +33,21 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let region = Region::whole(settings.size);
     let needs = Needs::usual(region);
     // The world ends before anything is rendered.
-    let rendering = before.map(|before| before + scene_bytes + needs.bytes(&frame, &settings));
+    let rendering = rendering_bytes(before, &frame, &settings, &needs);
     facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a process has resident while it renders, if it had `before` before the scene.
+pub(super) fn rendering_bytes(
+    before: Option<u64>,
+    frame: &Frame,
+    settings: &Settings,
+    needs: &Needs,
+) -> Option<u64> {
+    Some(before? + frame.scene.memory().total() as u64 + needs.bytes(frame, settings))
 }
 
 /// Everything as one object; the text is made from it, so that both say the same.

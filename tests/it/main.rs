@@ -23,6 +23,7 @@ mod meshes;
 mod metamorphic;
 mod path;
 mod pictures;
+mod plans;
 #[cfg(unix)]
 mod printed;
 mod references;

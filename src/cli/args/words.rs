@@ -42,10 +42,15 @@ impl Words {
         );
         words.switch("--solid-glass", *solid_glass);
         words.switch("--double-sided", *double_sided);
-        words.option("--env", surroundings.as_ref().map(name_of));
+        words.surroundings(surroundings.as_ref());
         words.edits(edits);
         words.option("--size", size.map(|[width, height]| format!("{width}x{height}")));
         words
+    }
+
+    /// Adds what is around a scene.
+    pub fn surroundings(&mut self, surroundings: Option<&Surroundings>) {
+        self.option("--env", surroundings.map(name_of));
     }
 
     fn edits(&mut self, edits: &Edits) {

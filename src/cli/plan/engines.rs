@@ -1,42 +1,38 @@
 //! The job files of each engine, and what to type to submit them.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 
-use super::super::command_line::quoted;
-use super::{Engine, JobFile, Jobs, Plan, Tasks, line};
+use super::super::command_line::{quoted, shell_line};
+use super::{Engine, JobFile, Jobs, Plan, Tasks};
 
 impl Jobs<'_> {
     pub(super) fn slurm(&self) -> Vec<JobFile> {
-        let (name, last, merge) = (&self.name, self.last(), self.merge());
-        let [log, merge_log] = ["part-%a.log", "merge.log"].map(|log| quoted(&self.path(log)));
+        let (name, last) = (&self.name, self.last());
         let [render_file, merge_file] =
             ["render.sbatch", "merge.sbatch"].map(|file| quoted(&self.path(file)));
-        let render = line(&self.render_any());
+        let script = |name: &str, log: &str, more: &str, command: &[String]| {
+            let (log, resources) = (quoted(&self.path(log)), self.resources.slurm());
+            let command = shell_line(command);
+            format!(
+                "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --output={log}\n{resources}{more}exec {command}\n"
+            )
+        };
         // The signal goes to the program, which replaces the shell: it saves what it has and, when it is requeued,
         // continues with it.
-        let array = format!(
-            "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --array=0-{last}\n#SBATCH --output={log}\n\
-             #SBATCH --signal=B:TERM@30\n#SBATCH --requeue\nexec {render}\n"
-        );
-        let merge = format!(
-            "#!/bin/sh\n#SBATCH --job-name={name}-merge\n#SBATCH --output={merge_log}\nexec {merge}\n"
-        );
+        let more = format!("#SBATCH --array=0-{last}\n#SBATCH --signal=B:TERM@30\n#SBATCH --requeue\n");
+        let array = script(name, "part-%a.log", &more, &self.render_any());
         if !self.merges() {
             return vec![
                 ("render.sbatch", array),
                 ("submit.sh", format!("#!/bin/sh\nexec sbatch --parsable {render_file}\n")),
             ];
         }
+        let merge = script(&format!("{name}-merge"), "merge.log", "", &self.merge_words());
         let mut files = vec![("render.sbatch", array), ("merge.sbatch", merge)];
         let (mut before, mut after) = (String::new(), "");
         if self.has_pilot {
-            let [file, log] = ["pilot.sbatch", "pilot.log"].map(|name| quoted(&self.path(name)));
-            let pilot = line(&self.pilot(&self.folder));
-            let pilot =
-                format!("#!/bin/sh\n#SBATCH --job-name={name}-pilot\n#SBATCH --output={log}\nexec {pilot}\n");
-            files.push(("pilot.sbatch", pilot));
+            files.push(("pilot.sbatch", script(&format!("{name}-pilot"), "pilot.log", "", &self.pilot())));
+            let file = quoted(&self.path("pilot.sbatch"));
             (before, after) =
                 (format!("pilot=$(sbatch --parsable {file})\n"), "--dependency=afterany:\"$pilot\" ");
         }
@@ -56,12 +52,12 @@ impl Jobs<'_> {
         let commands: Vec<Vec<String>> = match &self.tasks {
             Tasks::Shards(count) => (0..*count).map(|index| part(index, *count)).collect(),
             Tasks::Frames(frames) => {
-                frames.numbers().map(|frame| self.render_frames(&frame.to_string())).collect()
+                frames.numbers().map(|frame| self.render_frames(&format!("{frame}/{frames}"))).collect()
             }
         };
-        let mut files = vec![("parts.txt", commands.iter().map(|words| line(words) + "\n").collect())];
+        let mut files = vec![("parts.txt", commands.iter().map(|words| shell_line(words) + "\n").collect())];
         if self.has_pilot {
-            files.push(("pilot.sh", format!("#!/bin/sh\nexec {}\n", line(&self.pilot(&self.folder)))));
+            files.push(("pilot.sh", format!("#!/bin/sh\nexec {}\n", shell_line(&self.pilot()))));
         }
         if self.merges() {
             files.push(("merge.sh", format!("#!/bin/sh\nexec {}\n", self.merge())));
@@ -71,15 +67,17 @@ impl Jobs<'_> {
 
     pub(super) fn hyperqueue(&self) -> String {
         let (name, last, merge) = (&self.name, self.last(), quoted(&self.merge()));
-        let render = line(&self.render_any());
+        let (render, resources) = (shell_line(&self.render_any()), self.resources.hyperqueue());
         let log = quoted(&self.path("part-%{TASK_ID}.log"));
         let array = format!(
-            "hq submit --name {name} --array 0-{last} --stdout none --stderr {log} --wait -- {render}\n"
+            "hq submit --name {name} --array 0-{last} {resources} --stdout none --stderr {log} --wait -- {render}\n"
         );
         let pilot = match self.has_pilot {
             true => {
-                let pilot = line(&self.pilot(&self.folder));
-                format!("hq submit --name {name}-pilot --stdout none --wait -- {pilot}\n")
+                let (pilot, log) = (shell_line(&self.pilot()), quoted(&self.path("pilot.log")));
+                format!(
+                    "hq submit --name {name}-pilot {resources} --stdout none --stderr {log} --wait -- {pilot}\n"
+                )
             }
             false => String::new(),
         };
@@ -87,72 +85,108 @@ impl Jobs<'_> {
             false => format!("#!/bin/sh\n{array}"),
             true => format!(
                 "#!/bin/sh\n# Waits for the parts; the merge says what is missing, if anything.\n{pilot}{array}\
-                 hq submit --name {name}-merge --wait -- sh -c {merge}\n"
+                 hq submit --name {name}-merge {resources} --wait -- sh -c {merge}\n"
             ),
         }
     }
 
-    /// (Open Job Description 2023-09.)
+    /// (Open Job Description 2023-09.) Paths are parameters of their own, so that farms can map them; one that may lie
+    /// anywhere can have no default.
     pub(super) fn openjd(&self) -> String {
-        let parameter = |name: &str, value: &str, description: &str| json!({ "name": name, "type": "STRING", "default": value, "description": description });
+        let farm = self.with_parameters();
         // What a task renders, by its number.
-        let (name, range, words) = match &self.tasks {
+        let (name, range, render) = match &self.tasks {
             Tasks::Shards(count) => {
-                let film = "{{Param.Folder}}/part-{{Task.Param.Shard}}.film";
-                let words = self.render(&format!("{{{{Task.Param.Shard}}}}/{count}"), film);
+                let film = farm.path("part-{{Task.Param.Shard}}.film");
+                let words = farm.render(&format!("{{{{Task.Param.Shard}}}}/{count}"), &film);
                 ("Shard", format!("0-{}", self.last()), words)
             }
             Tasks::Frames(frames) => {
-                ("Frame", frames.to_string().replace('x', ":"), self.render_frames("{{Task.Param.Frame}}"))
+                let words = farm.render_frames(&format!("{{{{Task.Param.Frame}}}}/{frames}"));
+                ("Frame", frames.to_string().replace('x', ":"), words)
             }
         };
-        let mut render: Vec<Value> = words[2..].iter().map(|word| json!(word)).collect();
-        render.insert(0, json!("{{Param.Scene}}"));
-        let mut merge: Vec<Value> = self.merge_words()[1..].iter().map(|word| json!(word)).collect();
-        merge[1] = json!("{{Param.Folder}}");
-        let mut parameters = vec![
-            parameter("Program", &self.program, "What renders"),
-            parameter("Scene", &self.scene, "What is rendered"),
-        ];
+        let run = |words: &[String]| {
+            let mut run = json!({ "command": words[0], "args": words[1..] });
+            if let Some(seconds) = self.resources.seconds {
+                run["timeout"] = json!(seconds);
+            }
+            run
+        };
+        let step = |name: &str, run: Value, after: Option<&str>| {
+            let mut amounts =
+                vec![json!({ "name": "amount.worker.memory", "min": self.resources.mebibytes })];
+            amounts.extend(self.resources.cores.map(|n| json!({ "name": "amount.worker.vcpu", "min": n })));
+            let mut step = json!({
+                "name": name,
+                "hostRequirements": { "amounts": amounts },
+                "script": { "actions": { "onRun": run } },
+            });
+            if let Some(after) = after {
+                step["dependencies"] = json!([{ "dependsOn": after }]);
+            }
+            step
+        };
         let mut steps = Vec::new();
         if self.has_pilot {
-            let pilot: Vec<Value> =
-                self.pilot(Path::new("{{Param.Folder}}"))[2..].iter().map(|word| json!(word)).collect();
-            let arguments: Vec<Value> = std::iter::once(json!("{{Param.Scene}}")).chain(pilot).collect();
-            steps.push(json!({
-                "name": "Pilot",
-                "script": { "actions": { "onRun": { "command": "{{Param.Program}}", "args": arguments } } },
-            }));
+            steps.push(step("Pilot", run(&farm.pilot()), None));
         }
-        let mut step = json!({
-            "name": "Render",
-            "parameterSpace": { "taskParameterDefinitions": [{ "name": name, "type": "INT", "range": range }]},
-            "script": { "actions": { "onRun": {
-                "command": "{{Param.Program}}", "args": render,
-                // Told to end, it saves what it has.
-                "cancelation": { "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 },
-            }}},
-        });
-        if self.has_pilot {
-            step["dependencies"] = json!([{ "dependsOn": "Pilot" }]);
-        }
-        steps.push(step);
+        let mut render = step("Render", run(&render), self.has_pilot.then_some("Pilot"));
+        // Told to end, it saves what it has.
+        render["script"]["actions"]["onRun"]["cancelation"] =
+            json!({ "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 });
+        render["parameterSpace"] =
+            json!({ "taskParameterDefinitions": [{ "name": name, "type": "INT", "range": range }] });
+        steps.push(render);
         if self.merges() {
-            let folder = self.folder.to_string_lossy();
-            parameters.push(parameter("Folder", &folder, "Where the parts go: shared by all workers"));
-            steps.push(json!({
-                "name": "Merge",
-                "dependencies": [{ "dependsOn": "Render" }],
-                "script": { "actions": { "onRun": { "command": "{{Param.Program}}", "args": merge } } },
-            }));
+            steps.push(step("Merge", run(&farm.merge_words()), Some("Render")));
         }
         let template = json!({
             "specificationVersion": "jobtemplate-2023-09",
             "name": self.name,
-            "parameterDefinitions": parameters,
+            "parameterDefinitions": self.parameters(),
             "steps": steps,
         });
         serde_json::to_string_pretty(&template).unwrap_or_default() + "\n"
+    }
+
+    /// The same with parameters of a template in place of paths.
+    fn with_parameters(&self) -> Self {
+        let parameter = |name: &str| format!("{{{{Param.{name}}}}}");
+        let images = self.images.iter().enumerate().map(|(number, _)| parameter(&image_name(number)));
+        Jobs {
+            program: parameter("Program"),
+            scene: parameter("Scene"),
+            folder: parameter("Folder").into(),
+            images: images.collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Their definitions.
+    fn parameters(&self) -> Vec<Value> {
+        let path = |name: &str, kind: &str, flow: &str, description: &str| json!({ "name": name, "type": "PATH", "objectType": kind, "dataFlow": flow, "description": description });
+        let mut all = vec![
+            json!({ "name": "Program", "type": "STRING", "default": self.program, "description": "What renders" }),
+            path("Scene", "FILE", "IN", "What is rendered"),
+        ];
+        let images = (0..self.images.len()).map(image_name);
+        all.extend(images.map(|name| path(&name, "FILE", "OUT", "Where the image goes")));
+        if self.merges() {
+            let mut folder =
+                path("Folder", "DIRECTORY", "INOUT", "Where the parts go: shared by all workers");
+            // The template's own.
+            folder["default"] = json!(".");
+            all.push(folder);
+        }
+        all
+    }
+
+    /// The values of those that have no default, as `openjd` takes them.
+    fn values(&self) -> String {
+        let images = self.images.iter().enumerate().map(|(number, image)| (image_name(number), image));
+        let all = std::iter::once(("Scene".to_owned(), &self.scene)).chain(images);
+        all.map(|(name, value)| format!(" -p {}", quoted(&format!("{name}={value}")))).collect()
     }
 
     pub(super) fn kubernetes(&self) -> Vec<JobFile> {
@@ -162,10 +196,16 @@ impl Jobs<'_> {
         let list = |words: &[String]| Value::from(words.to_vec()).to_string();
         let here = string(&here.to_string_lossy());
         let job = |name: &str, array: &str, command: &str| {
+            let resources = &self.resources;
+            let cores = resources.cores.map_or(String::new(), |cores| format!("cpu: \"{cores}\", "));
+            let memory = resources.mebibytes;
+            let time = resources.seconds;
+            let time =
+                time.map_or(String::new(), |seconds| format!("      activeDeadlineSeconds: {seconds}\n"));
             format!(
                 "apiVersion: batch/v1\nkind: Job\nmetadata:\n  name: {name}\nspec:\n{array}  template:\n    spec:\n      \
-                 restartPolicy: {restart}\n      containers:\n        - name: rayfront\n          image: {image}\n          \
-                 command: {command}\n          volumeMounts:\n            - {{ name: files, mountPath: {here} }}\n      volumes:\n        - name: files\n          \
+                 restartPolicy: {restart}\n{time}      containers:\n        - name: rayfront\n          image: {image}\n          \
+                 command: {command}\n          resources: {{ requests: {{ {cores}memory: {memory}Mi }} }}\n          volumeMounts:\n            - {{ name: files, mountPath: {here} }}\n      volumes:\n        - name: files\n          \
                  persistentVolumeClaim: {{ claimName: {volume} }}\n",
                 restart = if array.is_empty() { "OnFailure" } else { "Never" },
                 image = string(image),
@@ -177,7 +217,7 @@ impl Jobs<'_> {
         );
         let mut files = vec![("render.yaml", job(name, &array, &list(&self.render_any())))];
         if self.has_pilot {
-            files.push(("pilot.yaml", job(&format!("{name}-pilot"), "", &list(&self.pilot(&self.folder)))));
+            files.push(("pilot.yaml", job(&format!("{name}-pilot"), "", &list(&self.pilot()))));
         }
         if self.merges() {
             files.push(("merge.yaml", job(&format!("{name}-merge"), "", &list(&self.merge_words()))));
@@ -193,7 +233,8 @@ impl Jobs<'_> {
         match self.plan.engine {
             Engine::Slurm | Engine::Hyperqueue => format!("to submit: sh {}\n", file("submit.sh")),
             Engine::Openjd => format!(
-                "to check: openjd check {template}\nto run here: openjd run {template} --step {step} --run-dependencies\n",
+                "to check: openjd check {template}\nto run here: openjd run {template} --step {step} --run-dependencies{values}\n",
+                values = self.values(),
                 template = file("template.json"),
                 step = if self.merges() { "Merge" } else { "Render" },
             ),
@@ -218,4 +259,9 @@ impl Jobs<'_> {
             ),
         }
     }
+}
+
+/// What a template calls one of the images.
+fn image_name(number: usize) -> String {
+    if number == 0 { "Image".to_owned() } else { format!("Image{}", number + 1) }
 }

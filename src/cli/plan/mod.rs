@@ -2,21 +2,28 @@
 //! together, or render the frames of an animation.
 
 mod engines;
+mod resources;
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Args, Parser, ValueEnum};
 
-use super::args::Arguments;
-use super::command_line::{self, quoted};
+use super::args::{Arguments, Render, Words};
+use super::command_line::{self, shell_line};
 use super::frames::{self, Frames};
-use super::job_args::Outputs;
+use super::job::Job;
+use super::job_args::{Outputs, parse_duration};
+use super::progress::ProgressForm;
 use super::{Failure, output};
 use crate::error::in_one_line;
 use crate::files::links;
 use crate::film::SampleRanges;
-use crate::world::{Adaptive, World};
+use crate::formats::film_file;
+use crate::formats::picture::supported;
+use crate::world::Adaptive;
+use resources::Resources;
 
 /// `rayfront plan`.
 #[derive(Args, Debug)]
@@ -39,6 +46,13 @@ pub struct Plan {
     /// Program that the engine starts [default: this program; for kubernetes: rayfront]
     #[arg(long, value_name = "FILE")]
     pub program: Option<String>,
+    /// Cores of each task [default: --threads behind --; for slurm, hyperqueue and kubernetes else those of this
+    /// machine, but at most 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub cores: Option<u32>,
+    /// Longest time of each task, such as 2h; the engine ends it then
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub time_limit: Option<Duration>,
     /// For kubernetes: the container's image
     #[arg(long, value_name = "NAME", default_value = concat!("rayfront:", env!("CARGO_PKG_VERSION")))]
     pub image: String,
@@ -66,6 +80,7 @@ pub enum Engine {
 }
 
 /// What the tasks are.
+#[derive(Clone)]
 enum Tasks {
     /// Parts of the samples, to be merged.
     Shards(u32),
@@ -87,11 +102,16 @@ impl Tasks {
 }
 
 /// What all engines are told.
+#[derive(Clone)]
 struct Jobs<'a> {
     plan: &'a Plan,
     tasks: Tasks,
     /// Options of the rendering, but for which frames.
     options: Vec<String>,
+    /// What a task takes.
+    resources: Resources,
+    /// Whether the options say what a task reports, or that it reports nothing.
+    options_say_progress: bool,
     /// What the merge does with the image.
     of_merge: Vec<String>,
     /// Whether a pilot decides first how many samples blocks get.
@@ -159,29 +179,76 @@ impl Plan {
         }
         Ok(arguments)
     }
+
+    /// What the engine starts.
+    fn program(&self) -> String {
+        match &self.program {
+            Some(program) => program.clone(),
+            None if self.engine == Engine::Kubernetes => "rayfront".into(),
+            None => {
+                std::env::current_exe().map_or("rayfront".into(), |path| path.to_string_lossy().into_owned())
+            }
+        }
+    }
+
+    /// This folder, the one of the jobs, and the images, all of which can be written.
+    fn places(&self, scene: &Path, tasks: &Tasks) -> Result<(PathBuf, PathBuf, Vec<String>), Failure> {
+        let image = output::default_image(scene);
+        let jobs = image.with_extension("jobs");
+        let image = match tasks {
+            Tasks::Shards(_) => image,
+            Tasks::Frames(_) => image.with_extension("####.png"),
+        };
+        let images = if self.output.is_empty() { vec![image] } else { self.output.clone() };
+        let images = images.iter().map(|image| absolute(image)).collect::<Result<Vec<_>, _>>()?;
+        check_outputs(&images, tasks)?;
+        let (here, folder) = (absolute(Path::new("."))?, absolute(self.folder.as_ref().unwrap_or(&jobs))?);
+        let leads_up = |file: &Path| file.components().any(|part| part == Component::ParentDir);
+        let lies_here = |file: &Path| file.starts_with(&here) && !leads_up(file);
+        let is_here = lies_here(scene) && lies_here(&folder) && images.iter().all(|image| lies_here(image));
+        if self.engine == Engine::Kubernetes && !is_here {
+            let here = here.display();
+            return Err(Failure::command_line(format!(
+                "for kubernetes scene, parts and image must lie in {here}, which the volume holds"
+            )));
+        }
+        let images = images.iter().map(|image| image.to_string_lossy().into_owned()).collect();
+        Ok((here, folder, images))
+    }
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(path).map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
+}
+
+/// A scene's name in letters that all engines take for a job's.
+fn job_name(scene: &Path) -> String {
+    let stem = scene.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().to_lowercase());
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    let name: String = stem.chars().map(letter).take(40).collect();
+    format!("rayfront-{}", name.trim_matches('-'))
 }
 
 impl<'a> Jobs<'a> {
     /// Refuses whatever would keep the parts from being rendered.
     fn new(plan: &'a Plan) -> Result<Self, Failure> {
-        let absolute = |path: &Path| {
-            std::path::absolute(path)
-                .map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
-        };
         let scene = absolute(&plan.scene)?;
         plan.check_names()?;
         let arguments = plan.arguments()?;
         // What the tasks are allowed, planning is allowed, too.
         arguments.limits.set();
-        let mut world = crate::formats::load_with(
-            &scene,
-            &arguments.render.model.of_size(arguments.render.picture.size),
-        )?;
-        arguments.render.apply(&mut world);
-        let samples = world.settings.samples;
-        check_camera(&world, arguments.render.picture.camera.as_deref())?;
         let tasks = Tasks::of(plan.shards, arguments.render.frames.frames.clone())?;
         let tasks_merge = matches!(tasks, Tasks::Shards(_));
+        let (here, folder, images) = plan.places(&scene, &tasks)?;
+        let time_s = match &tasks {
+            Tasks::Shards(_) => arguments.render.model.time,
+            Tasks::Frames(frames) => {
+                frames.numbers().next().map(|frame| frame as f32 / arguments.render.frames.fps)
+            }
+        };
+        let (job, resources) = Resources::of(plan, &scene, time_s, &arguments.render)?;
+        let settings = &job.header.settings;
+        let samples = settings.samples;
         if let Tasks::Shards(shards) = tasks
             && (0..shards).any(|index| SampleRanges::shard(samples, index, shards).is_empty())
         {
@@ -189,7 +256,7 @@ impl<'a> Jobs<'a> {
                 "--shards {shards}: there are {samples} samples: see --spp"
             )));
         }
-        let has_pilot = match (world.settings.adaptive, &tasks) {
+        let has_pilot = match (settings.adaptive, &tasks) {
             (Adaptive::On, Tasks::Shards(_)) => {
                 let reason = "adaptive samples that are chosen in rounds are in one film";
                 return Err(Failure::command_line(format!(
@@ -199,49 +266,21 @@ impl<'a> Jobs<'a> {
             (adaptive, Tasks::Shards(_)) => adaptive == Adaptive::Unbiased,
             (_, Tasks::Frames(_)) => false,
         };
-        let program = match &plan.program {
-            Some(program) => program.clone(),
-            None if plan.engine == Engine::Kubernetes => "rayfront".into(),
-            None => {
-                std::env::current_exe().map_or("rayfront".into(), |path| path.to_string_lossy().into_owned())
-            }
-        };
-        let stem = scene.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().to_lowercase());
-        let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-        let name: String = stem.chars().map(letter).take(40).collect();
-        let folder =
-            plan.folder.clone().unwrap_or_else(|| output::default_image(&scene).with_extension("jobs"));
-        let image = match tasks {
-            Tasks::Shards(_) => output::default_image(&scene),
-            Tasks::Frames(_) => output::default_image(&scene).with_extension("####.png"),
-        };
-        let images = if plan.output.is_empty() { vec![image] } else { plan.output.clone() };
-        if let Tasks::Frames(frames) = &tasks {
-            let outputs = Outputs { images: images.clone(), ..Outputs::default() };
-            frames::named(&outputs, 0, frames.numbers().count() > 1)?;
-        }
-        let here = absolute(Path::new("."))?;
-        let files = [scene.clone(), absolute(&folder)?];
-        if plan.engine == Engine::Kubernetes && files.iter().any(|file| !file.starts_with(&here)) {
-            let here = here.display();
-            return Err(Failure::command_line(format!(
-                "for kubernetes scene and parts must lie in {here}, which the volume holds"
-            )));
-        }
-        let images: Result<Vec<_>, _> = images.iter().map(|image| absolute(image)).collect();
-        let images = images?.iter().map(|image| image.to_string_lossy().into_owned()).collect();
+        let Render { work, look, .. } = &arguments.render;
         Ok(Self {
             plan,
             tasks,
-            options: of_tasks(&plan.options, tasks_merge),
-            of_merge: if tasks_merge { of_merge(&arguments) } else { Vec::new() },
+            options: of_tasks(plan, &arguments.render, &resources, tasks_merge),
+            resources,
+            options_say_progress: work.quiet || look.progress.is_some(),
+            of_merge: if tasks_merge { of_merge(&arguments, &resources) } else { Vec::new() },
             has_pilot,
-            program,
+            program: plan.program(),
             scene: scene.to_string_lossy().into_owned(),
-            folder: absolute(&folder)?,
+            folder,
             here,
             images,
-            name: format!("rayfront-{}", name.trim_matches('-')),
+            name: job_name(&scene),
         })
     }
 
@@ -249,36 +288,41 @@ impl<'a> Jobs<'a> {
         self.folder.join(name).to_string_lossy().into_owned()
     }
 
-    /// The words that every task begins with; `folder` is where the parts go.
-    fn command(&self, folder: &Path) -> Vec<String> {
+    /// The words that every task begins with.
+    fn command(&self) -> Vec<String> {
         let mut words = vec![self.program.clone(), self.scene.clone()];
         words.extend(self.options.iter().cloned());
+        if !self.options_say_progress {
+            let form = match self.plan.engine {
+                Engine::Openjd => ProgressForm::Openjd,
+                _ => ProgressForm::Lines,
+            };
+            words.extend(["--progress".to_owned(), form.name()]);
+        }
         if self.has_pilot {
-            let film = folder.join("pilot.film").to_string_lossy().into_owned();
-            words.extend(["--pilot".to_owned(), film]);
+            words.extend(["--pilot".to_owned(), self.path("pilot.film")]);
         }
         words
     }
 
     /// The words that render the pilot; if it fails, every part renders one for itself.
-    fn pilot(&self, folder: &Path) -> Vec<String> {
-        let mut words = self.command(folder);
-        words.extend(["--pilot-only", "--quiet"].map(String::from));
+    fn pilot(&self) -> Vec<String> {
+        let mut words = self.command();
+        words.push("--pilot-only".to_owned());
         words
     }
 
     /// The words that render a part.
     fn render(&self, shard: &str, film: &str) -> Vec<String> {
-        let folder = Path::new(film).parent().unwrap_or(Path::new("."));
-        let mut words = self.command(folder);
-        words.extend(["--shard", shard, "--quiet", "-o", film].map(String::from));
+        let mut words = self.command();
+        words.extend(["--shard", shard, "-o", film].map(String::from));
         words
     }
 
     /// The words that render frames.
     fn render_frames(&self, frames: &str) -> Vec<String> {
-        let mut words = self.command(&self.folder);
-        words.extend(["--frames", frames, "--quiet"].map(String::from));
+        let mut words = self.command();
+        words.extend(["--frames", frames].map(String::from));
         words.extend(self.images.iter().flat_map(|image| ["-o".to_owned(), image.clone()]));
         words
     }
@@ -316,7 +360,7 @@ impl<'a> Jobs<'a> {
 
     /// The same for a shell.
     fn merge(&self) -> String {
-        line(&self.merge_words())
+        shell_line(&self.merge_words())
     }
 
     fn last(&self) -> u32 {
@@ -324,28 +368,33 @@ impl<'a> Jobs<'a> {
     }
 }
 
-/// Refuses a camera that there is not.
-fn check_camera(world: &World, camera: Option<&str>) -> Result<(), Failure> {
-    let cameras = crate::compile::camera_names(world);
-    match camera.filter(|camera| !cameras.iter().any(|known| known == camera)) {
-        Some(camera) => {
-            let cameras = cameras.join(", ");
-            Err(Failure::command_line(format!("no camera has the name {camera}; cameras: {cameras}")))
-        }
-        None => Ok(()),
+/// Refuses images that could not be written in the end.
+fn check_outputs(images: &[PathBuf], tasks: &Tasks) -> Result<(), Failure> {
+    let mut outputs = Outputs::of(images)?;
+    if let Tasks::Frames(frames) = tasks {
+        let first = frames.numbers().next().unwrap_or_default();
+        outputs = frames::named(&outputs, first, frames.numbers().count() > 1)?;
     }
+    outputs.images.iter().try_for_each(|image| supported(image))?;
+    Ok(outputs.film.iter().try_for_each(|film| film_file::writable(film))?)
 }
 
 /// The options of a task, without what all tasks are told anyway, and what is for the whole image.
-fn of_tasks(options: &[String], merges: bool) -> Vec<String> {
-    let switches: &[&str] = if merges { &["--quiet", "-q", "--denoise"] } else { &["--quiet", "-q"] };
-    let options: Vec<String> =
-        options.iter().filter(|word| !switches.contains(&&word[..])).cloned().collect();
-    command_line::without(&options, if merges { &["--frames", "--bits"] } else { &["--frames"] })
+fn of_tasks(plan: &Plan, render: &Render, resources: &Resources, merges: bool) -> Vec<String> {
+    let mut options = command_line::recorded(plan.options.clone());
+    options.retain(|word| !merges || word != "--denoise");
+    let others = ["--frames", "--env", "--threads", "--bits"];
+    options = command_line::without(&options, &others[..if merges { 4 } else { 3 }]);
+    let mut more = Words::default();
+    // A picture is found wherever a task runs.
+    more.surroundings(render.model.env.as_ref());
+    more.option("--threads", resources.cores);
+    options.extend(more);
+    options
 }
 
 /// What is done once with the image of all parts.
-fn of_merge(arguments: &Arguments) -> Vec<String> {
+fn of_merge(arguments: &Arguments, resources: &Resources) -> Vec<String> {
     let output = &arguments.render.output;
     let mut words = Vec::new();
     if output.denoise {
@@ -354,10 +403,8 @@ fn of_merge(arguments: &Arguments) -> Vec<String> {
     if output.bits != 8 {
         words.extend(["--bits".to_owned(), output.bits.to_string()]);
     }
+    if let Some(cores) = resources.cores {
+        words.extend(["--threads".to_owned(), cores.to_string()]);
+    }
     words
-}
-
-fn line(words: &[String]) -> String {
-    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    words.join(" ")
 }

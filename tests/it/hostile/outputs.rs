@@ -257,7 +257,7 @@ fn planned_jobs_do_what_was_asked_for() {
     let output = run(here, &words("merge jobs --scene-file scene.ron -o b.png"));
     expect(&output, 0, &["warning: ", "this is the scene as it was"]);
     for (options, what) in
-        [("--shard 0/4", "what every task gets"), ("--camera left", "no camera has the name left")]
+        [("--shard 0/4", "what every task gets"), ("--camera left", "there is no camera \"left\"")]
     {
         expect(&run(here, &words(&format!("{plan} {options}"))), 2, &[what]);
     }

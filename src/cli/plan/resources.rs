@@ -1,0 +1,96 @@
+//! What a task takes: cores, memory, time.
+
+use std::path::Path;
+
+use super::super::args::Render;
+use super::super::{Failure, aov, info, render};
+use super::{Engine, Job, Plan};
+use crate::film::Region;
+use crate::memory;
+use crate::render::{Needs, on_threads};
+
+/// The most cores of a task for which nobody has said how many.
+const USUAL_CORES: usize = 4;
+/// Memory is asked for in steps of so many bytes, so that the same scene asks for the same.
+const STEP: u64 = 64 << 20;
+
+/// What a task takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resources {
+    /// Cores; none: all that there are where it runs.
+    pub cores: Option<u32>,
+    /// Memory in units of 2^20 bytes.
+    pub mebibytes: u64,
+    /// At most so many seconds.
+    pub seconds: Option<u64>,
+}
+
+impl Resources {
+    /// Of a task that renders a scene. Returns the scene as well, ready to be rendered: what is odd about it has been
+    /// printed.
+    pub(super) fn of(
+        plan: &Plan,
+        scene: &Path,
+        time_s: Option<f32>,
+        options: &Render,
+    ) -> Result<(Job, Resources), Failure> {
+        if plan.engine == Engine::Commands && plan.time_limit.is_some() {
+            return Err(Failure::command_line(
+                "--time-limit: no engine ends commands: add --max-time behind --, which ends them with an image",
+            ));
+        }
+        let threads = u32::try_from(options.work.threads).ok().filter(|threads| *threads > 0);
+        let cores = plan.cores.or(threads).or_else(|| match plan.engine {
+            // A worker has one task at a time, or nobody counts cores.
+            Engine::Openjd | Engine::Commands => None,
+            Engine::Slurm | Engine::Hyperqueue | Engine::Kubernetes => {
+                let here = std::thread::available_parallelism().map_or(1, usize::from);
+                Some(here.min(USUAL_CORES) as u32)
+            }
+        });
+        let before = memory::resident();
+        let (job, bytes) = on_threads(cores.unwrap_or(0) as usize, || {
+            let job = Job::load(scene, render::view(options, time_s), options.work.quiet, |world| {
+                options.apply(world);
+            })?;
+            let needs = needs(plan, options, job.header.region);
+            let rendering = info::rendering_bytes(before, &job.frame, &job.header.settings, &needs);
+            Ok::<_, Failure>((job, memory::peak().max(rendering)))
+        })??;
+        // Other machines take a little more for the same, and of what they allow some is never handed out.
+        let bytes = bytes.map(|bytes| bytes + bytes / 4 + memory::RESERVE);
+        let bytes = memory::limit().or(bytes).unwrap_or(STEP);
+        let mebibytes = bytes.next_multiple_of(STEP) >> 20;
+        // Whole minutes, as engines count.
+        let seconds = plan.time_limit.map(|time| time.as_secs().max(1).next_multiple_of(60));
+        Ok((job, Resources { cores, mebibytes, seconds }))
+    }
+
+    /// Lines of a script for Slurm.
+    pub(super) fn slurm(&self) -> String {
+        let cores = self.cores.map_or(String::new(), |cores| format!("#SBATCH --cpus-per-task={cores}\n"));
+        let time = self.seconds.map_or(String::new(), |seconds| format!("#SBATCH --time={}\n", seconds / 60));
+        format!("{cores}#SBATCH --mem={}M\n{time}", self.mebibytes)
+    }
+
+    /// Options of `hq submit`.
+    pub(super) fn hyperqueue(&self) -> String {
+        let cores = self.cores.map_or("all".to_owned(), |cores| cores.to_string());
+        let time = self.seconds.map_or(String::new(), |seconds| format!(" --time-limit {seconds}s"));
+        // (It counts millions of bytes.)
+        let megabytes = (self.mebibytes << 20).div_ceil(1_000_000);
+        format!("--cpus {cores} --resource mem={megabytes}{time}")
+    }
+}
+
+/// What the rendering and, where there is one, the merge take beside the scene.
+fn needs(plan: &Plan, options: &Render, region: Region) -> Needs {
+    let region = options.crop.unwrap_or(region);
+    Needs {
+        to_openexr: plan.output.iter().any(|image| aov::holds(image)),
+        denoises: options.output.denoise,
+        schedule: options.work.schedule.into(),
+        wave: options.work.wave as usize,
+        ..Needs::usual(region)
+    }
+}
