@@ -36,6 +36,9 @@ pub struct Explain {
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::parse_size)]
     pub size: Option<args::ImageSize>,
+    /// Effort put into building the acceleration structure [default: the scene's]
+    #[arg(long, value_enum)]
+    pub quality: Option<args::QualityName>,
     /// Seed of the random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -65,6 +68,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let settings = &mut world.settings;
     settings.samples = arguments.spp.unwrap_or(settings.samples);
     settings.seed = arguments.seed.unwrap_or(settings.seed);
+    settings.build_quality = arguments.quality.map_or(settings.build_quality, Into::into);
     let ([x, y], [width, height], samples) = (arguments.pixel, settings.size, settings.samples);
     if x >= width || y >= height {
         return Err(Failure::command_line(format!(

@@ -71,7 +71,8 @@ fn hash(report: &str) -> String {
 }
 
 /// Options whose every value changes what a sample finds. Those of a row do not suit each other.
-const OPTIONS: [&[&[&str]]; 15] = [
+const OPTIONS: [&[&[&str]]; 16] = [
+    &[&["--quality", "high"]],
     &[&["--set", "Material[\"glow\"].emission *= 3", "--set", "settings.roulette_depth = None"]],
     &[&["--env", "sky:30,-20"], &["--env", "studio"], &["--background", "#203040"]],
     &[&["--time", "1.1"], &["--frames", "3"], &["--frames", "5", "--shutter", "0.7", "--fps", "3"]],

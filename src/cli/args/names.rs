@@ -97,6 +97,17 @@ pub enum QualityName {
     High,
 }
 
+impl QualityName {
+    /// The name of a quality.
+    pub fn of(quality: BuildQuality) -> Self {
+        match quality {
+            BuildQuality::Fast => QualityName::Fast,
+            BuildQuality::Default => QualityName::Default,
+            BuildQuality::High => QualityName::High,
+        }
+    }
+}
+
 impl From<QualityName> for BuildQuality {
     fn from(name: QualityName) -> Self {
         match name {

@@ -6,7 +6,7 @@ use std::fmt::Display;
 
 use clap::ValueEnum;
 
-use super::names::{SamplerName, TransportName};
+use super::names::{QualityName, SamplerName, TransportName};
 use crate::formats::{Edits, LightUnits, LoadOptions, Sky, Surroundings};
 use crate::world::{Adaptive, DepthLimits, Settings, Sharing};
 
@@ -79,6 +79,7 @@ impl Words {
             adaptive,
             transport,
             seed,
+            build_quality,
             // The size is an option of reading. For the rest there is no option but --set, which is one, too.
             size: _,
             min_throughput: _,
@@ -93,18 +94,17 @@ impl Words {
             tonemap: _,
             exposure_ev: _,
             auto_exposure: _,
-            build_quality: _,
             aov: _,
         } = settings;
         let mut words = Words::default();
         words.option("--spp", changed(samples, &authored.samples));
         words.option("--depth", changed(max_depth, &authored.max_depth));
         words.limits(&authored.depth_limits, depth_limits);
-        let name = TransportName::of(*transport).to_possible_value();
-        let name = name.filter(|_| transport != &authored.transport);
-        words.option("--transport", name.as_ref().map(|name| name.get_name()));
-        let name = SamplerName::of(*sampler).to_possible_value().filter(|_| sampler != &authored.sampler);
-        words.option("--sampler", name.as_ref().map(|name| name.get_name()));
+        words.name("--transport", TransportName::of(*transport), transport == &authored.transport);
+        words.name("--sampler", SamplerName::of(*sampler), sampler == &authored.sampler);
+        // Another tree changes the last bits of where grazing rays hit.
+        let quality = QualityName::of(*build_quality);
+        words.name("--quality", quality, build_quality == &authored.build_quality);
         let name = match sharing {
             Sharing::Auto => "auto".to_owned(),
             Sharing::Off => "off".to_owned(),
@@ -147,6 +147,11 @@ impl Words {
             true => self.0.push(format!("{name}={value}")),
             false => self.0.extend([name.to_owned(), value]),
         }
+    }
+
+    fn name(&mut self, option: &str, name: impl ValueEnum, is_authored: bool) {
+        let value = name.to_possible_value().filter(|_| !is_authored);
+        self.option(option, value.as_ref().map(|value| value.get_name()));
     }
 
     fn switch(&mut self, name: &str, is_on: bool) {
@@ -198,6 +203,7 @@ mod tests {
         explain.light.apply(&mut world);
         world.settings.samples = explain.spp.unwrap_or(world.settings.samples);
         world.settings.seed = explain.seed.unwrap_or(world.settings.seed);
+        world.settings.build_quality = explain.quality.map_or(world.settings.build_quality, Into::into);
         (explain.model.of_size(explain.size), world.settings)
     }
 
@@ -211,7 +217,7 @@ mod tests {
             "--env sky:45,220 --look-at -1,2,3 4,5,-6",
             "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 1000",
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
-            "--sharing off --adaptive --spp 3 --transport path --sampler independent",
+            "--sharing off --adaptive --spp 3 --transport path --sampler independent --quality high",
         ];
         for line in options {
             let (options, settings) = understood(line.split(' ').map(String::from));
