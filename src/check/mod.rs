@@ -71,7 +71,7 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
         return Vec::new();
     }
     let checked = Checked { world, scene, probes: Probes::new(frame) };
-    let mut findings = Vec::new();
+    let mut findings: Vec<Finding> = checked.probes.slowness().into_iter().collect();
     camera::check(&checked, &mut findings);
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::Finding;
 use crate::bvh::{self, Asker, Crossing, Stack, Surfaces};
-use crate::film::{Features, Film};
-use crate::integrator::Frame;
+use crate::film::Features;
 use crate::integrator::presence::crossed;
-use crate::math::{Hit, NONE, Ray, Vec3, Vector};
+use crate::integrator::{Frame, Stop};
+use crate::math::{Hit, NONE, Ray, Rgb, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
 use crate::simd::Level;
@@ -15,13 +16,16 @@ use crate::simd::Level;
 const LONGER_SIDE: u32 = 24;
 /// Samples of each of its pixels.
 const SAMPLES: u32 = 4;
+/// The most rays for one of these samples of all pixels, some tenths of a second. The number is the same everywhere, and
+/// so are the findings.
+const MOST_RAYS: u64 = 2_000_000;
 
 /// A small image, and what its pixels show.
 pub struct Probes {
     /// What is seen first, pixel by pixel.
     pub features: Vec<Features>,
-    /// The light.
-    pub film: Film,
+    /// The light, row by row; none if it takes too long.
+    pub light: Option<Vec<Rgb>>,
 }
 
 impl Probes {
@@ -29,9 +33,24 @@ impl Probes {
     pub fn new(frame: &Frame) -> Probes {
         let small = Arc::new(frame.small(LONGER_SIDE));
         let mut session = Session::of(small, SAMPLES, Options::default());
-        session.advance(SAMPLES);
-        let features = session.features();
-        Probes { features, film: session.film().clone() }
+        let stop = Stop::after_rays(MOST_RAYS);
+        session.advance_until(1, &stop, &|_| ());
+        if session.samples_done().0 > 0 && session.statistics().rays.total() < MOST_RAYS / 8 {
+            session.advance_until(SAMPLES - 1, &stop, &|_| ());
+        }
+        let light = (session.samples_done().0 > 0).then(|| session.film().radiance());
+        Probes { features: session.features(), light }
+    }
+
+    /// What is to be said if a sample of so few pixels takes too many rays.
+    pub fn slowness(&self) -> Option<Finding> {
+        let most = MOST_RAYS / self.features.len().max(1) as u64;
+        self.light.is_none().then(|| {
+            let what = format!(
+                "each sample takes more than {most} rays, so that images take very long: paths split too often or end too late, or lights have too many samples"
+            );
+            Finding::new(None, what, "a lower --depth, a higher min_throughput, fewer samples of lights; --max-time ends it anyway")
+        })
     }
 
     /// Places that are seen.
@@ -46,12 +65,12 @@ impl Probes {
         all / self.features.len().max(1) as f32
     }
 
-    /// The fraction of the visible places that are nearly black compared with the brightest.
+    /// The fraction of the visible places that are nearly black compared with the brightest; 0 if that is not known.
     pub fn dark(&self) -> f32 {
-        let light = self.film.radiance();
+        let Some(light) = &self.light else { return 0.0 };
         let most = light.iter().map(|pixel| pixel.luminance()).fold(0.0, f32::max);
         // Edges also contain the background.
-        let pairs = self.features.iter().zip(&light).filter(|(features, _)| features.coverage == 1.0);
+        let pairs = self.features.iter().zip(light).filter(|(features, _)| features.coverage == 1.0);
         let (mut dark, mut all) = (0.0, 0.0f32);
         for (_, light) in pairs {
             all += 1.0;

@@ -13,8 +13,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let size = scene.bounds.size().length();
     let lamps = world.entities.query::<&Light>().iter().filter(|light| has_power(light)).count();
     // Little is left of some watts of light a kilometre away.
-    if lamps > 0 && probes.dark() < 1.0 {
-        let light = probes.film.radiance();
+    if let Some(light) = probes.light.as_ref().filter(|_| lamps > 0 && probes.dark() < 1.0) {
         let most = light.iter().map(|pixel| pixel.max_component()).fold(0.0, f32::max);
         if size > HUGE_M && most > 0.0 && most < 1e-3 {
             findings.push(Finding::new(

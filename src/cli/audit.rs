@@ -2,7 +2,6 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
@@ -11,6 +10,7 @@ use super::job::Job;
 use super::job_args::WorkOptions;
 use crate::film::Region;
 use crate::formats::film_file::FilmFile;
+use crate::integrator::Stop;
 use crate::render::Session;
 
 /// Width and height of the tiles that are chosen at random.
@@ -103,7 +103,7 @@ fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> 
     let mut add = |again: Session, [start, end]: [u32; 2]| -> Result<Session, Failure> {
         let mut again = again.with_samples(start..end);
         while !again.is_done() {
-            job.advance(&mut again, 16, &AtomicBool::new(false), &|_| ())?;
+            job.advance(&mut again, 16, &Stop::NEVER, &|_| ())?;
         }
         Ok(again)
     };

@@ -22,7 +22,7 @@ use crate::film::Region;
 use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
-use crate::integrator::Frame;
+use crate::integrator::{Frame, Stop};
 use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
 use crate::study::explain::Recipe;
 use crate::view::watched::{LOOK, Watched};
@@ -66,8 +66,17 @@ impl Job {
         let sources = SourceFiles::with(reuse.kept.clone());
         // Recorded even if loading fails: fixing it means changing one of these files.
         reuse.sources = sources.clone();
-        let Compiled { compiled, frame, findings, settings, authored, source, names, phases } =
-            compiled(path, &view.at(0), reuse, &sources, !quiet, &change)?;
+        let mut told = std::mem::take(&mut reuse.told);
+        let mut tell = |line: &str| {
+            if told.insert(line.to_owned()) {
+                let kind = if is_usual(line) { "note" } else { "warning" };
+                output::tell(format_args!("{kind}: {line}"));
+            }
+        };
+        let tell: Option<&mut dyn FnMut(&str)> = if quiet { None } else { Some(&mut tell) };
+        let found = compiled(path, &view.at(0), reuse, &sources, tell, &change);
+        reuse.told = told;
+        let Compiled { compiled, frame, findings, settings, authored, source, names, phases } = found?;
         reuse.kept.forget_unused();
         if reuse.paranoid && reuse.before.is_some() {
             prove(path, &view.at(0), &compiled, &change)?;
@@ -76,14 +85,6 @@ impl Job {
             }
         }
         let findings: Vec<String> = findings.iter().map(Finding::to_string).collect();
-        if !quiet {
-            let all = compiled.scene.warnings.iter().cloned().chain(findings.iter().cloned());
-            let new = all.filter(|warning| reuse.told.insert(warning.clone()));
-            new.for_each(|line| {
-                let kind = if is_usual(&line) { "note" } else { "warning" };
-                output::tell(format_args!("{kind}: {line}"));
-            });
-        }
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure::command_line(format!("--shutter: {reason}: add --adaptive=off")));
@@ -119,7 +120,7 @@ impl Job {
         &mut self,
         session: &mut Session,
         count: u32,
-        stop: &AtomicBool,
+        stop: &Stop,
         progress: OnProgress,
     ) -> Result<(), Failure> {
         let (view, samples) = (&self.header.view, self.header.settings.samples);
@@ -142,7 +143,7 @@ impl Job {
         }
         let Header { scene, view, settings, .. } = &self.header;
         let sources = SourceFiles::with(self.reuse.kept.clone());
-        let found = compiled(&scene.path, &view.at(moment), &self.reuse, &sources, false, |world| {
+        let found = compiled(&scene.path, &view.at(moment), &self.reuse, &sources, None, |world| {
             world.settings = settings.clone()
         })?;
         self.reuse.kept.forget_unused();
@@ -448,11 +449,11 @@ fn passes(
     checkpoint: Option<&Checkpoint>,
     interrupt: &Interrupt,
 ) -> Result<(u8, Option<String>), Failure> {
-    let stop = interrupt.flag();
     let looking = wanted.onlookers.look_at(session, &job.header.settings, wanted.work.quiet);
     let rules = StopRules::new(wanted.stop, session);
+    let stop = Stop::at(interrupt.flag()).with_deadline(rules.deadline());
     let mut stopped_by = None;
-    while !session.is_done() && !stop.load(Ordering::Acquire) {
+    while !session.is_done() && !stop.is_set() {
         stopped_by = rules.holds(session);
         if stopped_by.is_some() {
             break;
@@ -464,17 +465,25 @@ fn passes(
                 progress.pause.store(true, Ordering::Relaxed);
             }
         };
-        job.advance(session, count, stop, &watch)?;
+        job.advance(session, count, &stop, &watch)?;
         if session.gathered().pass.is_none() {
             looking.passed(session);
         }
         // The last state is saved by whoever asked for it.
-        let goes_on = !session.is_done() && !stop.load(Ordering::Acquire);
+        let goes_on = !session.is_done() && !stop.is_set();
         if let Some(checkpoint) = checkpoint.filter(|checkpoint| goes_on && checkpoint.is_due()) {
             checkpoint.save(session.gathered());
         }
     }
     looking.finish(session);
+    if interrupt.exit_code() == 0 && stopped_by.is_none() {
+        stopped_by = rules.overdue(session);
+        if stopped_by.is_some() && session.samples_done().0 == 0 {
+            output::tell(
+                "warning: --max-time: one sample of each pixel takes longer: pixels that have none are black",
+            );
+        }
+    }
     if interrupt.exit_code() != 0 && wanted.watched.is_none() && !wanted.work.quiet {
         let (done, all) = session.samples_done();
         output::tell(format_args!("interrupted after {done} of {all} samples: what there is has been saved"));

@@ -65,14 +65,14 @@ pub struct Compiled {
     pub phases: Phases,
 }
 
-/// Reads and compiles a scene. `change` makes the changes that were asked for elsewhere; `asks`: also find out what
-/// is probably not as intended.
+/// Reads and compiles a scene. `change` makes the changes that were asked for elsewhere. If `tell` is there, it is told
+/// each warning before anything is rendered, and also what is probably not as intended.
 pub fn compiled(
     path: &Path,
     view: &View,
     reuse: &Reuse,
     sources: &SourceFiles,
-    asks: bool,
+    mut tell: Option<&mut dyn FnMut(&str)>,
     change: impl FnOnce(&mut World),
 ) -> Result<Compiled, Failure> {
     let mut phases = Phases::default();
@@ -88,10 +88,17 @@ pub fn compiled(
     let World { settings, assets, .. } = &world;
     let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     let source = Source::new(path, &assets.files);
+    if let Some(tell) = &mut tell {
+        scene.scene.warnings.iter().for_each(|warning| tell(warning));
+    }
     // The world ends here: large meshes need not stay twice.
     let compiled = Arc::new(scene);
     let frame = Frame::new(compiled.scene.clone(), settings);
-    let findings = if asks { check::check(&world, &frame, false) } else { Vec::new() };
+    let mut findings = Vec::new();
+    if let Some(tell) = tell {
+        findings = check::check(&world, &frame, false);
+        findings.iter().for_each(|finding| tell(&finding.to_string()));
+    }
     let settings = settings.clone();
     Ok(Compiled { compiled, frame, findings, settings, authored, source, names, phases })
 }

@@ -3,15 +3,18 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::args::Render;
 use super::films::{describe, save};
 use super::interrupt::Interrupt;
 use super::job::Job;
 use super::loading::Reuse;
+use super::stop::deadline;
 use super::{Failure, output};
 use crate::film::{self, Allocation};
 use crate::formats::film_file::{self, Header, View};
+use crate::integrator::Stop;
 use crate::render::{Needs, Options, Session, adaptive};
 use crate::world::World;
 
@@ -26,7 +29,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
     let interrupt = Interrupt::watch();
     let mut session = job.session(&arguments.work);
-    if !session.allocate(interrupt.flag(), &|_| ()) {
+    if !session.allocate(&Stop::at(interrupt.flag()), &|_| ()) {
         return Ok(interrupt.exit_code());
     }
     job.header.allocation.clone_from(&session.gathered().allocation);
@@ -48,14 +51,15 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
 const EXPOSING: (u32, u32) = (192, 16);
 
 /// The exposure in stops of all frames of an animation, if the image is to choose it: what a small image of the first
-/// frame chooses. So frames do not flicker, and processes that share them agree.
+/// frame chooses. So frames do not flicker, and processes that share them agree. None, too, if it was interrupted.
 pub fn exposure_ev(
     scene: &Path,
     view: View,
+    arguments: &Render,
     reuse: &mut Reuse,
-    change: impl Fn(&mut World),
 ) -> Result<Option<f32>, Failure> {
-    let job = Job::load_frame(scene, view, true, reuse, change)?;
+    let change = |world: &mut World| arguments.apply(world);
+    let job = Job::load_frame(scene, view, arguments.work.quiet, reuse, change)?;
     let settings = &job.header.settings;
     if !settings.auto_exposure {
         return Ok(None);
@@ -63,8 +67,17 @@ pub fn exposure_ev(
     let (longer_side, samples) = EXPOSING;
     let small = Arc::new(job.frame.small(longer_side));
     let mut session = Session::of(small, samples, Options::default());
-    session.finish(|_| ());
-    Ok(Some(film::exposure::exposure_ev(settings, &session.film().radiance())))
+    let interrupt = Interrupt::watch();
+    let deadline = arguments.stop.max_time.and_then(|time| deadline(Instant::now(), time));
+    let stop = Stop::at(interrupt.flag()).with_deadline(deadline);
+    if session.finish_while(&stop, |_| (), |_| true) {
+        return Ok(Some(film::exposure::exposure_ev(settings, &session.film().radiance())));
+    }
+    if interrupt.is_set() {
+        return Ok(None);
+    }
+    let reason = "the small image that chooses the exposure of all frames takes longer";
+    Err(Failure::command_line(format!("--max-time: {reason}: choose it: --exposure 0, or raise --max-time")))
 }
 
 /// What a pilot has chosen for the same rendering, or for one whose image contains this one.

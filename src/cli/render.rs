@@ -125,7 +125,7 @@ fn all_frames(
         }
         if let (false, Some(first)) = (is_exposed, first) {
             let view = view(arguments, Some(time_of(first)));
-            reuse.exposure_ev = pilot::exposure_ev(scene, view, &mut reuse, |world| arguments.apply(world))?;
+            reuse.exposure_ev = pilot::exposure_ev(scene, view, arguments, &mut reuse)?;
             if let Some(ev) = reuse.exposure_ev.filter(|_| !arguments.work.quiet) {
                 output::tell(format_args!(
                     "exposure of all frames: {ev} EV, by frame {first} (--exposure {ev})"

@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use serde_json::json;
@@ -18,6 +17,7 @@ use crate::film::{Film, SampleRanges};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
+use crate::integrator::Stop;
 use crate::render::{Gathered, Needs, Session, on_threads};
 use crate::world::Adaptive;
 
@@ -120,7 +120,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
         }
         session = session.with_samples(range);
         while !session.is_done() {
-            job.advance(&mut session, 16, &AtomicBool::new(false), &|_| ()).ok()?;
+            job.advance(&mut session, 16, &Stop::NEVER, &|_| ()).ok()?;
         }
     }
     let Some(begun) = &header.begun else { return Some(session) };
@@ -134,7 +134,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
     let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
     let samples: SampleRanges = gathered.samples.clone();
     let mut session = job.going_on(work, gathered)?;
-    job.advance(&mut session, 1, &AtomicBool::new(false), &|_| ()).ok()?;
+    job.advance(&mut session, 1, &Stop::NEVER, &|_| ()).ok()?;
     job.going_on(work, Gathered { samples, ..session.into_gathered() })
 }
 

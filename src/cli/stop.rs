@@ -5,6 +5,15 @@ use std::time::{Duration, Instant};
 use super::job_args::StopOptions;
 use crate::render::Session;
 
+/// The least time that a pass under way gets once the time is over.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// When even what is under way ends, if there is so much time for all: after as long again, and at least [`GRACE`], so
+/// that images are even unless one sample of each pixel takes that long.
+pub fn deadline(begun: Instant, max_time: Duration) -> Option<Instant> {
+    begun.checked_add(max_time.checked_add(max_time.max(GRACE))?)
+}
+
 /// Rules that stop a rendering between two passes, and what they need to know.
 pub struct StopRules {
     until: Option<f64>,
@@ -57,6 +66,20 @@ impl StopRules {
             elapsed.as_secs_f64(),
             limit.as_secs_f64()
         ))
+    }
+
+    /// When a pass under way has had enough time to end, if time is limited.
+    pub fn deadline(&self) -> Option<Instant> {
+        deadline(self.begun, self.max_time?)
+    }
+
+    /// What stopped a rendering within a pass, if that was its deadline.
+    pub fn overdue(&self, session: &Session) -> Option<String> {
+        let limit = self.max_time.filter(|_| !session.is_done())?;
+        self.deadline().filter(|deadline| Instant::now() >= *deadline)?;
+        let (done, _) = session.samples_done();
+        let (elapsed, limit) = (self.begun.elapsed().as_secs_f64(), limit.as_secs_f64());
+        Some(format!("time {elapsed:.1} s of {limit:.1} s, within a pass, after {done} samples"))
     }
 
     /// What to say of a rendering that has all its samples, and more noise than was wanted.

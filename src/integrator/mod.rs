@@ -17,6 +17,7 @@ pub mod recursive;
 pub mod shadow;
 pub mod sharing;
 pub mod statistics;
+pub mod stop;
 pub mod straight;
 pub mod wavefront;
 pub mod whitted;
@@ -36,6 +37,8 @@ use crate::world::{Adaptive, Pattern, Sampler, Settings, Sharing, Transport};
 use observe::{Nobody, Observer};
 use sharing::{Grouping, pilot::Pilot};
 pub use statistics::{RayCounts, Stage, Statistics};
+pub use stop::Stop;
+use stop::Watch;
 
 /// Everything that transport reads: the scene and how it is to be rendered.
 #[derive(Clone)]
@@ -209,6 +212,20 @@ impl Worker {
         statistics: &mut Statistics,
     ) -> Film {
         self.observe(frame, level, tile, samples, statistics, &mut Nobody)
+    }
+
+    /// The same; none if it is stopped before the tile is whole.
+    pub fn render_until(
+        &mut self,
+        frame: &Frame,
+        level: Level,
+        (tile, samples): (Region, Range<u32>),
+        statistics: &mut Statistics,
+        stop: &Stop,
+    ) -> Option<Film> {
+        let mut watch = Watch::new(stop);
+        let film = self.observe(frame, level, tile, samples, statistics, &mut watch);
+        (!watch.stopped).then_some(film)
     }
 
     /// The same with an observer.

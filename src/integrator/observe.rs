@@ -14,6 +14,24 @@ pub trait Observer {
     fn report(&mut self, event: &Event);
     /// The wave has finished a stage, to which the time since the last mark belongs.
     fn mark(&mut self, _: Stage) {}
+    /// Whether to end within the tile, of which nothing is of any use then. It is asked before each wave or after some
+    /// hundred rays, with the number of rays of the tile.
+    fn stops(&mut self, _rays: u64) -> bool {
+        false
+    }
+}
+
+/// Listens to nothing, but stops when another one does.
+pub struct Aside<'a>(pub &'a mut dyn Observer);
+
+impl Observer for Aside<'_> {
+    fn looks(&self) -> bool {
+        false
+    }
+    fn report(&mut self, _: &Event) {}
+    fn stops(&mut self, rays: u64) -> bool {
+        self.0.stops(rays)
+    }
 }
 
 /// Nobody is listening.

@@ -8,13 +8,14 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use super::decision::decide;
-use super::observe::{self, Continuation, Nobody, Observer};
+use super::observe::{self, Aside, Continuation, Observer};
 use super::path::{Path, pack_pixel, unpack_pixel};
 use super::path_tracing::VertexOutcome;
 use super::presence::{Shadow, Traced};
 use super::shadow::connect;
 use super::sharing::pilot::Measured;
 use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
+use super::stop::{Stop, Watch};
 use super::straight::{Crossings, arriving};
 use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
@@ -55,7 +56,18 @@ impl Recursion {
     ) {
         let looks = observer.looks();
         let Self { stack, crossings, forks, shared } = self;
-        let mut tile = Tile { frame, level, statistics, stack, crossings, forks, looks, observer };
+        let mut tile = Tile {
+            frame,
+            level,
+            statistics,
+            stack,
+            crossings,
+            forks,
+            looks,
+            observer,
+            asked: 0,
+            stopped: false,
+        };
         match shared {
             Some((slots, connections)) => tile.render_shared(film, samples, slots, connections),
             None => tile.render_plain(film, samples, &|_, _| true),
@@ -64,19 +76,21 @@ impl Recursion {
 }
 
 /// What two samples of some of the pixels of each of some blocks of a pilot's frame find, and the number of
-/// rays that it took.
-pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>) -> (Vec<Measured>, u64) {
+/// rays that it took. What `stop` leaves no time for is missing.
+pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>, stop: &Stop) -> (Vec<Measured>, u64) {
     let (stack, forks) = (&mut Stack::new(&frame.scene.bvh), &mut SmallVec::new());
-    let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
+    let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
     let (level, crossings) = (Level::detect(), &mut Crossings::default());
-    let mut tile = Tile { frame, level, statistics, stack, crossings, forks, looks: false, observer };
+    let (looks, asked, stopped) = (false, 0, false);
+    let mut tile =
+        Tile { frame, level, statistics, stack, crossings, forks, looks, observer, asked, stopped };
     let mut slots = Slots::new(1);
     let measure = |block| {
         slots.enter(frame, block);
         tile.look(&mut slots);
-        slots.measured()
+        (!tile.stopped).then(|| slots.measured())
     };
-    let measured = blocks.map(measure).collect();
+    let measured = blocks.map_while(measure).collect();
     (measured, statistics.rays.total())
 }
 
@@ -91,6 +105,10 @@ struct Tile<'a> {
     forks: &'a mut SmallVec<[Path<f32>; 32]>,
     looks: bool,
     observer: &'a mut dyn Observer,
+    /// How often it was to be decided whether to end.
+    asked: u32,
+    /// Whether to end within the tile: nothing is met any more.
+    stopped: bool,
 }
 
 impl Tile<'_> {
@@ -100,6 +118,9 @@ impl Tile<'_> {
         for y in region.y0..region.y1 {
             for x in (region.x0..region.x1).filter(|x| holds(*x, y)) {
                 for sample in samples.clone() {
+                    if self.stopped {
+                        return;
+                    }
                     let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
                     film.count(x, y, sample);
                     self.statistics.rays.camera += 1;
@@ -116,8 +137,21 @@ impl Tile<'_> {
         }
     }
 
+    /// Whether to end within the tile. Called before each ray, so it seldom looks.
+    #[inline(always)]
+    fn stops(&mut self) -> bool {
+        self.asked = self.asked.wrapping_add(1);
+        if self.asked.is_multiple_of(256) {
+            self.stopped = self.observer.stops(self.statistics.rays.total());
+        }
+        self.stopped
+    }
+
     /// What a path meets next.
     fn meet(&mut self, path: &Path<f32>) -> Hit {
+        if self.stops() {
+            return Hit::MISS;
+        }
         let traced = Traced { frame: self.frame, path: &|| *path, shadow: None };
         closest_ray(self.level, &self.frame.scene.bvh, &path.ray(), Asker::new(&traced, 0), self.stack)
     }
@@ -125,6 +159,9 @@ impl Tile<'_> {
     /// Whether something lies between a path's vertex and a light.
     fn is_blocked(&mut self, path: &Path<f32>, ray: Ray<f32>) -> bool {
         self.statistics.rays.shadow += 1;
+        if self.stops() {
+            return true;
+        }
         let shadow = Some(Shadow { ray, passes: &|_| {} });
         let traced = Traced { frame: self.frame, path: &|| *path, shadow };
         any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
@@ -259,11 +296,24 @@ impl Tile<'_> {
                 // The rays do not count.
                 let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
                 let crossings = &mut *self.crossings;
-                let (statistics, observer) = (&mut Statistics::default(), &mut Nobody);
-                let frame = &pilot.frame;
-                let mut aside =
-                    Tile { frame, level, statistics, stack, crossings, forks, looks: false, observer };
+                let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
+                let (frame, looks, asked, stopped) = (&pilot.frame, false, 0, false);
+                let mut aside = Tile {
+                    frame,
+                    level,
+                    statistics,
+                    stack,
+                    crossings,
+                    forks,
+                    looks,
+                    observer,
+                    asked,
+                    stopped,
+                };
                 aside.look(slots);
+                if aside.stopped {
+                    return;
+                }
                 slots.choose(pilot);
             }
             self.frame = &pilot.plain;
@@ -271,7 +321,7 @@ impl Tile<'_> {
             self.frame = frame;
         }
         slots.start(samples);
-        while slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
                 let (x, y) = unpack_pixel(pixel);
                 if holds(&region, x, y) {
@@ -298,7 +348,7 @@ impl Tile<'_> {
         let frame = self.frame;
         let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
         let mut begun = Vec::with_capacity(PIXELS);
-        while slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
                 let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
                 self.share(path, &mut film, slots);

@@ -20,7 +20,7 @@ use crate::formats::{
     AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
     load_again, ron,
 };
-use crate::integrator::Frame;
+use crate::integrator::{Frame, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::render::{Needs, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
 use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap, Transport};
@@ -295,7 +295,7 @@ impl World {
                 let note = |part: f32| {
                     done.fetch_max(part.to_bits(), Ordering::Relaxed);
                 };
-                session.finish_while(&stop, note, |session| {
+                session.finish_while(&Stop::at(&stop), note, |session| {
                     let reached =
                         session.film().relative_noise().zip(noise).is_some_and(|(is, most)| is <= most);
                     !reached

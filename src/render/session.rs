@@ -10,7 +10,7 @@ use super::gathered::{Gathered, Pass};
 use super::{Level, Schedule, Sorting, adaptive};
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
 use crate::integrator::sharing::BLOCK;
-use crate::integrator::{Frame, Statistics, Worker};
+use crate::integrator::{Frame, Statistics, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
@@ -217,7 +217,7 @@ impl Session {
 
     /// Decides how many samples blocks get, if that has to be known beforehand and is not known yet. Returns false if
     /// it was stopped.
-    pub(crate) fn allocate(&mut self, stop: &AtomicBool, progress: OnProgress) -> bool {
+    pub(crate) fn allocate(&mut self, stop: &Stop, progress: OnProgress) -> bool {
         if !self.needs_allocation() {
             return true;
         }
@@ -278,7 +278,7 @@ impl Session {
     /// way. With adaptive sampling, once blocks get different numbers, it renders the next round instead. Uses all
     /// threads of the rayon pool that it is called from: see [`on_threads`](super::on_threads).
     pub fn advance(&mut self, count: u32) {
-        self.advance_until(count, &AtomicBool::new(false), &|_| ());
+        self.advance_until(count, &Stop::NEVER, &|_| ());
     }
 
     /// Renders all that is left. After each tile it calls `progress`, from any thread, with the part that is done,
@@ -290,20 +290,20 @@ impl Session {
     /// # }
     /// ```
     pub fn finish(&mut self, progress: impl Fn(f32) + Sync) {
-        self.finish_until(&AtomicBool::new(false), progress);
+        self.finish_while(&Stop::NEVER, progress, |_| true);
     }
 
     /// The same, but ends soon after `stop` is set; returns true if nothing is left. What has been rendered until
     /// then is in the film, in which some pixels may have more samples than others: up to 16, or with adaptive
     /// sampling up to a round.
     pub fn finish_until(&mut self, stop: &AtomicBool, progress: impl Fn(f32) + Sync) -> bool {
-        self.finish_while(stop, progress, |_| true)
+        self.finish_while(&Stop::at(stop), progress, |_| true)
     }
 
     /// The same, but goes on after a pass only while `wants_more` of what there is.
     pub(crate) fn finish_while(
         &mut self,
-        stop: &AtomicBool,
+        stop: &Stop,
         progress: impl Fn(f32) + Sync,
         wants_more: impl Fn(&Session) -> bool,
     ) -> bool {
@@ -311,7 +311,7 @@ impl Session {
         let before = self.film().samples_per_pixel();
         let all = (area * (self.total as f32 - before as f32)).max(1.0);
         let done = AtomicU64::new(0);
-        while !self.is_done() && !stop.load(Ordering::Relaxed) {
+        while !self.is_done() && !stop.is_set() {
             self.advance_until(PASS, stop, &|tile| {
                 let samples = done.fetch_add(tile.samples, Ordering::Relaxed) + tile.samples;
                 progress((samples as f32 / all).min(1.0));
@@ -323,10 +323,11 @@ impl Session {
         self.is_done()
     }
 
-    /// The same as [`Session::advance`], but starts no further tile once `stop` or [`Progress::pause`] is set. The film
-    /// then holds more samples in some pixels than in others, and [`Gathered::pass`] says where.
+    /// The same as [`Session::advance`], but ends soon after `stop` says so: tiles that are under way are dropped. Once
+    /// [`Progress::pause`] is set, no further tile is started. The film then holds more samples in some pixels than in
+    /// others, and [`Gathered::pass`] says where.
     #[doc(hidden)]
-    pub fn advance_until(&mut self, count: u32, stop: &AtomicBool, progress: OnProgress) {
+    pub fn advance_until(&mut self, count: u32, stop: &Stop, progress: OnProgress) {
         if !self.allocate(stop, progress) {
             return;
         }
@@ -350,7 +351,7 @@ impl Session {
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
         let pause = AtomicBool::new(false);
         todo.into_par_iter().for_each(|(number, parts)| {
-            if stop.load(Ordering::Relaxed) || pause.load(Ordering::Relaxed) {
+            if stop.is_set() || pause.load(Ordering::Relaxed) {
                 return;
             }
             let mut worker = lock(workers)
@@ -359,17 +360,24 @@ impl Session {
             let mut render = |part: Region| {
                 let mut own = Statistics::default();
                 let mut moments = options.variance.then(|| Moments::new(part));
+                let todo = (part, samples.clone());
                 let film = match &mut moments {
-                    None => worker.render(frame, options.level, part, samples.clone(), &mut own),
+                    None => worker.render_until(frame, options.level, todo, &mut own, stop),
                     Some(squares) => {
-                        one_by_one(&mut worker, frame, options, part, samples.clone(), &mut own, squares)
+                        one_by_one(&mut worker, frame, options.level, todo, &mut own, squares, stop)
                     }
                 };
                 let samples = SampleRanges::default();
-                (Gathered { film, moments, samples, pass: None, rays: None, allocation: None }, own)
+                Some((
+                    Gathered { film: film?, moments, samples, pass: None, rays: None, allocation: None },
+                    own,
+                ))
             };
-            let rendered: Vec<(Gathered, Statistics)> = parts.iter().map(|(_, part)| render(*part)).collect();
+            let rendered: Option<Vec<(Gathered, Statistics)>> =
+                parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
+            // The next pass renders the whole tile.
+            let Some(rendered) = rendered else { return };
             let mut guard = lock(&gathered);
             for ((block, _), (rendered, own)) in parts.iter().zip(&rendered) {
                 guard.merge(rendered);
@@ -464,23 +472,24 @@ impl Session {
     }
 }
 
-/// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together.
+/// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together. None if
+/// it was stopped.
 fn one_by_one(
     worker: &mut Worker,
     frame: &Frame,
-    options: &Options,
-    tile: Region,
-    samples: Range<u32>,
+    level: Level,
+    (tile, samples): (Region, Range<u32>),
     statistics: &mut Statistics,
     squares: &mut Moments,
-) -> Film {
+    stop: &Stop,
+) -> Option<Film> {
     let mut film = Film::new(tile, frame.unit);
     for sample in samples {
-        let one = worker.render(frame, options.level, tile, sample..sample + 1, statistics);
+        let one = worker.render_until(frame, level, (tile, sample..sample + 1), statistics, stop)?;
         squares.add_sample(&one);
         film.merge(&one);
     }
-    film
+    Some(film)
 }
 
 /// Nothing that holds these locks can panic halfway through a change.

@@ -90,10 +90,10 @@ pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
         exposure_ev: display.exposure_ev.unwrap_or(0.0),
     };
     match layer {
-        Layer::Light => light(film.radiance(), shown.size, display),
+        Layer::Light => light(radiance(shown), shown.size, display),
         Layer::Denoised => {
             let denoised = session(shown).and_then(|session| session.denoised());
-            let radiance = denoised.map_or_else(|| film.radiance(), |denoised| denoised.radiance);
+            let radiance = denoised.map_or_else(|| radiance(shown), |denoised| denoised.radiance);
             light(radiance, shown.size, display)
         }
         Layer::Noise => own(noise(film.pixels()), shown.size),
@@ -107,6 +107,22 @@ pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
             own(of_features(shown.features.get_or_init(whole), layer), shown.frame.size)
         }
     }
+}
+
+/// The light of all pixels. Where there is no sample yet, that is what the small picture has.
+fn radiance(shown: &Shown) -> Vec<Rgb> {
+    let film = &shown.gathered.film;
+    let mut radiance = film.radiance();
+    let Some(small) = &shown.small else { return radiance };
+    let (light, [width, height]) = (small.radiance(), shown.size.map(|side| side as usize));
+    let size = [small.region().width(), small.region().height()].map(|side| side as usize);
+    for (at, (own, sums)) in radiance.iter_mut().zip(film.pixels()).enumerate() {
+        if sums.count == [0, 0] {
+            let [x, y] = [at % width * size[0] / width, at / width * size[1] / height];
+            *own = light.get(y * size[0] + x).copied().unwrap_or(*own);
+        }
+    }
+    radiance
 }
 
 fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> Picture {
@@ -188,7 +204,7 @@ pub fn pixel(shown: &Shown, [x, y]: [u32; 2]) -> Option<Value> {
     let film = &shown.gathered.film;
     let place = [x * shown.size[0] / width, y * shown.size[1] / height];
     let sum = film.pixels().get(film.region().index(place[0], place[1]))?;
-    let radiance = film.radiance().get(film.region().index(place[0], place[1])).copied()?;
+    let radiance = radiance(shown).get(film.region().index(place[0], place[1])).copied()?;
     let features = features(shown, Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
     let seen = features.first().filter(|features| features.coverage > 0.0);
     let entity = seen.and_then(|f| shown.entities.get(&f.entity.checked_sub(1)?));

@@ -13,8 +13,8 @@ use super::scene::{LiveScene, SceneError};
 use super::status::{Described, Pixels, Status, queues};
 use super::tev::Tev;
 use super::watched::{LOOK, Watched};
-use crate::film::{Features, Region};
-use crate::integrator::{Frame, Schedule};
+use crate::film::{Features, Film, Region};
+use crate::integrator::{Frame, Schedule, Stop};
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::{GivenNames, Recipe};
 
@@ -34,6 +34,8 @@ pub struct Shown {
     pub frame: Arc<Frame>,
     /// What has been gathered: of the whole image, or of a smaller one.
     pub gathered: Arc<Gathered>,
+    /// A small picture of the whole image, for pixels that have no sample yet; none once all have.
+    pub small: Option<Arc<Film>>,
     /// Its width and height.
     pub size: [u32; 2],
     /// How many samples are wanted.
@@ -62,7 +64,7 @@ impl Shown {
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
         let recipe = Arc::new(scene.recipe(&frame));
-        Shown { frame, gathered, size, wanted, options, names, entities, features, recipe }
+        Shown { frame, gathered, small: None, size, wanted, options, names, entities, features, recipe }
     }
 }
 
@@ -214,7 +216,7 @@ impl Viewer {
         let mut rendering = Rendering {
             work,
             session: None,
-            first: true,
+            small: None,
             spent: Duration::ZERO,
             paused: false,
             looked: None,
@@ -312,8 +314,8 @@ struct Rendering {
     work: Work,
     /// None before the first picture.
     session: Option<Session>,
-    /// Whether the first picture is still to be made.
-    first: bool,
+    /// The first picture, if it has been made.
+    small: Option<Arc<Film>>,
     /// Time of all passes.
     spent: Duration,
     paused: bool,
@@ -325,16 +327,13 @@ struct Rendering {
 
 impl Rendering {
     fn begin_anew(&mut self) {
-        (self.session, self.first, self.spent) = (None, true, Duration::ZERO);
+        (self.session, self.small, self.spent) = (None, None, Duration::ZERO);
         (self.paused, self.looked, self.features) = (false, None, Arc::default());
     }
 
     /// The next picture or pass.
     fn go_on(&mut self, viewer: &Viewer, scene: &LiveScene) {
-        if self.first {
-            self.first = false;
-            return self.first_picture(viewer, scene);
-        }
+        let Some(small) = self.small.clone() else { return self.first_picture(viewer, scene) };
         let options = self.work.options();
         let session =
             self.session.get_or_insert_with(|| Session::of(scene.frame(), scene.settings().samples, options));
@@ -344,7 +343,10 @@ impl Rendering {
         let count = next_count(session, self.spent);
         let features = self.features.clone();
         let frame = session.frame().clone();
-        let shown = Shown::new(scene, frame, session.gathered().clone(), options, features);
+        // A pass has some of its tiles long before others.
+        let small = (session.samples_done().0 == 0).then_some(small);
+        let shown =
+            Shown { small, ..Shown::new(scene, frame, session.gathered().clone(), options, features) };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
         let show = |gathered: Gathered| {
@@ -366,7 +368,7 @@ impl Rendering {
             }
         };
         let start = Instant::now();
-        session.advance_until(count, &viewer.stop, &watch);
+        session.advance_until(count, &Stop::at(&viewer.stop), &watch);
         self.spent += start.elapsed();
         if viewer.stop.load(Ordering::Acquire) && !session.is_done() {
             return;
@@ -394,11 +396,12 @@ impl Rendering {
         let options = self.work.options();
         let small = Arc::new(Frame { size, ..(*whole).clone() });
         let mut session = Session::of(small, 1, options);
-        session.advance_until(1, &viewer.stop, &|_| ());
+        session.advance_until(1, &Stop::at(&viewer.stop), &|_| ());
         if !session.is_done() {
             return;
         }
         let shown = Shown::new(scene, whole, session.gathered().clone(), options, self.features.clone());
+        self.small = Some(Arc::new(session.into_film()));
         let described = Described::new(scene, &self.work);
         viewer.show(shown, Duration::ZERO, Some(described));
     }

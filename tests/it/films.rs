@@ -721,7 +721,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
 fn any_tile_may_be_the_last() {
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-    use rayfront::internals::integrator::Frame;
+    use rayfront::internals::integrator::{Frame, Stop};
     use rayfront::render::{Options, Session};
     use rayfront::world::Adaptive;
 
@@ -746,7 +746,7 @@ fn any_tile_may_be_the_last() {
             let (stop, done) = (AtomicBool::new(false), AtomicUsize::new(0));
             let mut interrupted = session();
             while !stop.load(Ordering::Relaxed) && !interrupted.is_done() {
-                interrupted.advance_until(16, &stop, &|_| {
+                interrupted.advance_until(16, &Stop::at(&stop), &|_| {
                     stop.store(done.fetch_add(1, Ordering::Relaxed) + 1 >= tiles, Ordering::Relaxed);
                 });
             }

@@ -29,6 +29,7 @@ mod printed;
 mod references;
 mod scenes;
 mod sharing;
+mod stopping;
 mod straight;
 mod studies;
 mod support;

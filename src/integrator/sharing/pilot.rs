@@ -6,7 +6,7 @@
 
 use super::{BLOCK, Offer, PIXELS, Slots};
 use crate::film::{Film, Region};
-use crate::integrator::{Frame, recursive};
+use crate::integrator::{Frame, Stop, recursive};
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
@@ -32,6 +32,9 @@ const OVERHEAD: f32 = 0.3;
 const OWN: f32 = 0.25;
 /// How many blocks of an image decide what time is worth.
 const BLOCKS: usize = 64;
+/// And at most so many rays, some eight thousand for each of their samples: light may stay in a white room for as long
+/// as its depth allows.
+const MOST_RAYS: u64 = 1 << 24;
 
 /// What is known of a frame whose blocks choose how many of their pixels share.
 #[derive(Clone)]
@@ -92,7 +95,7 @@ fn look_around(frame: &Frame) -> Price {
         let (x1, y1) = ((x0 + BLOCK).min(frame.size[0]), (y0 + BLOCK).min(frame.size[1]));
         Region { x0, y0, x1, y1 }
     };
-    let (measured, rays) = recursive::look(frame, (0..count).map(block));
+    let (measured, rays) = recursive::look(frame, (0..count).map(block), &Stop::after_rays(MOST_RAYS));
     Price::of(&measured, rays)
 }
 

@@ -114,7 +114,7 @@ impl Wave {
         mut todo: Todo,
         clock: &mut Clock,
     ) {
-        loop {
+        while !self.is_stopped(clock) {
             self.generate(frame, level, film, &mut todo, clock);
             if self.paths.0.is_empty() {
                 return;
@@ -136,6 +136,16 @@ impl Wave {
             self.report_ends(clock.observer);
             self.advance(film, clock);
         }
+    }
+
+    /// Whether to end within the tile; all paths are given up then.
+    fn is_stopped(&mut self, clock: &mut Clock) -> bool {
+        let stops = clock.observer.stops(clock.statistics.rays.total());
+        if stops {
+            self.paths.0.clear();
+            self.pending.0.clear();
+        }
+        stops
     }
 
     /// What the paths of the wave meet.
@@ -209,12 +219,16 @@ impl Wave {
         clock.stage(Stage::Shade);
     }
 
-    /// All samples of all lights, light by light, as many to a shadow wave as fit.
+    /// All samples of all lights, light by light, as many to a shadow wave as fit. Of many lights this may take long,
+    /// so that it may be stopped here, too.
     fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples {
                 if self.shadow.room() < self.paths.0.len() {
                     self.shadows(frame, level, clock);
+                    if clock.observer.stops(clock.statistics.rays.total()) {
+                        return;
+                    }
                 }
                 let before = self.shadow.count();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);

@@ -7,7 +7,7 @@ use super::reports::report_connections;
 use super::{Clock, Todo, Wave};
 use crate::bvh;
 use crate::film::Film;
-use crate::integrator::observe::{self, Nobody};
+use crate::integrator::observe::{self, Aside};
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::sharing::pilot::Pilot;
 use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
@@ -54,8 +54,9 @@ impl Wave {
         let Some(mut shared) = self.shared.take() else { return };
         shared.slots.enter(frame, film.region());
         if let Some(pilot) = &frame.pilot {
-            if !shared.slots.recall() {
-                self.look(pilot, level, &mut shared.slots, clock);
+            if !shared.slots.recall() && !self.look(pilot, level, &mut shared.slots, clock) {
+                self.shared = Some(shared);
+                return;
             }
             let slots = &shared.slots;
             let todo = Todo::new(film.region(), samples.clone(), &|x, y| slots.is_plain(x, y));
@@ -76,21 +77,25 @@ impl Wave {
         self.shared = Some(shared);
     }
 
-    /// Looks at some pixels to see where sharing pays. The rays do not count.
-    fn look(&mut self, pilot: &Pilot, level: Level, slots: &mut Slots, clock: &mut Clock) {
+    /// Looks at some pixels to see where sharing pays. The rays do not count. Returns false if it was stopped.
+    fn look(&mut self, pilot: &Pilot, level: Level, slots: &mut Slots, clock: &mut Clock) -> bool {
         slots.start_pilot();
         let frame = &pilot.frame;
         let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
-        let mut aside = Statistics::default();
-        let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut Nobody };
+        let (mut aside, mut observer) = (Statistics::default(), Aside(&mut *clock.observer));
+        let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut observer };
         while self.trace_units(frame, level, &mut film, slots, &mut own) {
             slots.measure(&film);
         }
+        if own.observer.stops(0) {
+            return false;
+        }
         slots.choose(pilot);
         clock.stage(Stage::Generate);
+        true
     }
 
-    /// Follows the paths of the next units to their ends; false if there are none.
+    /// Follows the paths of the next units to their ends; false if there are none, or if it was stopped.
     fn trace_units(
         &mut self,
         frame: &Frame,
@@ -104,11 +109,11 @@ impl Wave {
         }
         self.first_vertices(frame, level, film, slots, clock);
         self.second_vertices(frame, level, slots, clock);
-        while !self.paths.0.is_empty() {
+        while !self.paths.0.is_empty() && !self.is_stopped(clock) {
             self.vertices(frame, level, slots, false, clock);
             self.advance(slots, clock);
         }
-        true
+        !clock.observer.stops(0)
     }
 
     /// The camera's paths of the next units.

@@ -1,0 +1,145 @@
+//! Renderings that end before they are done: soon, announced, and without a bit that is wrong.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayfront::compile::compile;
+use rayfront::internals::integrator::{Frame, Stop};
+use rayfront::render::{Options, Schedule, Session};
+use rayfront::world::{Sharing, World};
+
+use super::support::world;
+
+/// A stop takes seconds; the probes before it take half a second where the program is optimised.
+const PATIENCE: Duration = Duration::from_secs(100);
+
+/// Shells of glass: a path splits in two at each, up to 2^40 times.
+fn shells(settings: &str) -> String {
+    let shells: String = (0..30)
+        .map(|i| format!("(shape: Sphere(radius_m: {}), material: (ior: 1.5)),", 1.0 + 0.01 * f64::from(i)))
+        .collect();
+    format!(
+        "(settings: (max_depth: 40, min_throughput: 0, transport: Whitted, {settings}), entities: [
+            (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 0, 4), to: (0, 0, 0))),
+            (light: Point(power_w: 200), transform: (translate: (2, 3, 3))),
+            {shells}
+        ])"
+    )
+}
+
+/// A closed room with a ball of glass, under the path transport.
+fn room(samples: u32, sharing: Sharing) -> World {
+    let mut world = world(
+        "(settings: (size: (48, 40), transport: Path), entities: [
+            (camera: Pinhole(vertical_fov_degrees: 60), transform: LookAt(from: (0, 0, 1.8), to: (0, 0, 0))),
+            (shape: Sphere(radius_m: 2), material: (diffuse: 0.9)),
+            (shape: Sphere(radius_m: 0.5), material: Principled(transmission: 1, roughness: 0)),
+            (light: Area(power_w: 100, size_m: 0.5), transform: LookAt(from: (0, 1.5, 0), to: (0, 0, 0))),
+        ])",
+    );
+    (world.settings.samples, world.settings.sharing) = (samples, sharing);
+    world
+}
+
+/// A tile that is stopped within leaves nothing in the film, and nothing in its worker: whatever continues ends where
+/// it would have ended.
+#[test]
+fn a_tile_that_is_stopped_is_dropped_whole() {
+    const SAMPLES: u32 = 4;
+    let mut forks = world(&shells("size: (24, 20), samples: 4").replace("max_depth: 40", "max_depth: 5"));
+    forks.settings.samples = SAMPLES;
+    let scenes = [
+        forks,
+        room(SAMPLES, Sharing::Off),
+        room(SAMPLES, Sharing::Auto),
+        room(SAMPLES, Sharing::Groups(16)),
+    ];
+    for (number, world) in scenes.iter().enumerate() {
+        let frame = Arc::new(Frame::new(compile(world, None).expect("a scene"), &world.settings));
+        for (schedule, variance) in
+            [(Schedule::Wavefront, false), (Schedule::Recursive, false), (Schedule::Wavefront, true)]
+        {
+            let options = Options { schedule, variance, tile: 16, wave: 256, ..Options::default() };
+            let session = || Session::of(frame.clone(), SAMPLES, options);
+            let mut whole = session();
+            whole.advance(SAMPLES);
+            let tiles = whole.film().region().area().div_ceil(16 * 16) as u64;
+            let usual = whole.statistics().rays.total() / tiles;
+            let mut dropped = 0;
+            for part in [4, 8, 12, 16, 20] {
+                let mut stopped = session();
+                stopped.advance_until(SAMPLES, &Stop::after_rays(usual * part / 16), &|_| ());
+                let count = |counts: [u32; 2]| counts[0] + counts[1];
+                let counts: Vec<u32> = stopped.film().pixels().iter().map(|sums| count(sums.count)).collect();
+                assert!(
+                    counts.iter().all(|count| [0, SAMPLES].contains(count)),
+                    "scene {number} {schedule:?}"
+                );
+                dropped += u32::from(counts.contains(&0));
+                stopped.advance(SAMPLES);
+                assert!(stopped.gathered() == whole.gathered(), "scene {number} {schedule:?} {part}");
+            }
+            assert!(dropped > 0, "scene {number} {schedule:?}: every tile was whole");
+        }
+    }
+}
+
+fn start(folder: &Path, words: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+    command.current_dir(folder).args(words).stdin(Stdio::null());
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program runs")
+}
+
+/// The exit code and what was said. Told to end once it has said `cue`, if that is not empty.
+fn end(mut child: Child, cue: &str) -> (Option<i32>, String) {
+    let start = Instant::now();
+    let mut lines = BufReader::new(child.stderr.take().expect("its messages"));
+    let mut said = String::new();
+    while !said.contains(cue) && lines.read_line(&mut said).expect("a line") > 0 {}
+    if !cue.is_empty() {
+        // It has begun to render then, or is about to.
+        std::thread::sleep(Duration::from_secs(1));
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().expect("kill").success());
+    }
+    while child.try_wait().expect("its state").is_none() {
+        if start.elapsed() > PATIENCE {
+            child.kill().expect("it can be killed");
+            panic!("it goes on after {PATIENCE:?}: {said}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    lines.read_to_string(&mut said).expect("text");
+    (child.wait().expect("its end").code(), said)
+}
+
+#[test]
+#[cfg(unix)]
+fn endless_forks_are_announced_and_end_when_they_are_told_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");
+    for schedule in ["wavefront", "recursive"] {
+        for more in [&["--max-time", "100ms"][..], &["--max-time", "100ms", "-q"], &[]] {
+            let words = ["scene.ron", "-t", "1", "--schedule", schedule, "-o", "a.png"];
+            let cue = if more.is_empty() { "each sample takes more than" } else { "" };
+            let (code, said) = end(start(here, &[&words, more].concat()), cue);
+            assert_eq!(code, Some(if more.is_empty() { 143 } else { 0 }), "{schedule} {more:?}: {said}");
+            let announced = said.find("glass splits paths in two");
+            assert_eq!(announced.is_some(), !more.contains(&"-q"), "{said}");
+            let slow = said.find("each sample takes more than");
+            assert!(more.contains(&"-q") || announced < slow, "{said}");
+            assert_eq!(said.contains("pixels that have none are black"), !more.is_empty(), "{said}");
+            assert!(here.join("a.png").exists());
+        }
+    }
+    // Frames choose their exposure before they are rendered.
+    let text = shells("size: (4, 4), samples: 1, exposure: Auto");
+    std::fs::write(here.join("scene.ron"), text).expect("a file");
+    let words = ["scene.ron", "-t", "1", "--frames", "1-2", "--max-time", "100ms", "-o", "a.#.png"];
+    let (code, said) = end(start(here, &words), "");
+    assert!(code == Some(2) && said.contains("--exposure 0") && said.contains("glass splits"), "{said}");
+}
