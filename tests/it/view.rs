@@ -109,6 +109,14 @@ impl Shown {
     }
 }
 
+/// A scene without black pixels, of so many pixels.
+fn bright(size: &str) -> String {
+    let sky = "entities: [(name: \"sky\", light: Environment(radiance: 1)),";
+    let text = SCENE.replace("(96, 54)", size).replace("entities: [", sky);
+    // A panel's back is black.
+    text.replace("Area(power_w: 300, size_m: 2)", "Point(power_w: 30)")
+}
+
 fn agent() -> ureq::Agent {
     ureq::Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build().into()
 }
@@ -301,4 +309,72 @@ fn settings_are_changed_and_no_schedule_changes_the_image() {
     for wrong in [json!({"settings": {"depth": 100_000}}), json!({"settings": {"schedule": "fast"}})] {
         assert_eq!(shown.wish(wrong).0, 400);
     }
+}
+
+/// What the page shows while the first pass is under way: small pixels that are done beside large ones that are not.
+#[test]
+fn no_pixel_is_black_while_the_first_pass_is_under_way() {
+    let shown = Shown::new();
+    shown.image();
+    let (mut partly, mut generation) = (0, shown.json("/status")["generation"].as_u64());
+    let changes: [&dyn Fn(); 3] = [
+        &|| std::fs::write(shown.scene(), bright("(480, 270)")).expect("an edit"),
+        &|| assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200),
+        &|| assert_eq!(shown.wish(json!({"save_camera": true})).0, 200),
+    ];
+    for change in changes {
+        change();
+        let begun = shown.when("a change", |status| status["generation"].as_u64() > generation);
+        shown.when("a picture of it", |status| status["serial"].as_u64() > begun["serial"].as_u64());
+        loop {
+            let address = format!("{}/image?exposure=0&tonemap=Clamp&token={}", shown.base, shown.token);
+            let mut response = agent().get(&address).call().expect("an answer");
+            let header = |name: &str| response.headers()[name].to_str().expect("text").parse::<f64>();
+            let (width, samples) =
+                (header("x-width").expect("a width"), header("x-samples").expect("samples"));
+            let pixels = response.body_mut().read_to_vec().expect("a picture");
+            let black = pixels.chunks(4).filter(|pixel| pixel[..3] == [0; 3]).count();
+            // Single samples may be.
+            assert!(20 * black < pixels.len() / 4, "{black} pixels are black at {samples} samples");
+            let is_whole = width == 480.0;
+            partly += u32::from(is_whole && samples < 1.0);
+            if is_whole && samples >= 1.0 {
+                break;
+            }
+        }
+        generation = shown.json("/status")["generation"].as_u64();
+    }
+    assert!(partly > 1, "only {partly} pictures were partly done");
+}
+
+#[test]
+fn requests_that_are_sent_by_half_are_given_up_and_other_pages_refused() {
+    use std::io::{Read, Write};
+
+    let shown = Shown::new();
+    let (host, token) = (shown.base.strip_prefix("http://").expect("an address"), &shown.token);
+    let halves = [
+        String::new(),
+        "GET /status HTTP/1.1\r\nHost: local".into(),
+        format!("POST /do?token={token} HTTP/1.1\r\nHost: {host}\r\nContent-Length: 99\r\n\r\n{{\"pause"),
+    ];
+    let start = Instant::now();
+    let streams = halves.map(|half| {
+        let mut stream = std::net::TcpStream::connect(host).expect("a connection");
+        stream.write_all(half.as_bytes()).expect("half a request");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a limit");
+        stream
+    });
+    for mut stream in streams {
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("it is closed");
+        let answer = String::from_utf8_lossy(&answer);
+        assert!(answer.is_empty() || answer.contains(" 408 "), "{answer}");
+        assert!(start.elapsed() < PATIENCE / 2);
+    }
+    let from = |origin: &str| {
+        agent().get(shown.address()).header("Origin", origin).call().expect("an answer").status()
+    };
+    assert_eq!(from(&shown.base), 200);
+    assert!(["http://evil.example", "null"].iter().all(|origin| from(origin) == 403));
 }
