@@ -26,6 +26,8 @@ mod scalar;
 pub mod sixteen;
 mod waiting;
 
+#[cfg(feature = "cli")]
+pub use memory::give_back_freed;
 pub use memory::{prefer_large_pages, prefetch};
 pub use sixteen::Sixteen;
 use std::fmt;

@@ -1,8 +1,9 @@
 //! The page and its answers over plain HTTP, only for browsers on this machine.
 //!
-//! Three things keep others out. The server listens on the loopback interface. It answers nobody who calls it by
-//! another name (as someone else's page would, after making its own name lead here). And every address contains a
-//! token that is only told to whoever started the program. No request names a file.
+//! Four things keep others out. The server listens on the loopback interface. It answers nobody who calls it by
+//! another name (as someone else's page would, after making its own name lead here). It answers no other page, as
+//! browsers name the page that asks. And every address contains a token that is only told to whoever started the
+//! program. No request names a file. A request that is not sent whole within seconds is given up.
 
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -11,14 +12,18 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{Query, Request, State};
+use axum::extract::{FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tokio::time::{sleep, timeout};
 use tokio_stream::wrappers::WatchStream;
 use tokio_stream::{Stream, StreamExt};
 
@@ -26,6 +31,7 @@ use super::command::Wish;
 use super::explanation::explanation;
 use super::picture::{Display, Layer, Picture, picture, pixel};
 use super::viewer::Viewer;
+use crate::simd::give_back_freed;
 use crate::study::explain::Recipe;
 use crate::world::Tonemap;
 
@@ -37,6 +43,10 @@ const STYLE: &str = include_str!("page/page.css");
 const USUAL_PORT: u16 = 8421;
 /// How often news is sent.
 const NEWS: Duration = Duration::from_millis(80);
+/// How long the head of a request may take, and its body.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// After a failure to accept a connection, such as by too many open files, it is tried again.
+const AGAIN: Duration = Duration::from_millis(500);
 
 /// A page that is about to be served.
 pub struct Server {
@@ -91,7 +101,16 @@ impl Server {
             .with_state(site);
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            axum::serve(listener, router).await
+            loop {
+                let Ok((stream, _)) = listener.accept().await else {
+                    sleep(AGAIN).await;
+                    continue;
+                };
+                let mut http = http1::Builder::new();
+                http.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
+                let service = TowerToHyperService::new(router.clone());
+                tokio::spawn(http.serve_connection(TokioIo::new(stream), service));
+            }
         })
     }
 }
@@ -111,6 +130,9 @@ async fn guard(
     if !is_loopback(request.headers()) {
         return refuse(StatusCode::FORBIDDEN, "this is for localhost alone");
     }
+    if !is_own_page(request.headers()) {
+        return refuse(StatusCode::FORBIDDEN, "this is for the page that is served here");
+    }
     if token.as_deref() != Some(&site.token) {
         return refuse(StatusCode::FORBIDDEN, "the token in the address is wrong: see the terminal");
     }
@@ -125,6 +147,13 @@ async fn guard(
         response.headers_mut().insert(name, HeaderValue::from_static(value));
     }
     response
+}
+
+/// Whether a browser says that this page asks, or nothing of who asks.
+fn is_own_page(headers: &HeaderMap) -> bool {
+    let host = headers.get(header::HOST).map(HeaderValue::as_bytes);
+    let page = |origin: &HeaderValue| origin.as_bytes().strip_prefix(b"http://").map(<[u8]>::to_vec);
+    headers.get_all(header::ORIGIN).iter().all(|origin| page(origin).as_deref() == host && host.is_some())
 }
 
 /// Whether a request names this machine as this machine does, on any port: one that is forwarded has another.
@@ -198,7 +227,12 @@ async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<Wanted>) -> R
     };
     let made = aside(move || {
         let (serial, shown) = (site.viewer.serial(), site.viewer.shown());
-        (serial, shown.gathered.film.samples_per_pixel(), picture(&shown, layer, display))
+        let picture = picture(&shown, layer, display);
+        if layer == Layer::Denoised {
+            // That takes hundreds of bytes for each pixel.
+            give_back_freed();
+        }
+        (serial, shown.gathered.film.samples_per_pixel(), picture)
     });
     let Some((serial, samples, Picture { size: [width, height], pixels, exposure_ev })) = made.await else {
         return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made");
@@ -245,7 +279,12 @@ fn answer(found: Option<Value>) -> Response {
     }
 }
 
-async fn carry_out(State(site): State<Arc<Site>>, body: String) -> Response {
+async fn carry_out(State(site): State<Arc<Site>>, request: Request) -> Response {
+    let body = match timeout(PATIENCE, String::from_request(request, &())).await {
+        Ok(Ok(body)) => body,
+        Ok(Err(error)) => return error.into_response(),
+        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the wish did not come whole"),
+    };
     let wish: Wish = match serde_json::from_str(&body) {
         Ok(wish) => wish,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
@@ -282,6 +321,23 @@ mod tests {
             assert!(!is_ours(other), "{other}");
         }
         assert!(!is_loopback(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn only_this_page_is_answered() {
+        let is_own = |origins: &[&str]| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_static("localhost:8421"));
+            for origin in origins {
+                headers.append(header::ORIGIN, HeaderValue::from_str(origin).unwrap());
+            }
+            is_own_page(&headers)
+        };
+        assert!(is_own(&[]) && is_own(&["http://localhost:8421"]));
+        let others = ["null", "", "http://localhost", "http://localhost:80", "https://localhost:8421"];
+        for other in others.into_iter().chain(["http://evil.example", "http://localhost:8421.evil.example"]) {
+            assert!(!is_own(&[other]) && !is_own(&["http://localhost:8421", other]), "{other}");
+        }
     }
 
     #[test]

@@ -30,7 +30,7 @@ const SAME_LEVEL: [(&str, &str); 2] = [("math", "simd"), ("simd", "math")];
 const FREE: [&str; 3] = ["error", "files", "memory"];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 37] = [
+const CRATES: [(&str, &[&str]); 39] = [
     ("hecs", &["world", "formats", "compile", "check", "view"]),
     ("ron", &["formats"]),
     ("serde", &["math", "bvh", "world", "film", "formats", "view"]),
@@ -63,6 +63,8 @@ const CRATES: [(&str, &[&str]); 37] = [
     ("thiserror", &["error", "world", "formats", "memory", "query", "view"]),
     ("libm", &["math", "world", "sampling", "film", "compile", "formats", "study", "check", "view", "cli"]),
     ("axum", &["view"]),
+    ("hyper", &["view"]),
+    ("hyper_util", &["view"]),
     ("tokio", &["view"]),
     ("tokio_stream", &["view"]),
     ("getrandom", &["view"]),
