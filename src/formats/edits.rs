@@ -1,13 +1,13 @@
 //! Changes to a scene beyond what its files say: other values, and things left out.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use serde::{Deserialize, Serialize};
 
 use super::Files;
-use super::ron::query::{Query, nothing_meant, set};
+use super::ron::query::{Changes, Query, nothing_meant};
 use crate::error::{LoadError, in_one_line};
-use crate::world::{Background, Light, Shape, World};
+use crate::world::{Background, Light, Parent, Shape, World};
 
 /// Changes to a scene beyond what its files say. They are carried out in this order: `look_at`, `set`, `only`,
 /// `hide`, `orbit`, `zoom`, `ground`.
@@ -62,12 +62,15 @@ impl Edits {
         if self.orbit.is_some_and(|angles| !angles.iter().all(|angle| angle.is_finite())) {
             return Err(LoadError::option("orbit", "its angles must be finite"));
         }
+        let mut changes = Changes::new(world);
         if let Some([from, to]) = &self.look_at {
             let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
-            set(world, &statement, files).map_err(|error| LoadError::option("look_at", error))?;
+            let done = changes.carry_out(world, &statement, files);
+            done.map_err(|error| LoadError::option("look_at", error))?;
         }
         for statement in &self.set {
-            set(world, statement, files).map_err(|error| LoadError::option("set", error))?;
+            let done = changes.carry_out(world, statement, files);
+            done.map_err(|error| LoadError::option("set", error))?;
         }
         if !self.only.is_empty() {
             let queries = queries("only", &self.only)?;
@@ -128,7 +131,26 @@ fn meant(
             return Err(LoadError::option(option, reason));
         }
     }
-    let is_meant =
-        |entity: &hecs::Entity| queries.iter().any(|query| query.takes_with_parents(world, *entity));
-    Ok(order.into_iter().filter(is_meant).collect())
+    // From each entity up to what is known already: however deep they are, each is asked once.
+    let mut known: HashMap<hecs::Entity, bool> = HashMap::with_capacity(order.len());
+    for entity in &order {
+        let (mut at, mut chain) = (Some(*entity), Vec::new());
+        let mut is_meant = false;
+        while let Some(entity) = at {
+            // What is on the way already is below itself, which is for the compiler to refuse.
+            if let Some(found) = known.get(&entity) {
+                is_meant = *found;
+                break;
+            }
+            chain.push(entity);
+            known.insert(entity, false);
+            if queries.iter().any(|query| query.takes(world, entity)) {
+                is_meant = true;
+                break;
+            }
+            at = world.entities.get::<&Parent>(entity).ok().map(|parent| parent.0);
+        }
+        known.extend(chain.into_iter().map(|entity| (entity, is_meant)));
+    }
+    Ok(known.into_iter().filter(|(_, is_meant)| *is_meant).map(|(entity, _)| entity).collect())
 }

@@ -79,7 +79,7 @@ mod tests {
         // In a thread that has ended, below something that is in use.
         let begin = || {
             let blocks: Vec<Vec<u8>> = (0..2000).map(|_| vec![1; 100_000]).collect();
-            let above = Box::new(1);
+            let above = vec![1u8; 100_000];
             drop(blocks);
             above
         };

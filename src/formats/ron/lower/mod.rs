@@ -68,9 +68,13 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     lowering.entities(scene.entities)?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
-    for raw in scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))? {
+    let edits = scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
+    let mut changes = query::Changes::new(&world);
+    for raw in edits {
         let statement = source.string(raw, "a statement")?;
-        query::set(&mut world, &statement, files).map_err(|error| source.error(raw.0, error.to_string()))?;
+        changes
+            .carry_out(&mut world, &statement, files)
+            .map_err(|error| source.error(raw.0, error.to_string()))?;
     }
     world.moves |= source.clock().asked.get();
     world.transport_is_chosen = transport.is_none();

@@ -50,27 +50,32 @@ impl Component {
     }
 }
 
+/// Named materials, once they have been needed: a statement may change a hundred thousand entities.
+pub type Names = Option<HashMap<String, MaterialId>>;
+
 /// Reads a component from its text and gives it to an entity, or gives an existing material other content. Images
 /// that the text calls by number (`"#3"`) are those of the world.
 pub fn reread(
     world: &mut World,
     component: Component,
-    entity: Option<Entity>,
-    material: Option<MaterialId>,
+    (entity, material): (Option<Entity>, Option<MaterialId>),
     text: &str,
     files: &mut dyn AssetFiles,
+    names: &mut Names,
 ) -> Result<(), LoadError> {
     let source = Source::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
     let raw: Raw = source.root()?;
-    // Only an entity's material refers to materials by name. A statement may change a hundred thousand entities.
-    let materials = match (component, material) {
-        (Component::Material, None) => material_names(world),
-        _ => HashMap::new(),
+    // Only an entity's material refers to materials by name.
+    let refers = component == Component::Material && material.is_none();
+    let materials = match names.take() {
+        None if refers => material_names(world),
+        known => known.unwrap_or_default(),
     };
     let assets = AssetCache::new(Path::new(""), files).with_numbers();
     let mut lowering = Lowering { source: &source, world: std::mem::take(world), assets, materials };
     let read = lowering.component(component, entity, material, raw);
-    let Lowering { world: mut changed, assets, .. } = lowering;
+    let Lowering { world: mut changed, assets, materials, .. } = lowering;
+    *names = (refers || !materials.is_empty()).then_some(materials);
     let images = assets.read_images(&source, &mut changed);
     *world = changed;
     read.and(images)

@@ -21,7 +21,7 @@ use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::locate::{self, find_unclosed};
 
 pub use select::{Selected, list, select};
-pub use set::{nothing_meant, set};
+pub use set::{Changes, nothing_meant, set};
 
 /// What is wrong with a query, with the place marked below it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

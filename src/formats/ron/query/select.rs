@@ -1,6 +1,6 @@
 //! What a query selects from a world.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::{Comparison, Filter, Key, Kind, Query, is_like};
@@ -33,22 +33,84 @@ impl Selected {
 
 /// What a query selects from a world.
 pub fn select(world: &World, query: &Query) -> Selected {
-    if let Query::Atom(Kind::Material, filters) = query
-        && !filters.is_empty()
-    {
-        let all = (0..world.assets.materials.len() as u32).map(MaterialId);
-        let is_meant = |id: &MaterialId| {
-            filters.iter().all(|filter| filter.takes(Some(&world.assets.material_name(*id))))
-        };
-        let mut meant: Vec<MaterialId> = all.filter(is_meant).collect();
-        // What nothing has to do with is not meant by "*".
-        if meant.len() > 1 && !world.worn().contains(&MaterialId::DEFAULT) {
-            meant.retain(|id| *id != MaterialId::DEFAULT);
+    Index::new(world).select(world, query)
+}
+
+/// What a row of queries need not find out again and again, while a world's entities keep their names.
+pub struct Index {
+    order: Vec<hecs::Entity>,
+    by_name: HashMap<String, Vec<hecs::Entity>>,
+    /// The materials that shapes have, if they have been asked for.
+    worn: Option<HashSet<MaterialId>>,
+    /// How many entities and materials queries have looked at.
+    pub looked_at: u64,
+}
+
+impl Index {
+    /// Of a world.
+    pub fn new(world: &World) -> Index {
+        let order = world.in_order();
+        let mut by_name: HashMap<String, Vec<hecs::Entity>> = HashMap::new();
+        for entity in &order {
+            by_name.entry(world.name_of(*entity)).or_default().push(*entity);
         }
-        return Selected::Materials(meant);
+        Index { order, by_name, worn: None, looked_at: 0 }
     }
-    let order = world.in_order().into_iter();
-    Selected::Entities(order.filter(|entity| query.takes(world, *entity)).collect())
+
+    /// The number of entities.
+    pub fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    /// The materials that shapes have.
+    pub fn worn(&mut self, world: &World) -> &HashSet<MaterialId> {
+        self.worn.get_or_insert_with(|| world.worn())
+    }
+
+    /// Shapes may have other materials than before.
+    pub fn forget_worn(&mut self) {
+        self.worn = None;
+    }
+
+    /// See [`select`].
+    pub fn select(&mut self, world: &World, query: &Query) -> Selected {
+        if let Query::Atom(Kind::Material, filters) = query
+            && !filters.is_empty()
+        {
+            self.looked_at += world.assets.materials.len() as u64;
+            let all = (0..world.assets.materials.len() as u32).map(MaterialId);
+            let is_meant = |id: &MaterialId| {
+                filters.iter().all(|filter| filter.takes(Some(&world.assets.material_name(*id))))
+            };
+            let mut meant: Vec<MaterialId> = all.filter(is_meant).collect();
+            // What nothing has to do with is not meant by "*".
+            if meant.len() > 1 && !self.worn(world).contains(&MaterialId::DEFAULT) {
+                meant.retain(|id| *id != MaterialId::DEFAULT);
+            }
+            return Selected::Materials(meant);
+        }
+        let among = self.among(query);
+        let found = among.iter().copied().filter(|entity| query.takes(world, *entity)).collect();
+        self.looked_at += among.len() as u64;
+        Selected::Entities(found)
+    }
+
+    /// Entities that include all that a query selects, in the world's order.
+    fn among(&self, query: &Query) -> &[hecs::Entity] {
+        match query {
+            Query::Atom(_, filters) => {
+                let is_name =
+                    |filter: &&Filter| filter.key == Key::Name && filter.comparison == Comparison::Equal;
+                let named = |filter: &Filter| self.by_name.get(&filter.text).map_or(&[][..], Vec::as_slice);
+                filters.iter().find(is_name).map_or(&self.order, named)
+            }
+            Query::And(one, other) => {
+                let [one, other] = [one, other].map(|query| self.among(query));
+                if one.len() < other.len() { one } else { other }
+            }
+            Query::Not(_) | Query::Or(..) => &self.order,
+        }
+    }
 }
 
 /// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.
@@ -82,20 +144,6 @@ impl Query {
             Query::And(one, other) => one.takes(world, entity) && other.takes(world, entity),
             Query::Or(one, other) => one.takes(world, entity) || other.takes(world, entity),
         }
-    }
-
-    /// Whether the query selects an entity or one of its ancestors.
-    pub fn takes_with_parents(&self, world: &World, entity: hecs::Entity) -> bool {
-        let mut at = Some(entity);
-        // A cycle ends after as many steps as there are entities.
-        for _ in 0..=world.entities.len() {
-            let Some(entity) = at else { return false };
-            if self.takes(world, entity) {
-                return true;
-            }
-            at = world.entities.get::<&Parent>(entity).ok().map(|parent| parent.0);
-        }
-        false
     }
 }
 

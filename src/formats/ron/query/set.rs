@@ -3,11 +3,12 @@
 
 use hecs::Entity;
 
-use super::{Query, QueryError, Reader, Selected, select};
+use super::select::Index;
+use super::{Query, QueryError, Reader, Selected};
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
 use crate::formats::ron::locate;
-use crate::formats::ron::lower::reread::{Component, reread, reread_settings};
+use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settings};
 use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
@@ -46,39 +47,96 @@ struct Statement<'a> {
     value: &'a str,
 }
 
-/// Carries out a statement; says how many things it changed, never none.
+/// Carries out one statement; says how many things it changed, never none.
 pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
-    let mut reader = Reader::new(text)?;
-    if reader.takes("settings.") {
-        // The dot belongs to the path.
-        reader.rest = &text[locate::offset_of(text, reader.rest).unwrap_or(1) - 1..];
-        return statement(text, reader)?.change_settings(world);
+    Changes::new(world).carry_out(world, text, files)
+}
+
+/// Each thing may be changed so many times, on average.
+const MOST_CHANGES: u64 = 64;
+/// Even if there are few, so many changes are allowed.
+const FEW_CHANGES: u64 = 100_000;
+/// So many entities or materials are looked at in the time of one change.
+const LOOKS: u64 = 64;
+
+/// Carries out statements, one after another. The time is bounded by the number of things and of statements, not by
+/// their product: a short file could keep a machine busy for hours.
+pub struct Changes {
+    index: Index,
+    /// Of materials, if they have been asked for.
+    names: Names,
+    changed: u64,
+}
+
+impl Changes {
+    /// In a world that nothing but the statements changes meanwhile.
+    pub fn new(world: &World) -> Changes {
+        Changes { index: Index::new(world), names: None, changed: 0 }
     }
-    let query = reader.either()?;
-    let query_text = text[..text.len() - reader.rest.len()].trim();
-    let mut statement = statement(text, reader)?;
-    let selected = select(world, &query);
-    if selected.is_empty() {
-        return Err(QueryError::new(text, query_text, nothing_meant(world, &query)));
-    }
-    let targets: Vec<Target> = match selected {
-        Selected::Materials(materials) => materials.into_iter().map(Target::Material).collect(),
-        Selected::Entities(entities) => {
-            let component = statement.component(&query)?;
-            entities.into_iter().map(|entity| Target::Entity(entity, component)).collect()
+
+    /// Carries out a statement; says how many things it changed, never none.
+    pub fn carry_out(
+        &mut self,
+        world: &mut World,
+        text: &str,
+        files: &mut dyn AssetFiles,
+    ) -> Result<usize, QueryError> {
+        let mut reader = Reader::new(text)?;
+        if reader.takes("settings.") {
+            // The dot belongs to the path.
+            reader.rest = &text[locate::offset_of(text, reader.rest).unwrap_or(1) - 1..];
+            return statement(text, reader)?.change_settings(world);
         }
-    };
-    for target in &targets {
-        statement.change(world, *target, files)?;
+        let query = reader.either()?;
+        let query_text = text[..text.len() - reader.rest.len()].trim();
+        let mut statement = statement(text, reader)?;
+        let selected = self.index.select(world, &query);
+        if selected.is_empty() {
+            return Err(QueryError::new(text, query_text, nothing_meant(world, &query)));
+        }
+        self.count(world, selected.len(), text, query_text)?;
+        let targets: Vec<Target> = match selected {
+            Selected::Materials(materials) => materials.into_iter().map(Target::Material).collect(),
+            Selected::Entities(entities) => {
+                let component = statement.component(&query)?;
+                if matches!(component, Component::Material | Component::Shape) {
+                    self.index.forget_worn();
+                }
+                entities.into_iter().map(|entity| Target::Entity(entity, component)).collect()
+            }
+        };
+        for target in &targets {
+            statement.change(world, *target, files, &mut self.names)?;
+        }
+        let mut materials = targets.iter().filter_map(|target| match target {
+            Target::Material(id) => Some(id),
+            Target::Entity(..) => None,
+        });
+        // One that is no material is worn by whoever has it.
+        let are_all = targets.len() == materials.clone().count();
+        if are_all && !materials.any(|id| self.index.worn(world).contains(id)) {
+            let what = "no shape has this material, so nothing looks different";
+            let remedy =
+                "an entity's own is changed by \"its name\".material, overrides where they are written";
+            world.warnings.push(format!("set: {}: {what} ({remedy})", in_one_line(text)));
+        }
+        Ok(targets.len())
     }
-    let worn = world.worn();
-    let is_unworn = |target: &Target| matches!(target, Target::Material(id) if !worn.contains(id));
-    if targets.iter().all(is_unworn) {
-        let what = "no shape has this material, so nothing looks different";
-        let remedy = "an entity's own is changed by \"its name\".material, overrides where they are written";
-        world.warnings.push(format!("set: {}: {what} ({remedy})", in_one_line(text)));
+
+    /// Errors: there have been too many changes.
+    fn count(&mut self, world: &World, more: usize, text: &str, part: &str) -> Result<(), QueryError> {
+        self.changed += more as u64;
+        let things = (self.index.len() + world.assets.materials.len()) as u64;
+        let most = FEW_CHANGES + MOST_CHANGES * things;
+        if self.changed + self.index.looked_at / LOOKS <= most {
+            return Ok(());
+        }
+        let reason = format!(
+            "up to here, statements change {} values of {things} entities and materials: combine statements about the same things",
+            self.changed
+        );
+        Err(QueryError::new(text, part, reason))
     }
-    Ok(targets.len())
 }
 
 /// Why a query selects nothing, and what there is to select.
@@ -166,6 +224,7 @@ impl Statement<'_> {
         world: &mut World,
         target: Target,
         files: &mut dyn AssetFiles,
+        names: &mut Names,
     ) -> Result<(), QueryError> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
         let (component, name) = match target {
@@ -192,10 +251,17 @@ impl Statement<'_> {
             Ok(new) => new,
             Err(error) if self.operator == Operator::Set => return Err(error),
             Err(error) => {
-                return Err(self.not_there(world, (component, entity, material), &old, files, error));
+                return Err(self.not_there(
+                    world,
+                    (component, entity, material),
+                    &old,
+                    (files, names),
+                    error,
+                ));
             }
         };
-        reread(world, component, entity, material, &new, files).map_err(|error| self.explained(&error))
+        reread(world, component, (entity, material), &new, files, names)
+            .map_err(|error| self.explained(&error))
     }
 
     /// The component's text with another value.
@@ -247,11 +313,12 @@ impl Statement<'_> {
         world: &mut World,
         (component, entity, material): (Component, Option<Entity>, Option<MaterialId>),
         old: &str,
-        files: &mut dyn AssetFiles,
+        (files, names): (&mut dyn AssetFiles, &mut Names),
         error: QueryError,
     ) -> QueryError {
         let set = Statement { operator: Operator::Set, path: self.path.clone(), ..*self };
-        let read = set.edited(old).map(|new| reread(world, component, entity, material, &new, files));
+        let read =
+            set.edited(old).map(|new| reread(world, component, (entity, material), &new, files, names));
         match read {
             Ok(Err(unknown)) if unknown.to_string().contains("unknown") => self.explained(&unknown),
             _ => error,
@@ -306,5 +373,71 @@ impl Statement<'_> {
             other => (self.value, other.to_string()),
         };
         self.error(part, reason)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::ron::tests::{Fake, read};
+
+    fn balls(count: usize) -> World {
+        let ball = |i| format!("(name: \"ball {i}\", shape: Sphere(radius_m: 1), material: \"red\"),");
+        let balls: String = (0..count).map(ball).collect();
+        read(&format!("(materials: {{ \"red\": (diffuse: 0.5) }}, entities: [{balls}])")).unwrap()
+    }
+
+    #[test]
+    fn what_is_called_by_name_is_found_without_a_search() {
+        let mut world = balls(300);
+        let mut changes = Changes::new(&world);
+        for i in 0..300 {
+            for query in [format!("\"ball {i}\".shape"), format!("(Sphere & \"ball {i}\").shape")] {
+                let statement = format!("{query}.radius_m *= 2");
+                assert_eq!(changes.carry_out(&mut world, &statement, &mut Fake::default()).unwrap(), 1);
+            }
+        }
+        assert_eq!(changes.index.looked_at, 600, "one for each");
+        let radius = |shape: &crate::world::Shape| *shape == crate::world::Shape::Sphere { radius_m: 4.0 };
+        assert!(world.entities.query::<&crate::world::Shape>().iter().all(radius));
+    }
+
+    #[test]
+    fn statements_may_change_each_thing_only_so_often() {
+        let mut world = balls(10);
+        let mut changes = Changes::new(&world);
+        changes.changed = FEW_CHANGES + MOST_CHANGES * 12 - 15;
+        let statement = "Sphere.radius_m *= 1";
+        assert_eq!(changes.carry_out(&mut world, statement, &mut Fake::default()).unwrap(), 10);
+        let error = changes.carry_out(&mut world, statement, &mut Fake::default()).unwrap_err().to_string();
+        assert!(
+            error.contains("combine statements") && error.contains("12 entities and materials"),
+            "{error}"
+        );
+        // So may they look only so often.
+        let mut changes = Changes::new(&world);
+        changes.index.looked_at = LOOKS * (FEW_CHANGES + MOST_CHANGES * 12);
+        assert!(
+            changes.carry_out(&mut world, "\"ball 1*\".shape.radius_m *= 1", &mut Fake::default()).is_err()
+        );
+    }
+
+    #[test]
+    fn materials_that_statements_make_and_name_are_known_to_the_next_ones() {
+        let mut world = balls(2);
+        let mut changes = Changes::new(&world);
+        for statement in [
+            "\"ball 0\".material.diffuse = 0.1",
+            "\"ball 0\".material = \"red\"",
+            "Material[\"red\"].diffuse = 0.2",
+            "\"ball 1\".material = (diffuse: 0.3)",
+            "Shape.material = \"red\"",
+        ] {
+            changes.carry_out(&mut world, statement, &mut Fake::default()).unwrap();
+        }
+        assert!(world.warnings.is_empty(), "{:?}", world.warnings);
+        changes.carry_out(&mut world, "Shape.material = (diffuse: 0.4)", &mut Fake::default()).unwrap();
+        changes.carry_out(&mut world, "Material[\"red\"].diffuse = 0.2", &mut Fake::default()).unwrap();
+        assert!(world.warnings[0].contains("no shape has this material"), "{:?}", world.warnings);
     }
 }
