@@ -2,6 +2,7 @@
 
 use super::probes::{Met, Tracer, directions};
 use super::{Checked, Finding};
+use crate::compile::{NO_LIGHT, shines};
 use crate::error::words;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::material::Coverage;
@@ -16,14 +17,10 @@ const MOST: usize = 32;
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { world, scene, probes } = checked;
     let settings = &world.settings;
-    let nothing_shines = scene.lights.is_empty()
-        && scene.emitters.is_empty()
-        && scene.ambient.is_black()
-        && !scene.materials.iter().any(|material| material.emits() || material.unlit);
     let seen = probes.seen().next().is_some();
     let is_dark = seen && probes.dark() > 0.9;
     let around = !scene.environment.is_black();
-    if nothing_shines && (settings.transport == Transport::Whitted || !around) {
+    if !shines(scene) && (settings.transport == Transport::Whitted || !around) {
         if is_dark && around {
             findings.push(Finding::new(
                 None,
@@ -31,8 +28,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
                 "--transport path",
             ));
         } else if is_dark || !seen {
-            let remedy = "add an entity with light: Point(power_w: 100), or --env studio";
-            findings.push(Finding::new(None, "there is no light", remedy));
+            let (what, remedy) = NO_LIGHT;
+            findings.push(Finding::new(None, what, remedy));
         }
         return;
     }

@@ -55,6 +55,11 @@ impl std::fmt::Display for Finding {
     }
 }
 
+/// The warnings of a scene's compilation that none of its findings repeats.
+pub fn not_found<'a>(warnings: &'a [String], findings: &'a [Finding]) -> impl Iterator<Item = &'a String> {
+    warnings.iter().filter(|warning| !findings.iter().any(|finding| finding.to_string() == **warning))
+}
+
 /// What all rules look at.
 struct Checked<'a> {
     world: &'a World,

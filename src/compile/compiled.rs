@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::made::Made;
-use super::{camera, emitters, environment, geometry, idle, ignored, lights, materials, sound, textures};
+use super::{
+    camera, emitters, environment, geometry, idle, ignored, lights, materials, misplaced, sound, textures,
+};
 use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
@@ -44,6 +46,7 @@ pub fn compile_after(
     before: Option<&Compiled>,
 ) -> Result<Compiled, CompileError> {
     let order = world.in_order();
+    misplaced::check(world)?;
     sound::check(world, &order)?;
     let transforms = transforms::to_world(world, &order)?;
     let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
@@ -152,8 +155,23 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings.extend(endless_forks(scene, world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
+    } else if !shines(scene) && scene.environment.is_black() {
+        let (what, remedy) = NO_LIGHT;
+        warnings.push(format!("{what} ({remedy})"));
     }
     warnings
+}
+
+/// What is said of a scene whose surfaces are all black, and the remedy.
+pub(crate) const NO_LIGHT: (&str, &str) =
+    ("there is no light", "add an entity with light: Point(power_w: 100), or --env studio");
+
+/// Whether anything but what is around a scene gives light, or needs none.
+pub(crate) fn shines(scene: &CompiledScene) -> bool {
+    !scene.lights.is_empty()
+        || !scene.emitters.is_empty()
+        || !scene.ambient.is_black()
+        || scene.materials.iter().any(|material| material.emits() || material.unlit)
 }
 
 /// Glass that splits paths in two, with nothing that ends them: each bounce can double the work.
@@ -187,6 +205,28 @@ fn unshared(world: &World) -> Option<String> {
 mod tests {
     use super::*;
     use crate::world::{self, Camera, Transform};
+
+    #[test]
+    fn a_scene_without_light_is_told_so() {
+        use crate::math::Rgb;
+        use crate::world::{Falloff, Light, Shape};
+
+        let told = |change: &dyn Fn(&mut World)| {
+            let mut world = World::default();
+            world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));
+            world.entities.spawn((Shape::Sphere { radius_m: 1.0 },));
+            change(&mut world);
+            let scene = compile(&world, None).unwrap();
+            scene.warnings.iter().any(|warning| warning.contains("there is no light"))
+        };
+        assert!(told(&|_| ()));
+        assert!(told(&|world| world.settings.transport = Transport::Path));
+        assert!(!told(&|world| world.settings.ambient = Rgb::WHITE));
+        let lamp = Light::Point { power_w: Rgb::WHITE, falloff: Falloff::InverseSquare };
+        assert!(!told(&|world| {
+            world.entities.spawn((lamp.clone(), Transform::IDENTITY));
+        }));
+    }
 
     /// A world that is compiled after another one becomes what it would be by itself, and shares what is the same.
     #[test]

@@ -14,6 +14,7 @@ pub(crate) mod light_tree;
 mod lights;
 mod made;
 mod materials;
+mod misplaced;
 mod sky;
 mod sound;
 mod textures;
@@ -21,7 +22,7 @@ mod textures;
 pub use crate::scene::CompiledScene;
 pub use camera::camera_names;
 pub use compiled::compile;
-pub(crate) use compiled::{Compiled, compile_after};
+pub(crate) use compiled::{Compiled, NO_LIGHT, compile_after, shines};
 pub(crate) use lights::light_names;
 #[cfg(feature = "python")]
 pub(crate) use sound::{check_mesh, check_settings};

@@ -226,7 +226,8 @@ impl LiveScene {
     /// What the compilation noticed, and what is probably not as it was meant.
     pub fn findings(&self) -> Vec<Finding> {
         let note = |what: &String| Finding { about: None, what: what.clone(), remedy: None };
-        self.compiled.scene.warnings.iter().map(note).chain(self.findings.iter().cloned()).collect()
+        let warnings = check::not_found(&self.compiled.scene.warnings, &self.findings);
+        warnings.map(note).chain(self.findings.iter().cloned()).collect()
     }
 
     /// Nothing panics while it holds the lock.

@@ -42,7 +42,12 @@ fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<
         let local = world.entities.get::<&Transform>(entity).map(|t| *t).unwrap_or_default();
         let matrix = parent_matrix * to_matrix(&local);
         let determinant = matrix.matrix3.determinant();
-        if !matrix.is_finite() || !determinant.is_finite() || determinant == 0.0 {
+        if !matrix.is_finite() || !determinant.is_finite() {
+            let reason =
+                "its transform is NaN, infinite or far too large, or turns by a rotation of length zero";
+            return Err(entity_error(world, entity, reason));
+        }
+        if determinant == 0.0 {
             let reason = "its transform squeezes space flat: use a scale that is nowhere zero";
             return Err(entity_error(world, entity, reason));
         }
@@ -146,6 +151,26 @@ mod tests {
         world.entities.insert_one(a, Parent(b)).unwrap();
         let error = to_world(&world, &world.in_order()).unwrap_err().to_string();
         assert!(error.contains("circle"), "{error}");
+    }
+
+    #[test]
+    fn a_transform_that_is_none_is_refused_for_what_it_is() {
+        let refused = |transform| {
+            let mut world = World::default();
+            world.entities.spawn((transform,));
+            to_world(&world, &world.in_order()).unwrap_err().to_string()
+        };
+        let (place, turn, size) = (Vec3::X, Quat::IDENTITY, Vec3::ONE);
+        for wrong in [
+            trs(Vec3::new(f32::NAN, 0.0, 0.0), turn, size),
+            trs(Vec3::new(0.0, f32::INFINITY, 0.0), turn, size),
+            trs(place, turn, Vec3::new(1.0, f32::NAN, 1.0)),
+            trs(place, Quat::from_array([0.0; 4]), size),
+        ] {
+            let error = refused(wrong);
+            assert!(error.contains("NaN") && !error.contains("flat"), "{error}");
+        }
+        assert!(refused(trs(place, turn, Vec3::new(1.0, 0.0, 1.0))).contains("flat"));
     }
 
     #[test]
