@@ -273,17 +273,17 @@ impl World {
         let rendered_region = region.unwrap_or(Region::whole(settings.size));
         let needs = Needs { denoises: denoise, schedule, ..Needs::usual(rendered_region) };
         let needed = Settings { aov: aovs.clone(), ..settings.clone() };
-        let (frame, findings) = py
-            .detach(|| {
-                let frame = Arc::new(Frame::new(compile(world, camera)?, &settings));
-                needs.check(&frame, &needed)?;
-                let findings = check::check(world, &frame, false);
-                Ok((frame, findings))
-            })
-            .map_err(of_scene)?;
+        let prepare = || {
+            let frame = Arc::new(Frame::new(compile(world, camera)?, &settings));
+            needs.check(&frame, &needed)?;
+            let findings = check::check(world, &frame, false);
+            Ok((frame, findings))
+        };
+        let prepared = py.detach(|| on_threads(threads, prepare)).map_err(wrong)?;
+        let (frame, findings) = prepared.map_err(of_scene)?;
         // They include those of the world.
         let (notes, mut warnings): (Vec<_>, Vec<_>) =
-            frame.scene.warnings.iter().cloned().partition(|line| is_usual(line));
+            check::not_found(&frame.scene.warnings, &findings).cloned().partition(|line| is_usual(line));
         warnings.extend(findings.iter().map(Finding::to_string));
         let variance = aovs.contains(&Aov::Variance);
         let names = if aovs.contains(&Aov::Entity) { world.names() } else { HashMap::new() };

@@ -3,6 +3,7 @@
 mod lanes;
 mod source;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use self::source::{Source, is_word, root, sources, words_after};
@@ -318,4 +319,34 @@ fn the_crates_of_the_specification_are_used() {
     ] {
         assert!(!made_up(text), "{text}");
     }
+}
+
+/// The forms of scene files are attributes of the Python module, and nothing else that begins with a capital letter.
+#[test]
+fn the_python_module_knows_the_forms_of_scene_files() {
+    let folder = root().join("src/formats/ron/lower");
+    let files = std::fs::read_dir(folder).expect("readers").map(|file| file.expect("a file").path());
+    let texts = files
+        .chain([root().join("src/formats/ron/keys.rs")])
+        .map(|path| std::fs::read_to_string(path).expect("text"));
+    let is_form = |word: &&str| {
+        word.starts_with(|c: char| c.is_ascii_uppercase()) && word.chars().all(|c| c.is_ascii_alphanumeric())
+    };
+    let mut forms = BTreeSet::new();
+    for text in texts {
+        // Every second part is within quotes.
+        forms.extend(text.split('"').skip(1).step_by(2).filter(is_form).map(str::to_owned));
+    }
+    // Mesh is a class there.
+    forms.retain(|form| !["None", "Some", "Mesh"].contains(&form.as_str()));
+    let read =
+        |name: &str| std::fs::read_to_string(root().join("src/python/rayfront").join(name)).expect("text");
+    let module = read("__init__.py");
+    let (_, list) = module.split_once("_FORMS = \"\"\"").expect("the list");
+    let (list, _) = list.split_once("\"\"\"").expect("its end");
+    assert_eq!(list.split_whitespace().map(str::to_owned).collect::<BTreeSet<_>>(), forms);
+    let types = read("__init__.pyi");
+    let typed = types.lines().filter_map(|line| line.strip_suffix(": Variant"));
+    assert_eq!(typed.map(str::to_owned).collect::<BTreeSet<_>>(), forms);
+    assert!(!types.contains("def __getattr__"), "every name would be one");
 }

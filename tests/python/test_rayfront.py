@@ -500,3 +500,33 @@ def test_the_guide_is_right(tmp_path, monkeypatch):
         small = block.replace("model.glb", "model.ply").replace("spp=64", "spp=1").replace("640, 360", "64, 36")
         exec(small.replace('    camera="left",', "    # "), space)
     assert (tmp_path / "model.png").exists() and (tmp_path / "triangle.png").exists()
+
+
+def test_names_that_scenes_do_not_know_are_refused():
+    assert rayfront.Sphere(radius_m=1) is not None and repr(rayfront.Path) == "Path"
+    for wrong in ("Wrold", "Shpere", "World2", "sphere"):
+        with pytest.raises(AttributeError, match=wrong):
+            getattr(rayfront, wrong)
+    assert {"Sphere", "Principled", "World"} <= set(dir(rayfront))
+
+
+def test_one_thread_is_one_thread_from_the_beginning():
+    side = 500
+    x, y = np.meshgrid(np.arange(side), np.arange(side))
+    z = np.random.default_rng(1).random((side, side))
+    vertices = np.stack([x, z, y], axis=-1).reshape(-1, 3).astype(np.float32)
+    corner = (x + side * y)[:-1, :-1].ravel()
+    faces = np.concatenate([np.stack([corner, corner + side, corner + 1], 1), np.stack([corner + 1, corner + side, corner + side + 1], 1)])
+    world = rayfront.World(
+        settings={"size": (8, 8), "samples": 1},
+        entities=[
+            {"camera": rayfront.Pinhole(vertical_fov_degrees=40), "transform": rayfront.LookAt(from_=(0, 99, 0), to=(250, 0, 250))},
+            {"light": rayfront.Point(power_w=1e6), "transform": {"translate": (250, 200, 250)}},
+            {"shape": rayfront.Mesh(vertices, faces.astype(np.uint32))},
+        ],
+    )
+    world.render(threads=1)
+    wall, cpu = time.perf_counter(), time.process_time()
+    world.render(threads=1)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    assert cpu < 1.2 * wall, f"{cpu:.2f} s of CPU time in {wall:.2f} s"

@@ -344,11 +344,16 @@ class Scene:
         return self._native.memory_bytes
 
 
-def __getattr__(name):
-    # Forms are written with a capital letter, and there are many: whether there is one of that name is for the scene to say.
-    if name[:1].isupper():
-        return Variant(name)
-    raise AttributeError(f"module 'rayfront' has no attribute {name!r}")
+# The forms that scene files know, but for `Mesh`.
+_FORMS = """
+    Aces Agx Albedo All Alpha Area Auto Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Center Clamp Constant
+    Coverage Default Depth Directional Disc Entity Environment Fast Fixed Gaussian Gradient Green High Image Independent
+    InverseSquare Jittered Keys Linear LookAt Mask Material Matrix Mirror Nearest Normal Off On Opaque Orthographic Path
+    PbrNeutral Phong Photometric Pinhole Plane Point Position Principled Rectangle Red Regular Reinhard Repeat Samples
+    ScaleByMaximum Sky Smooth Sobol Sphere Spot Srgb Step Tent Texture ThinLens Triangle Trilinear Unbiased Uniform Variance
+    Whitted
+""".split()
+globals().update({name: Variant(name) for name in _FORMS})
 
 
 def _colors(colors):
