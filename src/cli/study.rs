@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::interrupt::Interrupt;
 use super::{Failure, output, usage};
 use crate::files::links::make_folder;
+use crate::integrator::Stop;
 use crate::study::experiment::Run;
 use crate::study::experiment::short::shorten;
 
@@ -41,10 +41,11 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     }
     let out = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(name));
     let folder = arguments.file.parent().unwrap_or(Path::new(""));
-    let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds };
+    let interrupt = Interrupt::watch();
+    let stop = Stop::at(interrupt.flag());
+    let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds, stop };
     let jobs = run.jobs()?;
 
-    let interrupt = Interrupt::watch();
     let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {eta} left  {msg}") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
@@ -52,7 +53,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let mut progress = |number: usize, name: &str| {
         bar.set_position(number as u64);
         bar.set_message(name.to_owned());
-        !interrupt.flag().load(Ordering::Relaxed)
+        !stop.is_set()
     };
     if arguments.report {
         ["plots", "references"].iter().try_for_each(|folder| make_folder(&out.join(folder)))?;

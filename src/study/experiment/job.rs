@@ -12,6 +12,7 @@ use crate::error::LoadError;
 use crate::film::{PixelSum, metrics};
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
 use crate::formats::{Files, LoadOptions};
+use crate::integrator::Stop;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
 use crate::query::HitBatch;
@@ -121,14 +122,15 @@ fn made_up(mesh: crate::world::Mesh) -> World {
 /// A clock of the process's CPU time, where the system has one.
 pub type CpuSeconds = fn() -> Option<f64>;
 
-/// Does a job. `change` has the value of x in it; `reference` is what an image is compared with.
+/// Does a job, unless it is stopped, which is an error. `change` has the value of x in it; `reference` is what an image
+/// is compared with.
 pub(super) fn run(
     scene: &Scene,
     folder: &Path,
     [triangles, seed]: [u32; 2],
     change: &Change,
     reference: Option<&Image>,
-    cpu: CpuSeconds,
+    (cpu, stop): (CpuSeconds, &Stop),
 ) -> Result<Done, String> {
     let world = world(scene, folder, triangles, change, seed)?;
     let compiled = crate::compile::compile(&world, None).map_err(|error| error.to_string())?;
@@ -139,7 +141,7 @@ pub(super) fn run(
         trace(&compiled, change.by.unwrap_or(Tracing::Queue), count, seed, cpu, &mut row);
         return Ok(Done { row, image: None });
     }
-    let image = render(compiled, &world, change, cpu, &mut row)?;
+    let image = render(compiled, &world, change, (cpu, stop), &mut row)?;
     if let Some(reference) = reference {
         if (image.width, image.height) != (reference.width, reference.height) {
             return Err("the reference has another size: set size in `with` of the experiment".into());
@@ -157,7 +159,7 @@ fn render(
     compiled: CompiledScene,
     world: &World,
     change: &Change,
-    cpu: CpuSeconds,
+    (cpu, stop): (CpuSeconds, &Stop),
     row: &mut Row,
 ) -> Result<Image, String> {
     let schedule = match change.schedule {
@@ -181,11 +183,14 @@ fn render(
     let clean = change.denoise == Some(true);
     let (wall, spent, denoised) = on_threads(threads, || {
         let (start, before) = (Instant::now(), cpu());
-        session.advance(u32::MAX);
+        session.advance_until(u32::MAX, stop, &|_| ());
         let denoised = if clean { session.denoised() } else { None };
         (start.elapsed().as_secs_f64(), before.zip(cpu()).map(|(before, after)| after - before), denoised)
     })
     .map_err(|error| error.to_string())?;
+    if stop.is_set() && !session.is_done() {
+        return Err("it was stopped".into());
+    }
     if clean && denoised.is_none() {
         return Err("denoise takes two samples of each pixel and more".into());
     }

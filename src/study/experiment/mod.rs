@@ -17,6 +17,7 @@ use crate::error::SaveError;
 use crate::film::tonemap::{DisplayTransform, srgb_decode};
 use crate::formats::picture::{Output, PngBits, load_linear, save};
 use crate::formats::study::{Axis, Change, Experiment, Measure, Plot, Scene, Study};
+use crate::integrator::Stop;
 use crate::math::Rgb;
 use crate::world::{SourceFiles, Tonemap};
 use equal_time::EqualTime;
@@ -67,6 +68,8 @@ pub struct Run<'a> {
     pub out: &'a Path,
     /// A clock of the process's CPU time.
     pub cpu: CpuSeconds,
+    /// Ends a job within. What it has done until then does not count.
+    pub stop: Stop<'a>,
 }
 
 /// One of a study's jobs.
@@ -149,13 +152,20 @@ impl<'a> Run<'a> {
                 Some(change) => {
                     let path = self.reference_path(job);
                     if !references.contains_key(&path) {
-                        references.insert(path.clone(), self.reference(job, change, &path)?);
+                        let reference = match self.reference(job, change, &path) {
+                            Err(_) if self.stop.is_set() => return Ok(()),
+                            reference => reference?,
+                        };
+                        references.insert(path.clone(), reference);
                     }
                     references.get(&path)
                 }
                 None => None,
             };
-            let done = self.perform(job, &job.change, job.seed, reference)?;
+            let done = match self.perform(job, &job.change, job.seed, reference) {
+                Err(_) if self.stop.is_set() => return Ok(()),
+                done => done?,
+            };
             // Images of the first repetition are shown.
             if let Some(image) = done.image.filter(|_| job.seed == 0 && reference.is_some()) {
                 self.save(&self.image_path(job), &image)?;
@@ -172,7 +182,7 @@ impl<'a> Run<'a> {
         seed: u32,
         reference: Option<&Image>,
     ) -> Result<job::Done, String> {
-        job::run(job.scene, self.folder, [job.x, seed], change, reference, self.cpu)
+        job::run(job.scene, self.folder, [job.x, seed], change, reference, (self.cpu, &self.stop))
             .map_err(|reason| format!("{}: {reason}", job.name()))
     }
 
