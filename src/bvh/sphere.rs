@@ -2,7 +2,7 @@
 
 use super::layout::SphereBlock;
 use super::triangle::BlockHits;
-use crate::math::{Ray, Vector};
+use crate::math::{DVec3, Ray, Vector};
 use crate::simd::{Float, Mask};
 
 /// What spheres need of a ray.
@@ -80,7 +80,8 @@ pub fn intersect_rays<T: Float>(
 /// for small and distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for
 /// ray/sphere intersection", Ray Tracing Gems, 2019).
 ///
-/// The hit is the first of the two beyond `t_min`.
+/// The hit is the first of the two beyond `t_min`. Close to spheres that are far larger than the coordinates of the
+/// origin, as the ground of a planet is, it is computed again in double precision ([`is_vast`]).
 #[inline(always)]
 pub fn meet<T: Float>(
     center: Vector<T>,
@@ -110,5 +111,72 @@ pub fn meet<T: Float>(
     let side = T::select(outside, T::one(), -T::one());
     let mask = met & t.eq(t);
     let doubtful = T::Mask::from_bits(0);
-    BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second }
+    let mut hits = BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second };
+    let vast = mask & is_vast(radius, &origin, first.abs().min(second.abs()));
+    if vast.any() {
+        make_exact(&mut hits, (center, radius), (origin, direction), t_min, vast);
+    }
+    hits
+}
+
+/// Whether a distance t from a sphere is so short, and its radius so much longer than an origin's coordinates, that
+/// single precision loses more than 1/16,384 of t, which the origin would allow to know.
+#[inline(always)]
+pub fn is_vast<T: Float>(radius: T, origin: &Vector<T>, t: T) -> T::Mask {
+    let reach = origin.x.max_abs(origin.y).max_abs(origin.z);
+    radius.gt(reach * T::splat(64.0)) & radius.gt(t * T::splat(256.0))
+}
+
+/// Computes some lanes' hits again, one by one.
+#[inline(always)]
+fn make_exact<T: Float>(
+    hits: &mut BlockHits<T>,
+    (center, radius): (Vector<T>, T),
+    (origin, direction): (Vector<T>, Vector<T>),
+    t_min: T,
+    lanes: T::Mask,
+) {
+    let (c, o, d) = (center, origin, direction);
+    let mut rows = [[0.0; 16]; 11];
+    for (row, lanes) in rows.iter_mut().zip([c.x, c.y, c.z, radius, o.x, o.y, o.z, d.x, d.y, d.z, t_min]) {
+        lanes.store(row);
+    }
+    let (mut t, mut side, mut far) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    hits.t.store(&mut t);
+    hits.side.store(&mut side);
+    hits.far.store(&mut far);
+    let (mut bits, mut met) = (lanes.bits(), hits.mask.bits());
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % 16;
+        bits &= bits - 1;
+        match exact(&rows, lane) {
+            Some(found) => [t[lane], side[lane], far[lane]] = found,
+            None => met &= !(1 << lane),
+        }
+    }
+    hits.mask = T::Mask::from_bits(met);
+    (hits.t, hits.side, hits.far) = (T::load(&t), T::load(&side), T::load(&far));
+}
+
+/// t, side and the far t of one lane in double precision, from its column of numbers: [`meet`] otherwise.
+#[cold]
+#[inline(never)]
+fn exact(rows: &[[f32; 16]; 11], lane: usize) -> Option<[f32; 3]> {
+    let [cx, cy, cz, radius, ox, oy, oz, dx, dy, dz, t_min] = rows.map(|row| f64::from(row[lane]));
+    let from_center = DVec3::new(ox - cx, oy - cy, oz - cz);
+    let direction = DVec3::new(dx, dy, dz);
+    let a = direction.dot(direction);
+    let b = -from_center.dot(direction);
+    let nearest = from_center + direction * (b / a);
+    let discriminant = radius * radius - nearest.dot(nearest);
+    if discriminant.is_nan() || discriminant < 0.0 {
+        return None;
+    }
+    let root = (a * discriminant).sqrt();
+    let q = b + if b < 0.0 { -root } else { root };
+    let (t0, t1) = ((from_center.dot(from_center) - radius * radius) / q, q / a);
+    let (first, second) = (t0.min(t1), t0.max(t1));
+    let outside = first > t_min;
+    let t = if outside { first } else { second };
+    (!t.is_nan()).then_some([t as f32, if outside { 1.0 } else { -1.0 }, second as f32])
 }

@@ -2,7 +2,7 @@
 
 use std::num::Wrapping;
 
-use crate::bvh::SPHERE;
+use crate::bvh::{SPHERE, sphere::is_vast};
 use crate::math::elementary::{acos_turns, atan2_turns};
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::scene::Geometry;
@@ -287,9 +287,16 @@ fn sphere<F: Float>(
     // The point is put back onto the sphere along its normal: how far the ray went no longer matters.
     let rough = ray.origin + ray.direction * hit.t - center;
     let normal = unit_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
-    let position = center + normal * radius;
+    let mut position = center + normal * radius;
     let radii = Vector::new(radius, radius, radius);
-    let error = (center.abs() + radii) * F::splat(gamma(6));
+    let mut error = (center.abs() + radii) * F::splat(gamma(6));
+    let vast = mask & is_vast(radius, &ray.origin, hit.t);
+    if vast.any() {
+        // How far the ray went is known better than where the sphere ends.
+        let way = ray.direction * hit.t;
+        position = Vector::select(vast, ray.origin + way, position);
+        error = Vector::select(vast, (ray.origin.abs() + way.abs()) * F::splat(gamma(4)), error);
+    }
 
     let uv = sphere_uv(geometry, id, normal, mask);
     let white = Vector::new(F::one(), F::one(), F::one());
