@@ -16,6 +16,8 @@ const RAYS: [[f32; 3]; 7] = [
     [-0.8, 0.48, -0.36],
     [-0.48, -0.36, -0.8],
 ];
+/// The middle of a lens.
+const CENTER: (f32, f32) = (0.0, 0.0);
 /// The most surfaces that a ray is followed through.
 const MOST: usize = 256;
 
@@ -31,7 +33,7 @@ pub fn the_camera(scene: &CompiledScene, size: [u32; 2]) -> u32 {
     let sides = [0.0, -1.0, 1.0];
     let mut places: Vec<_> = sides
         .into_iter()
-        .flat_map(|x| sides.map(|y| camera::ray::<f32>(&scene.camera, x * aspect, y, (0.5, 0.5)).origin))
+        .flat_map(|x| sides.map(|y| camera::ray::<f32>(&scene.camera, x * aspect, y, CENTER).origin))
         .collect();
     places.dedup_by_key(|place| [place.x, place.y, place.z].map(f32::to_bits));
     let mut bodies = places.into_iter().map(|place| body_around(scene, place, &mut stack));
@@ -74,7 +76,7 @@ fn left_by(scene: &CompiledScene, origin: Vector<f32>, direction: [f32; 3], stac
         } else if let Some(place) = entered.iter().rposition(|other| *other == body) {
             entered.remove(place);
         } else {
-            return if record.medium.is_clear() { NONE } else { material };
+            return if record.fills() { material } else { NONE };
         }
     }
     NONE

@@ -362,6 +362,28 @@ fn parallel_rays_do_not_all_begin_in_a_body_about_the_camera() {
     assert!(mean(&picture(&text))[0] > 0.98);
 }
 
+/// The body around a wide lens is that around its middle.
+#[test]
+fn a_lens_is_in_the_body_that_its_middle_is_in() {
+    let around = |x: f32, y: f32| {
+        let text = format!(
+            "(settings: (size: (4, 4), transport: Path),
+              entities: [
+                  (camera: ThinLens(lens_radius_m: 1, focus_distance_m: 3)),
+                  (shape: Sphere(radius_m: 0.3), transform: (translate: ({x}, {y}, 0)), {}),
+              ])",
+            fog("attenuation_color: 0.1, attenuation_distance_m: 0.1")
+        );
+        let world = world(&text);
+        let scene = rayfront::compile::compile(&world, None).expect("a scene");
+        rayfront::internals::integrator::Frame::new(scene, &world.settings).around
+    };
+    assert_ne!(around(0.1, -0.1), u32::MAX);
+    for (x, y) in [(0.5, 0.5), (0.7, 0.0), (-0.5, 0.5), (0.0, -0.9)] {
+        assert_eq!(around(x, y), u32::MAX, "{x} {y}");
+    }
+}
+
 /// Paths that are lost on their way through a body cannot be lent to others.
 #[test]
 fn paths_are_not_shared_within_bodies() {
