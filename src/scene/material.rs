@@ -232,7 +232,8 @@ impl Material {
     pub fn presence(&self, mirrored: bool) -> Presence {
         match (self.coverage, self.shows(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
-            _ if self.straight => Presence::Asked,
+            // A ray to a light passes its surface.
+            _ if self.straight || self.emits() => Presence::Asked,
             (Coverage::Whole, true) => Presence::Always,
             (Coverage::Whole, false) if mirrored => Presence::Back,
             (Coverage::Whole, false) => Presence::Front,
@@ -256,6 +257,11 @@ impl Material {
         self.is_specular() || !self.transmission.is_zero() || self.film.is_some()
     }
 
+    /// Whether light goes through it and into or out of a body, which bends it.
+    pub fn refracts(&self) -> bool {
+        !self.transmission.is_zero() && !self.thin
+    }
+
     /// Whether its microfacets may be longer one way.
     pub fn is_stretched(&self) -> bool {
         self.has_mirror() && self.anisotropy > 0.0
@@ -270,9 +276,20 @@ impl Material {
         !self.transmission.is_zero() && smooth && unbent && !self.unlit
     }
 
-    /// Whether it encloses a body that does anything to light.
+    /// Whether it encloses a body that does anything to light, within it or at its boundary.
     pub fn fills(&self) -> bool {
+        self.encloses && (!self.medium.is_clear() || self.index_square() != 1.0)
+    }
+
+    /// Whether it encloses a body that absorbs or scatters light.
+    pub fn attenuates(&self) -> bool {
         self.encloses && !self.medium.is_clear()
+    }
+
+    /// n² of the body that it encloses, if the body's boundary bends light; 1 of all else. Radiance within is n² times
+    /// that of the same light outside, because it takes up a smaller solid angle (PBRT 4th ed., 9.5.2).
+    pub fn index_square(&self) -> f32 {
+        if self.encloses && self.refracts() { self.ior * self.ior } else { 1.0 }
     }
 
     /// Whether it gives off light.

@@ -6,7 +6,6 @@
 //! Fresnel mix of single microfacets replaced by the mix of whole lobes; Kulla and Conty 2017).
 
 use super::albedo::{self, Albedo};
-use super::glass;
 use super::parameters::{Has, Parameters};
 use super::reflectance::{Reflectance, Seen};
 use super::sheen;
@@ -36,7 +35,7 @@ pub struct Bsdf<F: Float> {
     /// Albedo of light that bounced more than once between microfacets.
     pub(super) multiple: Color<F>,
     /// Makes up for light lost between the microfacets of transmissive bodies.
-    gain: Reflectance<F>,
+    pub(super) gain: Reflectance<F>,
     /// The same as `multiple` for what is no metal.
     pub(super) dielectric: Color<F>,
     /// And for the part that is.
@@ -44,6 +43,8 @@ pub struct Bsdf<F: Float> {
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     pub(super) left: Color<F>,
     pub(super) left_mean: Color<F>,
+    /// For bodies that scatter light to the other side: the same mean over directions there.
+    pub(super) left_mean_behind: F,
     /// What the layers above leave.
     pub(super) below: F,
     /// What the clear layer alone leaves.
@@ -80,6 +81,7 @@ impl<F: Float> Bsdf<F> {
             further_metal: black,
             left: white,
             left_mean: white,
+            left_mean_behind: one,
             below: one,
             below_coat: one,
             coat_wo: wo,
@@ -103,39 +105,6 @@ impl<F: Float> Bsdf<F> {
         bsdf.layers(to_viewer, mask);
         bsdf.choose();
         bsdf
-    }
-
-    /// What bodies reflect and what they let through, and what that leaves to light that they scatter.
-    #[inline(always)]
-    fn divide(&mut self, mask: F::Mask) {
-        let scatters = self.has.diffuse || self.has.back;
-        if scatters {
-            // Schlick's term knows nothing about total reflection.
-            self.left = self.fresnel(self.wo.z).dielectric.complement();
-        }
-        let rough = mask & !self.smooth;
-        if !rough.any() {
-            return;
-        }
-        let place = glass::place(self.wo.z, self.p.roughness, self.p.eta);
-        let gain = place.gain(self.tables.glass, self.own.albedo.whole(), mask);
-        let mut reflected = Color::black();
-        if self.has.film || scatters {
-            let part = place.reflected(self.tables.glass, rough);
-            reflected = Color::grey(part);
-            self.gain.dielectric = Color::grey(gain);
-            if self.has.film {
-                (self.gain.dielectric, reflected) = self.glass_under_film(gain, part);
-            }
-        } else {
-            self.gain.dielectric = Color::grey(gain);
-        }
-        if self.has.metallic {
-            self.gain.metal = self.gain_of_metal();
-        }
-        if scatters {
-            self.left = Color::select(rough, reflected.complement(), self.left);
-        }
     }
 
     /// The mirror lobe from a direction on either side.
@@ -259,7 +228,7 @@ impl<F: Float> Bsdf<F> {
             value = value + lobe;
             pdf = pdf + density * self.chance[2];
         }
-        pdf = pdf + lambert * self.chance[0];
+        pdf = pdf + self.wide_density(cos, false) * self.chance[0];
         if self.has.diffuse {
             value = value + self.diffuse_value(incoming, lambert);
         }
@@ -309,7 +278,8 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular {
             return Color::select(front, black.complement(), black);
         }
-        let incoming = self.left_by(&self.seen(wi, mask & front));
+        let mask = mask & front;
+        let incoming = self.left_towards(wi, &self.seen(wi, mask), mask);
         let value = self.diffuse_value(incoming, wi.z.abs() * F::splat(1.0 / PI)) * self.below;
         let least = F::splat(1e-30);
         let whole = Color::new(whole.r.max(least), whole.g.max(least), whole.b.max(least));
@@ -328,9 +298,6 @@ impl<F: Float> Bsdf<F> {
         if !self.has.specular || self.has.constant_fresnel {
             return self.left;
         }
-        if self.has.solid {
-            return self.left;
-        }
         (self.left * incoming).over(self.left_mean)
     }
 
@@ -340,7 +307,7 @@ impl<F: Float> Bsdf<F> {
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
         let other = self.seen(wi, mask);
-        let incoming = if self.has.diffuse { self.left_by(&other) } else { Color::black() };
+        let incoming = if self.has.diffuse { self.left_towards(wi, &other, mask) } else { Color::black() };
         let h = (self.wo + wi).normalize();
         let density = p.ggx.density(h) / (F::splat(4.0) * self.wo.z);
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
@@ -363,9 +330,14 @@ impl<F: Float> Bsdf<F> {
         let (zero, p) = (F::zero(), &self.p);
         let (mut value, mut pdf) = (Color::black(), zero);
         if self.has.back {
-            value = value + p.back * self.left * lambert;
+            let mut lobe = p.back * self.left * lambert;
+            if self.has.solid && !self.has.constant_fresnel {
+                let eta = F::one() / p.eta;
+                lobe = lobe * (self.left_by_body(wi, eta, mask) / self.left_mean_behind);
+            }
+            value = value + lobe;
         }
-        pdf = pdf + lambert * self.chance[1];
+        pdf = pdf + self.wide_density(wi.z.abs(), true) * self.chance[1];
         if !self.has.transmission || !(mask & !self.smooth).any() {
             return (value, pdf);
         }
@@ -406,28 +378,6 @@ impl<F: Float> Bsdf<F> {
         let fresnel = self.fresnel(self.wo.dot(h).max(F::zero()));
         let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
         (p.through * fresnel.dielectric.complement() * (density * visible), pdf)
-    }
-
-    /// Refracted by microfacets (Walter and others 2007; PBRT 4th ed., 9.7).
-    #[inline(always)]
-    fn bent(&self, wi: Vector<F>) -> (Color<F>, F) {
-        let (zero, p) = (F::zero(), &self.p);
-        let h = self.wo * p.eta + wi;
-        let square = h.dot(h);
-        let meets = square.gt(F::splat(1e-12));
-        let h = h * (F::one() / F::select(meets, square, F::one()).sqrt());
-        let h = Vector::select(h.z.lt(zero), -h, h);
-        let (cos_o, cos_i) = (self.wo.dot(h), wi.dot(h));
-        let valid = meets & cos_o.gt(zero) & cos_i.lt(zero);
-        let denominator = cos_i + cos_o * p.eta;
-        let jacobian = -cos_i / (denominator * denominator).max(F::splat(1e-12));
-        let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
-        let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
-        let fresnel = self.fresnel(cos_o.max(zero));
-        let passes = self.transmitted(&fresnel) * self.gain.dielectric;
-        let value = passes * (density * visible);
-        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
-        (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
     }
 
     /// The factor on transmitted light, for the wavelength that is followed.

@@ -39,6 +39,8 @@ impl<F: Float> Bsdf<F> {
         if (mask & wide).any() {
             // Cosine-distributed: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
             let (x, y) = concentric_disk(u.0, u.1);
+            let scale = self.wide_sine(is_back, which);
+            let (x, y) = (x * scale, y * scale);
             let z = (F::one() - x * x - y * y).max(F::splat(1e-8)).sqrt();
             direction = self.p.frame.world(Vector::new(x, y, F::select(is_back, -z, z)));
         }

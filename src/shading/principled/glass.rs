@@ -1,5 +1,6 @@
-//! How much light a rough glass boundary reflects and transmits together: the rest meets microfacets more than once,
-//! and is made up for by a factor on both lobes. Also which part of both it reflects.
+//! Rough glass: how much light a boundary's microfacets lose, and how the boundary divides the rest between reflection
+//! and transmission. Both are tables over index, roughness and cosine; [`super::stretched_glass`] has two more
+//! dimensions.
 
 use super::albedo::{Points, between};
 use super::ggx::Ggx;
@@ -7,76 +8,250 @@ use crate::math::Vector;
 use crate::shading::fresnel;
 use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
-/// Ratios of indices in the table, by (η − 1)/(η + 1), which is odd in the side: nodes at squares to
-/// either side, closer together about 1, from where on there is total reflection.
-const RATIOS: usize = 29;
-/// The first and, positive, the last of the [`RATIOS`]: ior 3 from either side.
-const LAST: f32 = 0.5;
+/// Ratios of indices on each side, by (η − 1)/(η + 1): nodes at squares, closer together about 1.
+const RATIOS: usize = 20;
+/// The last of the [`RATIOS`]: ior 99. Larger ones are taken as that.
+const LAST: f32 = 0.98;
+/// The same for means over smooth boundaries, which take no sampling.
+const SMOOTH_RATIOS: usize = 160;
 const ROUGHNESSES: usize = 16;
-/// Nodes at squares, closer together at grazing angles.
-const COSINES: usize = 20;
+/// Nodes as in [`Cosine`].
+const COSINES: usize = 29;
 /// Directions for an entry.
 const SAMPLES: u32 = 512;
+/// Steps of a mean over the hemisphere.
+const STEPS: usize = 232;
 
-/// By ratio of indices, roughness and cosine.
+/// By side, ratio of indices, roughness and cosine.
 pub struct Table {
-    /// What goes on at once, over the albedo of a rough mirror: it changes less than either.
-    whole: Vec<f32>,
-    /// The part of it that is reflected.
+    /// As the fields of [`Divided`].
+    kept: Vec<f32>,
     reflected: Vec<f32>,
+    /// Means over the hemisphere of what is not reflected, by side, ratio and roughness.
+    means: Vec<f32>,
+    /// The same means for smooth boundaries seen from outside, by ratio.
+    smooth_means: Vec<f32>,
 }
 
 impl Table {
     /// Without entries.
-    pub(super) const EMPTY: Table = Table { whole: Vec::new(), reflected: Vec::new() };
+    pub(super) const EMPTY: Table =
+        Table { kept: Vec::new(), reflected: Vec::new(), means: Vec::new(), smooth_means: Vec::new() };
 
-    /// Takes some hundredths of a second.
+    /// Takes a tenth of a second.
     pub(super) fn new() -> Self {
         let (level, points) = (Level::detect(), Points::new(SAMPLES));
         let mut table = Self::EMPTY;
-        for e in 0..RATIOS {
-            let place = 2.0 * e as f32 / (RATIOS - 1) as f32 - 1.0;
-            let odd = LAST * place * place.abs();
-            let eta = (1.0 + odd) / (1.0 - odd);
+        for (inside, node) in sides(RATIOS) {
+            let eta = ratio(node, RATIOS, LAST, inside);
             for r in 0..ROUGHNESSES {
                 let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
+                let alpha = (roughness * roughness).max(1e-3);
                 for c in 0..COSINES {
-                    let node = c as f32 / (COSINES - 1) as f32;
-                    let (cosine, alpha) = ((node * node).max(1e-3), (roughness * roughness).max(1e-3));
-                    let integral = Integral { cosine, alpha, eta, points: &points };
-                    let (whole, reflected) = dispatch(level, integral);
-                    table.whole.push(whole);
-                    table.reflected.push(reflected);
+                    let cosine = Cosine { eta, inside }.of_node(c, COSINES);
+                    let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+                    let entry = integrate(level, w, Ggx { x: alpha, y: alpha }, eta, &points);
+                    table.kept.push(entry.kept);
+                    table.reflected.push(entry.reflected);
                 }
+            }
+        }
+        for node in 0..SMOOTH_RATIOS {
+            let outside = Cosine { eta: ratio(node, SMOOTH_RATIOS, LAST, false), inside: false };
+            table.smooth_means.push(outside.mean(STEPS, |c| fresnel::reflectance(c, outside.eta)));
+        }
+        for (inside, node) in sides(RATIOS) {
+            let eta = ratio(node, RATIOS, LAST, inside);
+            for r in 0..ROUGHNESSES {
+                let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
+                let reflected = |cosine| table.directional(cosine, roughness, eta, true).reflected;
+                table.means.push(Cosine { eta, inside }.mean(STEPS, reflected));
             }
         }
         table
     }
+
+    /// What becomes of light for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over the
+    /// other).
+    #[inline(always)]
+    pub fn directional<F: Float>(&self, cosine: F, roughness: F, eta: F, mask: F::Mask) -> Divided<F> {
+        let (side, e, we) = between_ratios(eta, RATIOS, LAST);
+        let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+        let (c, wc) = Cosine { eta, inside: eta.gt(F::one()) }.between(cosine, COSINES);
+        let row = F::Int::splat(COSINES as u32);
+        let layer = F::Int::splat((COSINES * ROUGHNESSES) as u32);
+        let first = (side + e) * layer + r * row + c;
+        let mut out = [F::zero(); 2];
+        for (out, table) in out.iter_mut().zip([&self.kept, &self.reflected]) {
+            let near = plane(table, first, row, wc, wr, mask);
+            let far = plane(table, first + layer, row, wc, wr, mask);
+            *out = near * (F::one() - we) + far * we;
+        }
+        Divided { kept: out[0], reflected: out[1] }
+    }
+
+    /// The mean over the hemisphere of what is not reflected, weighted by the cosine.
+    #[inline(always)]
+    pub fn transmitted_mean<F: Float>(&self, roughness: F, eta: F, mask: F::Mask) -> F {
+        let (side, e, we) = between_ratios(eta, RATIOS, LAST);
+        let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
+        let row = F::Int::splat(ROUGHNESSES as u32);
+        plane(&self.means, (side + e) * row + r, row, wr, we, mask)
+    }
+
+    /// The same for a smooth boundary.
+    #[inline(always)]
+    pub fn smooth_transmitted_mean<F: Float>(&self, eta: F, mask: F::Mask) -> F {
+        let (_, e, we) = between_ratios(eta, SMOOTH_RATIOS, LAST);
+        let low = F::gather(&self.smooth_means, e, mask);
+        let high = F::gather(&self.smooth_means, e + F::Int::splat(1), mask);
+        // The same light takes up a smaller solid angle inside.
+        let ior = eta.max(F::one());
+        (low * (F::one() - we) + high * we) / (ior * ior)
+    }
 }
 
-/// The mean of G₂/G₁ over visible normals and both ways that light can take from each, over that of a
-/// rough mirror; and the part of it that is reflected.
+/// How a boundary divides light.
+#[derive(Clone, Copy)]
+pub struct Divided<F> {
+    /// What is not lost between microfacets, over the albedo of a mirror of the same microfacets: it changes less.
+    pub kept: F,
+    /// The reflected fraction of what is not lost.
+    pub reflected: F,
+}
+
+impl<F: Float> Divided<F> {
+    /// The factor on both lobes that makes up for lost light, given the albedo of that mirror. (It is that of the viewer's
+    /// direction alone, so very rough glass is not reciprocal.)
+    #[inline(always)]
+    pub fn gain(&self, mirror: F) -> F {
+        F::one() / (self.kept * mirror).max(F::splat(0.1))
+    }
+}
+
+/// All nodes of both sides: from outside, then from inside.
+pub(super) fn sides(ratios: usize) -> impl Iterator<Item = (bool, usize)> {
+    [false, true].into_iter().flat_map(move |inside| (0..ratios).map(move |node| (inside, node)))
+}
+
+/// The ratio of indices at a node, viewer's side over the other.
+pub(super) fn ratio(node: usize, ratios: usize, last: f32, inside: bool) -> f32 {
+    let place = node as f32 / (ratios - 1) as f32;
+    // At exactly 1 there would be no critical angle beside which the nodes lie.
+    let odd = (last * place * place).max(1e-4);
+    let ior = (1.0 + odd) / (1.0 - odd);
+    if inside { ior } else { 1.0 / ior }
+}
+
+/// The first row of a ratio's side, its lower node on that side, and the weight of the upper one.
+#[inline(always)]
+pub(super) fn between_ratios<F: Float>(eta: F, ratios: usize, last: f32) -> (F::Int, F::Int, F) {
+    let odd = (eta - F::one()) / (eta + F::one());
+    let place = (odd.abs() * F::splat(1.0 / last)).sqrt();
+    let (e, we) = between(place * F::splat((ratios - 1) as f32), ratios);
+    let inside = F::Int::splat(ratios as u32);
+    (F::Int::select(odd.gt(F::zero()), inside, F::Int::splat(0)), e, we)
+}
+
+/// The nodes of a table over cosines: from outside at squares, closer together at grazing angles; from inside half of
+/// them to either side of the critical angle, closer together there and at both ends.
+pub(super) struct Cosine<F: Float> {
+    /// Viewer's side over the other.
+    pub eta: F,
+    /// Where the viewer is inside.
+    pub inside: F::Mask,
+}
+
+impl Cosine<f32> {
+    /// The cosine at a node.
+    pub fn of_node(&self, node: usize, nodes: usize) -> f32 {
+        self.at(node as f32 / (nodes - 1) as f32).max(1e-3)
+    }
+
+    /// ∫ (1 − f(μ)) 2μ dμ.
+    pub fn mean(&self, steps: usize, reflected: impl Fn(f32) -> f32) -> f32 {
+        let (mut sum, mut low) = (0.0f64, 0.0f32);
+        for i in 0..steps {
+            let high = self.at((i + 1) as f32 / steps as f32);
+            let left = f64::from(1.0 - reflected(self.at((i as f32 + 0.5) / steps as f32)));
+            sum += left * (f64::from(high) * f64::from(high) - f64::from(low) * f64::from(low));
+            low = high;
+        }
+        (sum as f32).max(1e-6)
+    }
+
+    /// The cosine at a place between the first node, 0, and the last, 1.
+    fn at(&self, place: f32) -> f32 {
+        let critical = self.critical();
+        match (self.inside, place <= 0.5) {
+            (false, _) => place * place,
+            (true, true) => critical * crowded(2.0 * place),
+            (true, false) => critical + (1.0 - critical) * crowded(2.0 * place - 1.0),
+        }
+    }
+}
+
+/// From 0 to 1, slow at both ends.
+fn crowded(place: f32) -> f32 {
+    if place < 0.5 { 2.0 * place * place } else { 1.0 - 2.0 * (1.0 - place) * (1.0 - place) }
+}
+
+impl<F: Float> Cosine<F> {
+    /// The cosine beyond which there is total reflection.
+    #[inline(always)]
+    fn critical(&self) -> F {
+        (F::one() - F::one() / (self.eta * self.eta)).max(F::splat(1e-6)).sqrt().min(F::splat(0.9999))
+    }
+
+    /// The lower node, and the weight of the upper one.
+    #[inline(always)]
+    pub fn between(&self, cosine: F, nodes: usize) -> (F::Int, F) {
+        let (one, half) = (F::one(), F::splat(0.5));
+        let cosine = cosine.max(F::zero()).min(one);
+        let critical = self.critical();
+        let below = cosine.lt(critical);
+        let part = F::select(below, cosine / critical, (cosine - critical) / (one - critical));
+        let low = (part * half).sqrt();
+        let high = one - ((one - part).max(F::zero()) * half).sqrt();
+        let place = F::select(part.lt(half), low, high) * half;
+        let place = F::select(below, place, place + half);
+        let place = F::select(self.inside, place, cosine.sqrt());
+        between(place * F::splat((nodes - 1) as f32), nodes)
+    }
+}
+
+/// What becomes of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take from
+/// each.
+pub(super) fn integrate(
+    level: Level,
+    w: Vector<f32>,
+    ggx: Ggx<f32>,
+    eta: f32,
+    points: &Points,
+) -> Divided<f32> {
+    dispatch(level, Integral { w, ggx, eta, points })
+}
+
 struct Integral<'a> {
-    cosine: f32,
-    alpha: f32,
+    w: Vector<f32>,
+    ggx: Ggx<f32>,
     eta: f32,
     points: &'a Points,
 }
 
 impl Kernel for Integral<'_> {
-    type Output = (f32, f32);
+    type Output = Divided<f32>;
     #[inline(always)]
-    fn run<L: Lanes>(self) -> (f32, f32) {
+    fn run<L: Lanes>(self) -> Divided<f32> {
         self.sum::<L::Queue>()
     }
 }
 
 impl Integral<'_> {
     #[inline(always)]
-    fn sum<F: Float>(&self) -> (f32, f32) {
-        let sine = (1.0 - self.cosine * self.cosine).max(0.0).sqrt();
-        let w = Vector::new(F::splat(sine), F::zero(), F::splat(self.cosine));
-        let ggx = Ggx { x: F::splat(self.alpha), y: F::splat(self.alpha) };
+    fn sum<F: Float>(&self) -> Divided<f32> {
+        let w = Vector::new(F::splat(self.w.x), F::splat(self.w.y), F::splat(self.w.z));
+        let ggx = Ggx { x: F::splat(self.ggx.x), y: F::splat(self.ggx.y) };
         let (own, eta) = (F::one() + ggx.lambda(w), F::splat(self.eta));
         let mut sums = [0.0f64; 3];
         for at in (0..self.points.count()).step_by(F::WIDTH) {
@@ -101,52 +276,8 @@ impl Integral<'_> {
             }
         }
         let [back, mirror, through] = sums;
-        let sum = back + through;
-        ((sum / mirror.max(1.0)) as f32, (back / sum.max(1.0)) as f32)
-    }
-}
-
-/// A place between entries.
-pub struct Place<F: Float> {
-    first: F::Int,
-    weights: [F; 3],
-}
-
-/// For a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over the other).
-#[inline(always)]
-pub fn place<F: Float>(cosine: F, roughness: F, eta: F) -> Place<F> {
-    let odd = (eta - F::one()) / (eta + F::one());
-    let away = (odd.abs() * F::splat(1.0 / LAST)).sqrt();
-    let ratio = F::select(odd.lt(F::zero()), -away, away) + F::one();
-    let (e, we) = between(ratio * F::splat((RATIOS - 1) as f32 * 0.5), RATIOS);
-    let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
-    let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
-    let row = F::Int::splat(COSINES as u32);
-    let layer = F::Int::splat((COSINES * ROUGHNESSES) as u32);
-    Place { first: e * layer + r * row + c, weights: [we, wr, wc] }
-}
-
-impl<F: Float> Place<F> {
-    /// What makes up for light that is lost, given the albedo of a rough mirror of that cosine and roughness.
-    #[inline(always)]
-    pub fn gain(&self, table: &Table, mirror: F, mask: F::Mask) -> F {
-        F::one() / (self.entry(&table.whole, mask) * mirror).max(F::splat(0.1))
-    }
-
-    /// The part that is reflected of what leaves at once.
-    #[inline(always)]
-    pub fn reflected(&self, table: &Table, mask: F::Mask) -> F {
-        self.entry(&table.reflected, mask)
-    }
-
-    #[inline(always)]
-    fn entry(&self, table: &[f32], mask: F::Mask) -> F {
-        let row = F::Int::splat(COSINES as u32);
-        let layer = F::Int::splat((COSINES * ROUGHNESSES) as u32);
-        let [we, wr, wc] = self.weights;
-        let near = plane(table, self.first, row, wc, wr, mask);
-        let far = plane(table, self.first + layer, row, wc, wr, mask);
-        near * (F::one() - we) + far * we
+        let whole = back + through;
+        Divided { kept: (whole / mirror.max(1.0)) as f32, reflected: (back / whole.max(1.0)) as f32 }
     }
 }
 
@@ -158,4 +289,56 @@ pub(super) fn plane<F: Float>(table: &[f32], first: F::Int, row: F::Int, wc: F, 
     let next = first + row;
     let high = F::gather(table, next, mask) * (F::one() - wc) + F::gather(table, next + one, mask) * wc;
     low * (F::one() - wr) + high * wr
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::albedo;
+    use super::super::tables::LobeTables;
+    use super::*;
+
+    #[test]
+    fn between_its_nodes_the_table_is_the_integral() {
+        let (points, tables) = (Points::new(4096), LobeTables::all());
+        let (mut worst, mut squares) = ([0.0f64; 2], [0.0f64; 2]);
+        let count = 2000;
+        for i in 0..count {
+            // Roberts' sequence.
+            let [r, e, c] = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|step| (i as f32 * step).fract());
+            let ior = 1.02 + 4.0 * e * e;
+            let eta = if i % 2 == 0 { ior } else { 1.0 / ior };
+            let (roughness, cosine) = (0.05 + 0.95 * r, c.max(0.01));
+            let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+            let alpha = roughness * roughness;
+            let ggx = Ggx { x: alpha, y: alpha };
+            let exact = integrate(Level::detect(), w, ggx, eta, &points);
+            let whole = exact.kept * albedo::integrate(Level::detect(), w, ggx, &points).0.whole();
+            let own = albedo::directional(tables.mirror, cosine, roughness, true).whole();
+            let found = tables.glass.directional(cosine, roughness, eta, true);
+            let off =
+                [f64::from(found.gain(own) * whole - 1.0), f64::from(found.reflected - exact.reflected)];
+            for k in 0..2 {
+                worst[k] = worst[k].max(off[k].abs());
+                // As often as such directions are drawn from all around.
+                squares[k] += off[k] * off[k] * 2.0 * f64::from(cosine);
+            }
+        }
+        let rms = squares.map(|sum| (sum / f64::from(count)).sqrt());
+        assert!(
+            worst.iter().all(|off| *off < 0.03) && rms.iter().all(|off| *off < 0.003),
+            "{worst:?} {rms:?}"
+        );
+    }
+
+    #[test]
+    fn smooth_means_are_those_of_fresnels_equations() {
+        let tables = LobeTables::all();
+        for ior in [1.0003f32, 1.01, 1.2, 1.33, 1.5, 2.4, 4.0, 20.0] {
+            for eta in [ior, 1.0 / ior] {
+                let exact = Cosine { eta, inside: eta > 1.0 }.mean(20_000, |c| fresnel::reflectance(c, eta));
+                let found = tables.glass.smooth_transmitted_mean(eta, true);
+                assert!((found / exact - 1.0).abs() < 0.001, "{eta}: {found} {exact}");
+            }
+        }
+    }
 }

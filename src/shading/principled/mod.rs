@@ -2,6 +2,7 @@
 
 pub mod albedo;
 pub mod basis;
+mod body;
 pub mod bsdf;
 mod coat;
 pub mod dispersion;
@@ -12,6 +13,7 @@ pub mod parameters;
 pub mod reflectance;
 pub mod sheen;
 pub mod stretched;
+pub mod stretched_glass;
 #[cfg(test)]
 mod sweep;
 pub mod tables;
@@ -67,8 +69,11 @@ impl<F: Float> ShadingPoint<'_, F> {
         if has.specular || has.transmission {
             self.mirror(&mut p, base);
         }
+        // The fraction of what enters that is neither transmitted by microfacets nor left to metal.
+        let mut scattered = one - p.metallic;
         if has.transmission {
             let part = scalar(&m.transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
+            scattered = scattered * (one - part);
             p.through = base * (part * (one - p.metallic));
             p.diffuse = p.diffuse * (one - part);
             let inside = F::splat(m.ior);
@@ -77,7 +82,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         if has.back {
             let part = scalar(&m.diffuse_transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
             let tint = color(&m.diffuse_transmission_color, textures, &self.at, self.mask);
-            p.back = tint * ((one - p.metallic) * part);
+            p.back = tint * (scattered * part);
             p.diffuse = p.diffuse * (one - part);
         }
         if has.coat {
@@ -113,7 +118,7 @@ impl<F: Float> ShadingPoint<'_, F> {
             metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,
-            solid: transmission && !m.thin,
+            solid: m.refracts(),
             dispersion: m.dispersion > 0.0,
             back: !m.diffuse_transmission.is_zero(),
             coat: !m.coat.is_zero(),

@@ -57,7 +57,7 @@ impl Table {
 }
 
 /// The direction with a cosine to the normal and, seen from above, one to the x axis.
-fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
+pub(super) fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     Vector::new(sine * azimuth, sine * (1.0 - azimuth * azimuth).max(0.0).sqrt(), cosine)
 }
@@ -79,25 +79,35 @@ fn mean(table: &Table, ggx: &Ggx<f32>) -> [f32; 2] {
     [(straight / count) as f32, (grazing / count) as f32]
 }
 
-/// Rows of the table that lie about a pair of widths, x the wider one, and the weights of the upper ones.
+/// Places among roughnesses and strengths for a pair of widths, x the wider one: lower nodes, and the weights of the
+/// upper ones.
 #[inline(always)]
-fn row<F: Float>(ggx: &Ggx<F>) -> ((F::Int, F), (F::Int, F)) {
+pub(super) fn place<F: Float>(
+    ggx: &Ggx<F>,
+    roughnesses: usize,
+    strengths: usize,
+) -> ((F::Int, F), (F::Int, F)) {
     let rest = (F::one() - ggx.y).max(F::splat(1e-6));
     let strength = ((ggx.x - ggx.y) / rest).clamp(0.0, 1.0).sqrt();
     (
-        between(ggx.y.sqrt() * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES),
-        between(strength * F::splat((STRENGTHS - 1) as f32), STRENGTHS),
+        between(ggx.y.sqrt() * F::splat((roughnesses - 1) as f32), roughnesses),
+        between(strength * F::splat((strengths - 1) as f32), strengths),
     )
+}
+
+/// |cos| of the angle between a direction and the wider axis, seen from above.
+#[inline(always)]
+pub(super) fn azimuth<F: Float>(w: Vector<F>) -> F {
+    let square = w.x * w.x + w.y * w.y;
+    let upright = square.lt(F::splat(1e-12));
+    w.x.abs() / F::select(upright, F::one(), square).sqrt()
 }
 
 /// Albedo for a direction in the frame; only the absolute values of its components count.
 #[inline(always)]
 pub fn directional<F: Float>(table: &Table, w: Vector<F>, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
-    let square = w.x * w.x + w.y * w.y;
-    let upright = square.lt(F::splat(1e-12));
-    let azimuth = w.x.abs() / F::select(upright, F::one(), square).sqrt();
-    let ((r, wr), (s, ws)) = row(ggx);
-    let (a, wa) = between(azimuth * F::splat((AZIMUTHS - 1) as f32), AZIMUTHS);
+    let ((r, wr), (s, ws)) = place(ggx, ROUGHNESSES, STRENGTHS);
+    let (a, wa) = between(azimuth(w) * F::splat((AZIMUTHS - 1) as f32), AZIMUTHS);
     let (c, wc) = between(w.z.abs().sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let first = (r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(AZIMUTHS as u32) + a;
     // Two numbers each.
@@ -126,7 +136,7 @@ fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask
 /// The same, averaged over the hemisphere with weight cos/π.
 #[inline(always)]
 pub fn average<F: Float>(table: &Table, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
-    let ((r, wr), (s, ws)) = row(ggx);
+    let ((r, wr), (s, ws)) = place(ggx, ROUGHNESSES, STRENGTHS);
     let (first, next) = ((r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(2), F::Int::splat(2));
     let means = &table.means[..];
     let low = entry(means, first, mask).mix(entry(means, first + next, mask), ws);

@@ -83,7 +83,7 @@ impl White {
             has.back = true;
             (p.back, p.diffuse) = (p.diffuse * part, p.diffuse * (1.0 - part));
         }
-        if !solid && chance.happens(0.3) {
+        if chance.happens(0.3) {
             (has, p) = stretched((has, p), chance.unit());
         }
         if chance.happens(0.3) {
@@ -143,7 +143,7 @@ fn allowed(white: &White) -> f64 {
         (false, false) if sheen => 0.01,
         (false, false) => 0.005,
         // The table of the part that bodies reflect is less sharp than reality near the critical angle.
-        (false, true) => 0.03,
+        (false, true) => 0.01,
         // Two angles stand for all at which microfacets are seen; for stretched ones those of round ones.
         (true, false) if stretched => 0.025,
         (true, false) => 0.015,
@@ -153,16 +153,24 @@ fn allowed(white: &White) -> f64 {
 
 #[test]
 fn whatever_the_layers_nothing_is_lost_or_gained() {
-    let (mut sum, mut count) = (0.0, 0.0);
+    // What is lost here and gained there does not make up for each other.
+    let (mut gained, mut lost, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..3000 {
         let white = White::at_random(seed);
         let (found, deviation) = white.albedo(seed + 77_777, 4096);
         let off = (found - 1.0).abs();
         let most = allowed(&white) + 4.0 * deviation;
         assert!(off < most, "surface {seed}: {found} ± {deviation}, {}", white.description);
-        (sum, count) = (sum + found - 1.0, count + 1.0);
+        let beyond_chance = (off - 2.0 * deviation).max(0.0);
+        if found > 1.0 {
+            gained += beyond_chance
+        } else {
+            lost += beyond_chance
+        }
+        count += 1.0;
     }
-    assert!((sum / count).abs() < 0.001, "{}", sum / count);
+    let (gained, lost) = (gained / count, lost / count);
+    assert!(gained < 0.0005 && lost < 0.0005, "gained {gained}, lost {lost}");
 }
 
 #[test]

@@ -1,0 +1,148 @@
+//! Boundaries of bodies, which bend light: how they divide it, and what that leaves to light that is scattered within.
+
+use super::bsdf::Bsdf;
+use super::glass::Divided;
+use super::reflectance::Seen;
+use crate::math::{Color, Vector};
+use crate::shading::fresnel;
+use crate::simd::{Float, Mask};
+
+/// How often a scattered direction within a rough body is drawn from the cone in which most of them leave it: within
+/// smooth ones always.
+const INTO_CONE: f32 = 0.75;
+
+impl<F: Float> Bsdf<F> {
+    /// The density of scattered directions at an angle to the normal, on the viewer's side or behind the surface.
+    ///
+    /// It is the cosine's, but within a body most directions are drawn from the cone of the critical angle, which is what
+    /// refraction makes of the hemisphere outside: others would seldom leave it.
+    #[inline(always)]
+    pub(super) fn wide_density(&self, cos: F, is_behind: bool) -> F {
+        let lambert = cos * F::splat(std::f32::consts::FRAC_1_PI);
+        if !self.has.solid {
+            return lambert;
+        }
+        // More than 1 on the denser side.
+        let ratio = (if is_behind { F::one() / self.p.eta } else { self.p.eta }).max(F::one());
+        let in_cone = (F::one() - cos * cos).lt(F::one() / (ratio * ratio));
+        let part = self.into_cone();
+        let of_cone = F::select(in_cone, part * (ratio * ratio), F::zero());
+        lambert * (F::one() - part + of_cone)
+    }
+
+    /// The factor that makes the sine of a cosine-distributed direction that of one with [`Bsdf::wide_density`], for a
+    /// random number.
+    #[inline(always)]
+    pub(super) fn wide_sine(&self, is_behind: F::Mask, which: F) -> F {
+        if !self.has.solid {
+            return F::one();
+        }
+        let eta = F::select(is_behind, F::one() / self.p.eta, self.p.eta);
+        F::select(which.lt(self.into_cone()), F::one() / eta.max(F::one()), F::one())
+    }
+
+    #[inline(always)]
+    fn into_cone(&self) -> F {
+        // Fibres share the lobe's directions, and shine at grazing angles.
+        if self.has.sheen {
+            return F::zero();
+        }
+        F::select(self.smooth, F::one(), F::splat(INTO_CONE))
+    }
+
+    /// What bodies reflect and what they let through, and what that leaves to light that they scatter.
+    #[inline(always)]
+    pub(super) fn divide(&mut self, mask: F::Mask) {
+        let scatters = self.has.diffuse || self.has.back;
+        if scatters {
+            // Schlick's term knows nothing about total reflection.
+            self.left = self.fresnel(self.wo.z).dielectric.complement();
+            self.left_mean = Color::grey(self.left_mean_of_body(self.p.eta, mask));
+            if self.has.back {
+                self.left_mean_behind = self.left_mean_of_body(F::one() / self.p.eta, mask);
+            }
+        }
+        let rough = mask & !self.smooth;
+        if !rough.any() {
+            return;
+        }
+        let divided = self.divided(self.wo, self.p.eta, mask);
+        let gain = divided.gain(self.own.albedo.whole());
+        let mut reflected = Color::grey(divided.reflected);
+        self.gain.dielectric = Color::grey(gain);
+        if self.has.film {
+            (self.gain.dielectric, reflected) = self.glass_under_film(gain, reflected.r);
+        }
+        if self.has.metallic {
+            self.gain.metal = self.gain_of_metal();
+        }
+        if scatters {
+            self.left = Color::select(rough, reflected.complement(), self.left);
+        }
+    }
+
+    /// What a body's rough boundary does to light from a direction, where the ratio of indices is `eta`.
+    #[inline(always)]
+    fn divided(&self, w: Vector<F>, eta: F, mask: F::Mask) -> Divided<F> {
+        if self.has.stretched {
+            return self.tables.stretched_glass.directional(w, &self.p.ggx, eta, mask);
+        }
+        self.tables.glass.directional(w.z.abs(), self.p.roughness, eta, mask)
+    }
+
+    /// What a body's boundary does not reflect of light from a direction on either side: light that is scattered
+    /// within leaves by the same boundary as it came. A film makes no difference here.
+    #[inline(always)]
+    pub(super) fn left_by_body(&self, w: Vector<F>, eta: F, mask: F::Mask) -> F {
+        let mut reflected = fresnel::reflectance(w.z.abs(), eta);
+        let rough = mask & !self.smooth;
+        if rough.any() {
+            reflected = F::select(self.smooth, reflected, self.divided(w, eta, rough).reflected);
+        }
+        F::one() - reflected
+    }
+
+    /// The mean of [`Bsdf::left_by_body`] over the hemisphere.
+    #[inline(always)]
+    fn left_mean_of_body(&self, eta: F, mask: F::Mask) -> F {
+        let mut mean = self.tables.glass.smooth_transmitted_mean(eta, mask);
+        let rough = mask & !self.smooth;
+        if rough.any() {
+            let of_rough = if self.has.stretched {
+                self.tables.stretched_glass.transmitted_mean(&self.p.ggx, eta, rough)
+            } else {
+                self.tables.glass.transmitted_mean(self.p.roughness, eta, rough)
+            };
+            mean = F::select(self.smooth, mean, of_rough);
+        }
+        mean.max(F::splat(1e-6))
+    }
+
+    /// What the mirror lobe leaves of light from a direction on the viewer's side.
+    #[inline(always)]
+    pub(super) fn left_towards(&self, wi: Vector<F>, seen: &Seen<F>, mask: F::Mask) -> Color<F> {
+        if self.has.solid { Color::grey(self.left_by_body(wi, self.p.eta, mask)) } else { self.left_by(seen) }
+    }
+
+    /// Refracted by microfacets (Walter and others 2007; PBRT 4th ed., 9.7).
+    #[inline(always)]
+    pub(super) fn bent(&self, wi: Vector<F>) -> (Color<F>, F) {
+        let (zero, p) = (F::zero(), &self.p);
+        let h = self.wo * p.eta + wi;
+        let square = h.dot(h);
+        let meets = square.gt(F::splat(1e-12));
+        let h = h * (F::one() / F::select(meets, square, F::one()).sqrt());
+        let h = Vector::select(h.z.lt(zero), -h, h);
+        let (cos_o, cos_i) = (self.wo.dot(h), wi.dot(h));
+        let valid = meets & cos_o.gt(zero) & cos_i.lt(zero);
+        let denominator = cos_i + cos_o * p.eta;
+        let jacobian = -cos_i / (denominator * denominator).max(F::splat(1e-12));
+        let density = p.ggx.density(h) * cos_o / self.wo.z * jacobian;
+        let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(wi));
+        let fresnel = self.fresnel(cos_o.max(zero));
+        let passes = self.transmitted(&fresnel) * self.gain.dielectric;
+        let value = passes * (density * visible);
+        let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
+        (Color::select(valid, value, Color::black()), F::select(valid, pdf, zero))
+    }
+}
