@@ -19,13 +19,14 @@ pub use lights::LightSamples;
 pub use material::Material;
 pub use textures::Textures;
 
+use std::collections::HashMap;
 use std::fmt::{Debug, Write};
 use std::sync::Arc;
 
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::bvh::{Asker, Bvh, Stack, closest_ray};
-use crate::math::{Aabb, Ray, Rgb, Vec3, Vector};
+use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Level;
 use emitters::kind;
 
@@ -122,9 +123,30 @@ impl CompiledScene {
             (brightest, usual) = (brightest.max(bright), usual.max(lit));
         };
         note(self.ambient.max_component(), self.ambient.max_component());
+        let mut textures = HashMap::new();
+        let mut brightness = |texture: u32| {
+            if texture == NONE {
+                return (1.0, 1.0);
+            }
+            *textures
+                .entry(texture)
+                .or_insert_with(|| self.textures.brightness(&self.textures.sampled[texture as usize]))
+        };
+        // What can be seen may be no emitter: ellipsoids, what is unlit, copies that are too many.
+        for material in &self.materials {
+            let color = if material.unlit { &material.base_color } else { &material.emission };
+            if material.unlit || material.emits() {
+                let factor = color.factor.into_iter().fold(0.0, f32::max);
+                let (most, mean) = brightness(color.texture);
+                note(factor * most, if material.unlit { factor * mean } else { 0.0 });
+            }
+        }
         for emitter in 0..self.emitters.len() as u32 {
             let (kind, row) = self.emitters.row(emitter);
-            let light = Rgb::new(row[10], row[11], row[12]).max_component();
+            let mut light = Rgb::new(row[10], row[11], row[12]).max_component();
+            if let Some(material) = self.materials.get(self.emitters.material[emitter as usize] as usize) {
+                light *= brightness(material.emission.texture).1;
+            }
             let vector = |at: usize| Vec3::from_slice(&row[at..]);
             let seen = |area: f32| light * (area / (far * far)).min(1.0);
             match kind {

@@ -53,6 +53,31 @@ pub struct Levels {
 }
 
 impl Textures {
+    /// Width and height of a texture's image in texels.
+    pub fn size(&self, sampled: &SampledTexture) -> (f32, f32) {
+        let level = sampled.first_level as usize;
+        (self.levels.width[level], self.levels.height[level])
+    }
+
+    /// The brightest texel of a texture, and about the mean of all, with its factor: the largest components. Texels of 8
+    /// bits count as white.
+    pub fn brightness(&self, sampled: &SampledTexture) -> (f32, f32) {
+        let factor = sampled.factor.into_iter().fold(0.0, f32::max);
+        if !sampled.float {
+            return (factor, factor);
+        }
+        let (width, height) = self.size(sampled);
+        let first = self.levels.first[sampled.first_level as usize] as usize;
+        let texels = &self.texels32[first..first + width as usize * height as usize];
+        let (mut most, mut sum) = (0.0f32, 0.0f64);
+        for texel in texels {
+            let component = texel.iter().copied().fold(0.0, f32::max);
+            most = most.max(component);
+            sum += f64::from(component);
+        }
+        (most * factor, (sum / texels.len().max(1) as f64) as f32 * factor)
+    }
+
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.texels8[..]) + size_of_val(&self.texels32[..])
