@@ -47,7 +47,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
     Path {
         origin: ray.origin,
         direction: ray.direction,
-        throughput: Color::new(F::one(), F::one(), F::one()),
+        throughput: Color::grey(F::splat(frame.around_square)),
         radiance: Color::black(),
         pixel,
         sample,

@@ -43,6 +43,9 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
     while todo.any() {
         let (Material { medium, .. }, same) = first(frame, path.medium, todo);
         todo = todo & !same;
+        if medium.is_clear() {
+            continue;
+        }
         if medium.scatters() {
             let key = path.only_key(frame.seed).fork(DISTANCE);
             let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
@@ -73,9 +76,27 @@ pub fn passed<F: Float>(
     while todo.any() {
         let (body, same) = first(frame, medium, todo);
         todo = todo & !same;
-        throughput = Color::select(same, throughput * transmittance(&body.medium, t), throughput);
+        if !body.medium.is_clear() {
+            throughput = Color::select(same, throughput * transmittance(&body.medium, t), throughput);
+        }
     }
     throughput
+}
+
+/// What a path finds of light that is emitted within bodies. A path's throughput is that of light in the body of its
+/// camera: where light begins in another one, its radiance changes on the way with the squares of their indices
+/// ([`Material::index_square`]). Throughput need not change at each boundary for that.
+#[inline(always)]
+pub(super) fn emitted<F: Float>(frame: &Frame, media: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {
+    let mut light = light;
+    let mut todo = mask & !media.eq(F::Int::splat(NONE));
+    while todo.any() {
+        let (body, same) = first(frame, media, todo);
+        todo = todo & !same;
+        let scale = 1.0 / body.index_square();
+        light = Color::select(same, light * F::splat(scale), light);
+    }
+    light
 }
 
 /// The material of the first lane's body, and the lanes that are in the same one.
@@ -221,7 +242,7 @@ fn cosine<F: Float>(g: f32, u: F) -> F {
     ((one + square - ratio * ratio) / (two * own)).clamp(-1.0, 1.0)
 }
 
-/// The absorbing bodies on both sides of a surface.
+/// The bodies on both sides of a surface, if they do anything to light.
 pub(super) struct Bodies<F: Float> {
     /// That on the viewer's side, or [`NONE`].
     near: F::Int,
@@ -235,7 +256,7 @@ impl<F: Float> Bodies<F> {
         if !record.encloses {
             return Self { near, far: near };
         }
-        let inside = F::Int::splat(if record.medium.is_clear() { NONE } else { material });
+        let inside = F::Int::splat(if record.fills() { material } else { NONE });
         Self { near, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
     }
 

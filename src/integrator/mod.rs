@@ -30,7 +30,7 @@ use crate::film::{Film, Region, Unit};
 use crate::math::NONE;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
-use crate::scene::{CompiledScene, Projection};
+use crate::scene::{CompiledScene, Material, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::simd::Level;
 use crate::world::{Adaptive, Pattern, Sampler, Settings, Sharing, Transport};
@@ -81,6 +81,8 @@ pub struct Frame {
     pub unit: Unit,
     /// The material of the body that the camera is in (path transport), or [`NONE`] if that does nothing to light.
     pub around: u32,
+    /// n² of that body: see [`crate::scene::Material::index_square`].
+    pub around_square: f32,
 }
 
 impl Frame {
@@ -108,6 +110,7 @@ impl Frame {
         };
         // Ways through a body take from what is lent.
         let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
+        let around_square = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
         let mut frame = Self {
             scene,
             size,
@@ -127,6 +130,7 @@ impl Frame {
             pilot: None,
             unit,
             lobes,
+            around_square,
             around,
         };
         if settings.sharing == Sharing::Auto && frame.sharing.is_some() {

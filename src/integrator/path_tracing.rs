@@ -269,13 +269,15 @@ fn given_off<F: Float>(
     mask: F::Mask,
 ) -> Color<F> {
     if point.material.unlit {
-        return path.radiance + path.throughput * point.base_color();
+        // It shows its colour even to a camera within a body.
+        return path.radiance + path.throughput * (point.base_color() * F::splat(1.0 / frame.around_square));
     }
     if !point.material.emits() {
         return path.radiance;
     }
     let light = point.emission() * emission_share(frame, path, hit, mask);
-    path.radiance + limited(frame, path, path.throughput * light)
+    let found = medium::emitted(frame, path.medium, path.throughput * light, mask);
+    path.radiance + limited(frame, path, found)
 }
 
 /// Where a surface faces, for choosing lights.
@@ -339,11 +341,14 @@ fn to_light<F: Float>(
         return (ShadowRay::none(), Color::black());
     }
     let zero = F::zero();
-    let LightPoint { density, share, value, sample, .. } =
+    let LightPoint { emitter, density, share, value, sample } =
         sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let contribution = path.throughput * light;
+    let medium = bodies.beyond(through);
+    // Nothing that is infinitely far away is in a body, however open that is.
+    let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
+    let contribution = medium::emitted(frame, medium, path.throughput * light, somewhere);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {
@@ -353,7 +358,8 @@ fn to_light<F: Float>(
             t_max: sample.distance * F::splat(SHADOW_END),
         },
         contribution,
-        medium: bodies.beyond(through),
+        emitter,
+        medium,
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };
     (shadow, value)

@@ -1,5 +1,5 @@
-//! Whether a surface that is cut out or blended is there for a path, and for its rays to lights: the
-//! tree asks while it traces them.
+//! Whether a surface that is cut out or blended is there for a path, and for its rays to lights, and whether a light's
+//! surface is that which a ray leads to: the tree asks while it traces them.
 
 use std::num::Wrapping;
 
@@ -14,7 +14,7 @@ use crate::scene::material::Coverage;
 use crate::scene::{CompiledScene, Material};
 use crate::shading::details::point_coordinates;
 use crate::shading::point::{Tables, coverage};
-use crate::shading::{HitLanes, Surface};
+use crate::shading::{HitLanes, Surface, emitter};
 use crate::world::Transport;
 
 /// A ray of a path.
@@ -32,6 +32,8 @@ pub struct Traced<'a> {
 pub struct Shadow<'a> {
     /// The ray.
     pub ray: Ray<f32>,
+    /// The emitter that it leads to, whose own surface does not block it.
+    pub emitter: u32,
     /// Is told of surfaces that it goes straight through, perhaps more than once of each.
     pub passes: &'a (dyn Fn(&Crossing) + Sync),
 }
@@ -47,7 +49,14 @@ impl Traced<'_> {
     /// Whether the ray meets something where it crosses a surface: always the same answer, as its
     /// number belongs to the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
-        let Some(material) = crossed(&self.frame.scene, crossing) else { return false };
+        let scene = &self.frame.scene;
+        let Some(material) = crossed(scene, crossing) else { return false };
+        if let Some(Shadow { emitter, .. }) = self.shadow
+            && material.emits()
+            && emitter::of_hit(scene, &HitLanes::one(&crossing.hit), true).0 == emitter
+        {
+            return false;
+        }
         if material.coverage != Coverage::Whole && !self.is_covered(material, crossing) {
             return false;
         }

@@ -12,7 +12,7 @@ use super::observe::{self, Aside, Continuation, Observer};
 use super::path::{Path, pack_pixel, unpack_pixel};
 use super::path_tracing::VertexOutcome;
 use super::presence::{Shadow, Traced};
-use super::shadow::connect;
+use super::shadow::{ShadowRay, connect};
 use super::sharing::pilot::Measured;
 use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use super::stop::{Stop, Watch};
@@ -21,7 +21,7 @@ use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, begin, path_tracing, whitted};
 use crate::bvh::{Asker, Stack, any_ray, closest_ray};
 use crate::film::{Film, Region};
-use crate::math::{Color, Hit, Ray, Rgb};
+use crate::math::{Color, Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
 use crate::simd::Level;
@@ -157,13 +157,14 @@ impl Tile<'_> {
     }
 
     /// Whether something lies between a path's vertex and a light.
-    fn is_blocked(&mut self, path: &Path<f32>, ray: Ray<f32>) -> bool {
+    fn is_blocked(&mut self, path: &Path<f32>, shadow: &ShadowRay<f32>) -> bool {
         self.statistics.rays.shadow += 1;
         if self.stops() {
             return true;
         }
-        let shadow = Some(Shadow { ray, passes: &|_| {} });
-        let traced = Traced { frame: self.frame, path: &|| *path, shadow };
+        let ray = shadow.ray;
+        let to_light = Some(Shadow { ray, emitter: shadow.emitter.0, passes: &|_| {} });
+        let traced = Traced { frame: self.frame, path: &|| *path, shadow: to_light };
         any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
     }
 
@@ -424,7 +425,7 @@ impl Tile<'_> {
                 if !shadow.mask {
                     continue;
                 }
-                let blocked = self.is_blocked(path, shadow.ray);
+                let blocked = self.is_blocked(path, &shadow);
                 if self.looks {
                     let (ray, contribution) = (&shadow.ray, shadow.contribution);
                     self.observer.report(&observe::light(path, light, which, ray, contribution));

@@ -10,6 +10,8 @@ pub struct ShadowRay<F: Float> {
     pub ray: Ray<F>,
     /// What it brings if nothing stops or weakens it, not clamped.
     pub contribution: Color<F>,
+    /// The emitter that it leads to, whose surface does not block it.
+    pub emitter: F::Int,
     /// The material of the body that it begins in, which absorbs light on its way, or [`NONE`].
     pub medium: F::Int,
     /// Lanes in which there is something to gain.
@@ -25,6 +27,7 @@ impl<F: Float> ShadowRay<F> {
         Self {
             ray: Ray { origin: Vector::zero(), direction: up, t_min: zero, t_max: zero },
             contribution: Color::black(),
+            emitter: F::Int::splat(NONE),
             medium: F::Int::splat(NONE),
             mask: F::Mask::from_bits(0),
         }
@@ -42,6 +45,7 @@ impl<F: Float> ShadowRay<F> {
                 t_max: F::select(mask, a.t_max, b.t_max),
             },
             contribution: Color::select(mask, yes.contribution, no.contribution),
+            emitter: F::Int::select(mask, yes.emitter, no.emitter),
             medium: F::Int::select(mask, yes.medium, no.medium),
             mask: (mask & yes.mask) | (!mask & no.mask),
         }

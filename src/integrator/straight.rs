@@ -49,7 +49,8 @@ pub fn arriving(
 ) -> Option<Color<f32>> {
     room.empty();
     let passes = |crossing: &Crossing| room.add(crossing);
-    let traced = Traced { frame, path: &|| *path, shadow: Some(Shadow { ray: shadow.ray, passes: &passes }) };
+    let to_light = Shadow { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
+    let traced = Traced { frame, path: &|| *path, shadow: Some(to_light) };
     if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
         return None;
     }

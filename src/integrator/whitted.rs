@@ -217,6 +217,7 @@ pub fn light_ray<F: Float>(
             t_max: sample.distance * F::splat(emitter::SHADOW_END),
         },
         contribution,
+        emitter: F::Int::splat(policy.emitter),
         medium: F::Int::splat(NONE),
         mask: mask & lit & contribution.max_component().gt(zero),
     }

@@ -56,6 +56,7 @@ impl<F: Float> Outlined for LitWithin<'_, F> {
         let shadow = ShadowRay {
             ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
             contribution,
+            emitter,
             medium: path.medium,
             mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
         };

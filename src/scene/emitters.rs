@@ -100,6 +100,11 @@ impl Emitters {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
+    /// Whether rays can hit some of them.
+    pub fn can_be_hit(&self) -> bool {
+        !self.of_primitive.is_empty()
+    }
+
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
         let words =

@@ -17,7 +17,6 @@ use crate::integrator::path_tracing::bsdf;
 use crate::integrator::presence::Traced;
 use crate::integrator::{Frame, wavefront::queue::Columns};
 use crate::math::{Color, Ray, Vector};
-use crate::shading::emitter::SHADOW_END;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::surface::leave;
 use crate::shading::{ShadingPoint, Surface};
@@ -377,6 +376,10 @@ impl Kernel for Connect<'_> {
     }
 }
 
+/// Rays to second vertices end at this fraction of the way, so that their surfaces do not block them: these are hit at
+/// distances that the kernels guarantee to half of the rest.
+const CONNECTION_END: f32 = 1.0 - 1.0 / 8192.0;
+
 /// First vertices of one material.
 struct Receivers<F: Float> {
     /// The place of the first one among the group's members.
@@ -435,7 +438,7 @@ impl Connect<'_> {
             Offer::Far(direction) => (far::<F>(spread(*direction), *mask), F::splat(f32::INFINITY)),
             Offer::Near(lent) => {
                 let sight = lent.seen_from(frame.lobes, *origin, *mask);
-                let t_max = sight.distance * F::splat(SHADOW_END);
+                let t_max = sight.distance * F::splat(CONNECTION_END);
                 (sight, t_max)
             }
             _ => return,

@@ -16,13 +16,15 @@ use crate::simd::{Float, Level};
 use crate::world::Transport;
 
 /// Bytes of a shadow ray.
-pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM + Columns::<0, 1>::ITEM;
+pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM + 2 * Columns::<0, 1>::ITEM;
 
 /// Shadow rays.
 pub struct ShadowQueue {
     /// Origin, direction, end, contribution; which hit they are for.
     rays: Columns<10, 1>,
-    /// The materials of the bodies that they begin in, if the scene has bodies that do anything to light.
+    /// The emitters that they lead to, if some can be hit.
+    emitters: Option<Columns<0, 1>>,
+    /// The materials of the bodies that they begin in, if the scene has bodies that absorb or scatter light.
     media: Option<Columns<0, 1>>,
     /// Whether each goes straight through something; empty if nothing lets rays through.
     passes: Vec<AtomicBool>,
@@ -37,14 +39,16 @@ impl ShadowQueue {
         let passes = if any(|material| material.straight) { capacity } else { 0 };
         Self {
             rays: Columns::new(capacity),
-            media: any(Material::fills).then(|| Columns::new(capacity)),
+            emitters: frame.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
+            media: any(Material::attenuates).then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
         }
     }
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        self.rays.bytes() + self.media.as_ref().map_or(0, Columns::bytes) + self.passes.len()
+        let optional = [&self.emitters, &self.media].into_iter().flatten().map(Columns::bytes);
+        self.rays.bytes() + optional.sum::<usize>() + self.passes.len()
     }
 
     /// How many rays there are.
@@ -65,15 +69,18 @@ impl ShadowQueue {
     /// Forgets all rays.
     fn clear(&mut self) {
         self.rays.clear();
-        self.media.iter_mut().for_each(Columns::clear);
+        self.emitters.iter_mut().chain(&mut self.media).for_each(Columns::clear);
     }
 
     /// Appends rays.
     #[inline(always)]
     pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
-        let ShadowRay { ray: Ray { origin: o, direction: d, t_max, .. }, contribution: c, medium, mask } =
-            *shadow;
+        let ShadowRay { ray, contribution: c, emitter, medium, mask } = *shadow;
+        let Ray { origin: o, direction: d, t_max, .. } = ray;
         self.rays.append::<F>(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_max, c.r, c.g, c.b], [target]);
+        if let Some(emitters) = &mut self.emitters {
+            emitters.append::<F>(mask, [], [emitter]);
+        }
         if let Some(media) = &mut self.media {
             media.append::<F>(mask, [], [medium]);
         }
@@ -103,6 +110,11 @@ impl ShadowQueue {
     /// The hit that one is for.
     fn target(&self, i: usize) -> usize {
         self.rays.integers(0)[i] as usize
+    }
+
+    /// The emitter that one leads to, or [`NONE`] if none can be hit.
+    fn emitter(&self, i: usize) -> u32 {
+        self.emitters.as_ref().map_or(NONE, |emitters| emitters.integers(0)[i])
     }
 
     /// The material of the body in which one begins, or [`NONE`].
@@ -140,7 +152,7 @@ impl Surfaces for OfShadows<'_> {
                 passes.store(true, Ordering::Relaxed);
             }
         };
-        let shadow = Shadow { ray: self.shadow.ray(ray), passes: &passes };
+        let shadow = Shadow { ray: self.shadow.ray(ray), emitter: self.shadow.emitter(ray), passes: &passes };
         Traced { frame: self.frame, path: &path, shadow: Some(shadow) }.meets(crossing)
     }
 }
@@ -181,7 +193,8 @@ impl Wave {
         for i in (0..count).filter(|i| self.occluded[*i] == 0) {
             let medium = self.shadow.medium(i);
             let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
-            let is_weakened = medium != NONE || passes;
+            let attenuates = |medium: u32| frame.scene.materials[medium as usize].attenuates();
+            let is_weakened = passes || (medium != NONE && attenuates(medium));
             if !is_weakened && !clamps {
                 continue;
             }
@@ -189,8 +202,8 @@ impl Wave {
             let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
             let contribution = Color::new(r, g, b);
             let left = if is_weakened {
-                let (ray, medium) = (self.shadow.ray(i), std::num::Wrapping(medium));
-                let shadow = ShadowRay { ray, contribution, medium, mask: true };
+                let [emitter, medium] = [self.shadow.emitter(i), medium].map(std::num::Wrapping);
+                let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, medium, mask: true };
                 let (stack, room) = (&mut self.stack, &mut self.crossings);
                 arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black())
             } else {
