@@ -112,7 +112,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
     }
     let mut glows = Glows::new(surfaces);
     let bounds: Vec<LightBounds> =
-        (0..out.len()).map(|emitter| bounds(&out, emitter, environment, &mut glows)).collect();
+        (0..out.len()).map(|emitter| bounds(&out, emitter, lamps, environment, &mut glows)).collect();
     out.tree = light_tree::build(&bounds);
     CompiledEmitters { emitters: Arc::new(out), lights, left_out }
 }
@@ -122,7 +122,13 @@ fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
 }
 
 /// Where an emitter is, where it shines to and how bright it is.
-fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut Glows) -> LightBounds {
+fn bounds(
+    out: &Emitters,
+    emitter: usize,
+    lamps: &[Lamp],
+    environment: &Environment,
+    glows: &mut Glows,
+) -> LightBounds {
     let row = &out.rows[emitter];
     let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
     let place = vector(0);
@@ -143,6 +149,7 @@ fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut
         cos_spread: -1.0,
         cos_emission: 0.0,
         two_sided: false,
+        outside: 0.0,
     };
     match out.kinds[emitter] {
         kind::TRIANGLE | kind::QUAD => {
@@ -166,7 +173,17 @@ fn bounds(out: &Emitters, emitter: usize, environment: &Environment, glows: &mut
             let bounds = Aabb { min: place - radius, max: place + radius };
             LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
-        kind::PHOTOMETRIC => everywhere,
+        kind::PHOTOMETRIC => match lamps.get(out.primitive[emitter] as usize) {
+            Some(Lamp::Photometric { beam, .. }) if beam.cos > -1.0 => LightBounds {
+                power: light * beam.intensity,
+                axis: if beam.backwards { -vector(3) } else { vector(3) },
+                cos_spread: beam.cos,
+                cos_emission: 1.0,
+                outside: beam.outside,
+                ..everywhere
+            },
+            _ => everywhere,
+        },
         // Without falloff it is the same everywhere, as from far away.
         kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
         kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },

@@ -3,12 +3,13 @@
 use hecs::Entity;
 
 use super::materials;
+use super::photometric::{self, Beam};
 use super::sky::{Air, SUN_ANGLE};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::Material;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Texels, TextureId, World};
+use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, World};
 
 /// A light entity in world space.
 #[derive(Debug)]
@@ -32,6 +33,8 @@ pub(super) enum Lamp {
         /// Unit vectors: along the axis, and to where angles about it begin.
         axes: [Vec3; 2],
         profile: TextureId,
+        /// Where most of its light goes.
+        beam: Beam,
     },
     /// Parallel.
     Directional {
@@ -128,16 +131,18 @@ pub(super) fn compile(
             }
             world::Light::Environment { .. } => {}
             world::Light::Photometric { power_w, profile } => {
-                let mean = mean_of(world, *profile).ok_or_else(|| {
-                    entity_error(world, entity, "its photometric profile is dark in all directions")
-                })?;
+                let image = &world.assets.textures[profile.0 as usize].image;
+                let (mean, beam) =
+                    photometric::summary(&world.assets.images[image.0 as usize]).ok_or_else(|| {
+                        entity_error(world, entity, "its photometric profile is dark in all directions")
+                    })?;
                 let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI));
                 let axis = direction(matrix, Vec3::NEG_Z);
                 let along = direction(matrix, Vec3::X);
                 let across = (along - axis * along.dot(axis)).normalize();
                 let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
                 let (axes, scale) = ([axis, across], 1.0 / mean);
-                out.lamps.push(Lamp::Photometric { place, intensity, scale, axes, profile });
+                out.lamps.push(Lamp::Photometric { place, intensity, scale, axes, profile, beam });
             }
             sky @ world::Light::Sky { .. } => out.lamps.extend(sun(sky, matrix)),
             other => out.lamps.push(punctual(other, matrix)),
@@ -191,24 +196,6 @@ fn surface(radiance: Rgb) -> Material {
         ..BlinnPhong::default()
     };
     Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
-}
-
-/// The mean of a profile over all directions; `None` if that is zero.
-fn mean_of(world: &World, profile: TextureId) -> Option<f32> {
-    let image = &world.assets.images[world.assets.textures[profile.0 as usize].image.0 as usize];
-    let (width, height) = (image.width as usize, image.height as usize);
-    let value = |at: usize| match &image.texels {
-        Texels::Rgb32(texels) => Rgb::from(texels[at]).luminance(),
-        Texels::Rgba8(texels) => Rgb::from([0, 1, 2].map(|k| f32::from(texels[at][k]) / 255.0)).luminance(),
-    };
-    let (mut sum, mut whole) = (0.0, 0.0);
-    for row in 0..height {
-        let weight = libm::sin(std::f64::consts::PI * (row as f64 + 0.5) / height as f64);
-        sum += weight * (row * width..(row + 1) * width).map(|at| f64::from(value(at))).sum::<f64>();
-        whole += weight * width as f64;
-    }
-    let mean = (sum / whole) as f32;
-    (mean >= f32::MIN_POSITIVE && mean.is_finite()).then_some(mean)
 }
 
 /// The sun of a sky.

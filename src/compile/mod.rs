@@ -15,6 +15,7 @@ mod lights;
 mod made;
 mod materials;
 mod misplaced;
+mod photometric;
 mod sky;
 mod sound;
 mod textures;

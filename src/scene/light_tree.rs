@@ -27,8 +27,9 @@ pub struct Node {
     /// The intensities along their normals of all lights in it, W/sr; of those far away the irradiances that
     /// they bring, W/m². In a unit of the tree's own.
     pub power: f32,
-    /// 1 if light leaves to the other side of normals, too; 0 otherwise.
-    pub two_sided: f32,
+    /// 1 if light leaves to the other side of normals, too. Otherwise 0, or below: minus the intensity outside of all
+    /// these directions, as a fraction of `power`.
+    pub sides: f32,
     /// The first of two consecutive children, or [`LEAF`] and a light.
     pub next: u32,
     /// Half the size of the box around the lights.
@@ -51,8 +52,8 @@ pub mod field {
     pub const COS_EMISSION: u32 = 9;
     /// [`super::Node::power`].
     pub const POWER: u32 = 10;
-    /// [`super::Node::two_sided`].
-    pub const TWO_SIDED: u32 = 11;
+    /// [`super::Node::sides`].
+    pub const SIDES: u32 = 11;
     /// [`super::Node::next`], as bits.
     pub const NEXT: u32 = 12;
     /// [`super::Node::half`], three floats.
@@ -78,7 +79,7 @@ impl Node {
             self.sin_spread,
             self.cos_emission,
             self.power,
-            self.two_sided,
+            self.sides,
             next,
             p,
             q,

@@ -31,8 +31,9 @@ pub struct EmitterSample<F: Float> {
     pub shared: F::Mask,
 }
 
-/// Shadow rays end at this fraction of the way to their light, so that the light's own surface does not block them.
-pub const SHADOW_END: f32 = 1.0 - 1.0 / 8192.0;
+/// Shadow rays end at this fraction of the way to their light, so that a surface in which the light lies does not block
+/// them. (The light's own surface never does: see `integrator::presence`.)
+pub const SHADOW_END: f32 = 1.0 - 1.0 / 131_072.0;
 
 /// A point of an emitter from a point of the unit square.
 #[inline(always)]
@@ -79,10 +80,9 @@ pub fn sample<F: Float>(
         out = out.replaced(planar, sample);
     }
     if round.any() {
-        let mut sample = sphere_sample(&row, flags, position, u);
+        let (mut sample, normal) = sphere_sample(&row, flags, position, u);
         let patterned = patterned & round;
         if patterned.any() {
-            let normal = unit_or(position + sample.direction * sample.distance - row.vector(0), up);
             let primitive = F::Int::gather(&table.primitive, emitter, patterned);
             let uv = sphere_uv(&scene.geometry, primitive ^ F::Int::splat(SPHERE), normal, patterned);
             let hit = HitLanes { t: F::zero(), u: uv.0, v: uv.1, primitive, instance: F::Int::splat(NONE) };
@@ -202,7 +202,7 @@ pub fn pdf<F: Float>(
     }
     if sphere.any() {
         let radius = row.number(9);
-        let per_steradian = F::splat(0.5 / std::f32::consts::PI) / cone(first, radius).0;
+        let per_steradian = F::splat(0.5 / std::f32::consts::PI) / cone(first, radius);
         // From outside, only the near side is sampled.
         let outside = first.dot(first).gt(radius * radius);
         let far_side = outside & t.gt(direction.dot(first));
@@ -392,48 +392,56 @@ pub fn lane<I: Int>(values: I, mask: I::Mask) -> u32 {
     lanes[(mask.bits().trailing_zeros() & 15) as usize]
 }
 
-/// 1 − cosine of the angle that a sphere subtends, and that cosine; from within it is all around.
+/// 1 − cosine of the angle that a sphere subtends; from within it is all around.
 #[inline(always)]
-fn cone<F: Float>(way: Vector<F>, radius: F) -> (F, F) {
+fn cone<F: Float>(way: Vector<F>, radius: F) -> F {
     let square = way.dot(way);
-    let sin2 = (radius * radius / square.max(F::splat(1e-30))).min(F::one());
+    let ratio = radius / square.sqrt().max(F::splat(1e-30));
+    let sin2 = (ratio * ratio).min(F::one());
     let cos = (F::one() - sin2).max(F::zero()).sqrt();
     // 1 − √(1 − s) loses all digits for small s.
     let part = sin2 / (F::one() + cos);
     let within = square.le(radius * radius);
-    (F::select(within, F::splat(2.0), part).max(F::splat(1e-12)), F::select(within, -F::one(), cos))
+    F::select(within, F::splat(2.0), part).max(F::splat(1e-30))
 }
 
-/// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4).
+/// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4), and the sphere's normal there.
+///
+/// Everything is computed in the frame about the way to the centre, where a sphere's size is not lost beside its
+/// distance: seen from the centre, the point of the ray nearest to it is d sin θ (cos θ cos φ, cos θ sin φ, −sin θ).
 #[inline(always)]
 fn sphere_sample<F: Float>(
     row: &impl EmitterRows<F>,
     flags: F::Int,
     position: Vector<F>,
     u: (F, F),
-) -> EmitterSample<F> {
+) -> (EmitterSample<F>, Vector<F>) {
     let (center, radius) = (row.vector(0), row.number(9));
     let way = center - position;
-    let (part, _) = cone(way, radius);
+    let part = cone(way, radius);
     let lift = part * u.0;
     let cos = F::one() - lift;
-    let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
+    let sin2 = (lift * (F::splat(2.0) - lift)).max(F::zero());
+    let sin = sin2.sqrt();
     let (s, c) = sin_cos_turns(u.1);
-    let axis = unit_or(way, Vector::new(F::zero(), F::zero(), F::one()));
-    let frame = Basis::about(axis);
-    let direction = frame.world(Vector::new(sin * c, sin * s, cos));
-    let along = direction.dot(way);
-    let half = (radius * radius - (way.dot(way) - along * along)).max(F::zero()).sqrt();
-    let near = along - half;
-    let distance = F::select(near.gt(F::zero()), near, along + half).max(F::zero());
+    let up = Vector::new(F::zero(), F::zero(), F::one());
+    let frame = Basis::about(unit_or(way, up));
+    let local = Vector::new(sin * c, sin * s, cos);
+    let direction = frame.world(local);
+    let away = way.dot(way).sqrt();
+    let (along, nearest) = (away * cos, Vector::new(cos * c, cos * s, -sin) * (away * sin));
+    let half = (radius * radius - nearest.dot(nearest)).max(F::zero()).sqrt();
+    let before = (along - half).gt(F::zero());
+    let half = F::select(before, -half, half);
     let shines = has(flags, flag::TWO_SIDED) | way.dot(way).gt(radius * radius);
-    EmitterSample {
+    let sample = EmitterSample {
         direction,
-        distance,
+        distance: (along + half).max(F::zero()),
         radiance: Color::select(shines, row.light(), Color::black()),
         pdf: F::splat(0.5 / std::f32::consts::PI) / part,
         shared: F::Mask::from_bits(0),
-    }
+    };
+    (sample, unit_or(frame.world(nearest + local * half), up))
 }
 
 /// From a point, perhaps within a cone.
@@ -467,14 +475,19 @@ fn photometric_part<F: Float>(
     let turns = atan2_turns(away.dot(side), away.dot(across));
     let around = turns - turns.floor();
     let down = acos_turns(away.dot(axis).max(-F::one()).min(F::one())) * F::splat(2.0);
-    let at = Coordinates { uv: [(around, down); 2], footprint: [Footprint::point(); 2] };
     let mut part = Color::black();
     let scale = row.number(9);
     let mut todo = mask;
     while todo.any() {
         let first = lane(profile, todo);
         let same = profile.eq(F::Int::splat(first)) & todo;
-        let found = texel(textures, &textures.sampled[first as usize], &at, same).color;
+        let sampled = &textures.sampled[first as usize];
+        // The first column lies at the angle of 0, the first row straight ahead and the last one straight back.
+        let (columns, rows) = textures.size(sampled);
+        let u = around + F::splat(0.5 / columns);
+        let v = (down * F::splat(rows - 1.0) + F::splat(0.5)) * F::splat(1.0 / rows);
+        let at = Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] };
+        let found = texel(textures, sampled, &at, same).color;
         part = Color::select(same, found * scale, part);
         todo = todo & !same;
     }

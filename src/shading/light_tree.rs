@@ -286,7 +286,8 @@ impl<F: Float> Brought<F> {
         };
         let cos_emission = read::<F>(nodes, base, field::COS_EMISSION, mask);
         let power = read::<F>(nodes, base, field::POWER, mask);
-        let two_sided = read::<F>(nodes, base, field::TWO_SIDED, mask).gt(F::zero());
+        let sides = read::<F>(nodes, base, field::SIDES, mask);
+        let two_sided = sides.gt(F::zero());
 
         let way = point.position - center;
         let square = way.dot(way).max(F::splat(NEAREST));
@@ -306,7 +307,9 @@ impl<F: Float> Brought<F> {
         let off_axis = Angle::of(F::select(two_sided, cos.abs(), cos));
         let off_normal = off_axis.less(&spread).less(&seen);
         let cos_light = F::select(inside | far, F::one(), off_normal.cos);
-        let reached = mask & power.gt(F::zero()) & (cos_light + F::splat(MARGIN)).gt(cos_emission);
+        let lit = (cos_light + F::splat(MARGIN)).gt(cos_emission);
+        let power = F::select(lit, power, power * (-sides).max(F::zero()));
+        let reached = mask & power.gt(F::zero());
 
         let cos_surface = F::select(inside, F::one(), point.facing.cos(-direction, &seen));
         // A box says better than a sphere what is behind a surface.

@@ -198,8 +198,8 @@ pub enum Light {
     Photometric {
         /// Φ in W, over all directions.
         power_w: Rgb,
-        /// The relative intensity: u is the angle about the axis, from +X towards +Y, as a part of a turn; v is the
-        /// angle to the axis, from 0 straight ahead to 1 straight back. Only the proportions count.
+        /// The relative intensity. Columns go about the axis, from +X towards +Y, once around; rows go from straight
+        /// ahead, the first, to straight back, the last. Only the proportions count.
         profile: TextureId,
     },
     /// Parallel light along −Z.

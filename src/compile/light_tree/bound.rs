@@ -20,6 +20,8 @@ pub(super) struct Bound {
     pub(super) emission: f64,
     pub(super) cos_emission: f64,
     pub(super) two_sided: bool,
+    /// See [`LightBounds::outside`].
+    pub(super) outside: f64,
 }
 
 /// The directions within an angle of an axis.
@@ -80,6 +82,7 @@ impl Bound {
         emission: 0.0,
         cos_emission: 1.0,
         two_sided: false,
+        outside: 0.0,
     };
 
     pub(super) fn new(light: &LightBounds) -> Self {
@@ -106,6 +109,7 @@ impl Bound {
             emission: angle(light.cos_emission),
             cos_emission: light.cos_emission.clamp(-1.0, 1.0) as f64,
             two_sided: light.two_sided,
+            outside: f64::from(light.outside),
         }
     }
 
@@ -123,15 +127,21 @@ impl Bound {
             other.cone
         };
         let wider = if other.emission > self.emission { other } else { self };
+        let power = self.power + other.power;
+        let two_sided = self.two_sided | other.two_sided;
+        let outside = (self.outside * self.power + other.outside * other.power) / power;
+        // A node has room for one of the two.
+        let everywhere = two_sided && outside > 0.0;
         Self {
             min: self.min.min(other.min),
             max: self.max.max(other.max),
             far: self.far,
-            power: self.power + other.power,
+            power,
             cone: self.cone.union(&turned),
-            emission: wider.emission,
-            cos_emission: wider.cos_emission,
-            two_sided: self.two_sided | other.two_sided,
+            emission: if everywhere { PI } else { wider.emission },
+            cos_emission: if everywhere { -1.0 } else { wider.cos_emission },
+            two_sided,
+            outside: if everywhere { 0.0 } else { outside },
         }
     }
 
@@ -149,7 +159,7 @@ impl Bound {
             sin_spread: libm::sin(spread) as f32,
             cos_emission: libm::cos((self.emission + SLACK).min(PI)) as f32,
             power: power as f32,
-            two_sided: if self.two_sided { 1.0 } else { 0.0 },
+            sides: if self.two_sided { 1.0 } else { -self.outside as f32 },
             next,
             half: reach.as_vec3().to_array(),
         }

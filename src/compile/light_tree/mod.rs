@@ -31,6 +31,8 @@ pub struct LightBounds {
     pub cos_emission: f32,
     /// Whether light leaves on the other side of the normals, too.
     pub two_sided: bool,
+    /// The intensity outside of these directions, as a fraction of `power`; only for what is not two-sided.
+    pub outside: f32,
 }
 
 /// No path in the tree is longer than the bits of a word.
@@ -136,7 +138,16 @@ mod tests {
     fn lamp(place: Vec3, power: f32) -> LightBounds {
         let bounds = Aabb { min: place, max: place };
         let (axis, far) = (Vec3::Z, false);
-        LightBounds { bounds, far, power, axis, cos_spread: -1.0, cos_emission: 0.0, two_sided: false }
+        LightBounds {
+            bounds,
+            far,
+            power,
+            axis,
+            cos_spread: -1.0,
+            cos_emission: 0.0,
+            two_sided: false,
+            outside: 0.0,
+        }
     }
 
     /// The length of the longest path, after checking that each light's leads to it.

@@ -1,5 +1,6 @@
 //! Photometric profiles (IES LM-63): what a lamp sends into each direction, as a picture. Columns are angles about
-//! the lamp's axis, from 0 to 360°, rows angles to it, from straight ahead to straight back.
+//! the lamp's axis, from 0 to 360°, rows angles to it: the first is straight ahead, the last straight back, so that
+//! measured angles lie on them.
 
 use std::path::Path;
 
@@ -7,8 +8,8 @@ use crate::error::LoadError;
 use crate::world::{Image, Texels};
 
 /// Size of the picture.
-const WIDTH: usize = 72;
-const HEIGHT: usize = 360;
+const WIDTH: usize = 144;
+const HEIGHT: usize = 361;
 
 /// Whether the file is named like a profile (the oldest ones do not identify themselves) or says that it is one.
 pub(super) fn is_ies(bytes: &[u8], path: &Path) -> bool {
@@ -98,8 +99,8 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     }
     let profile = Profile { down, around, candela };
     let texel = |i: usize| {
-        let at = |place: usize, count: usize, whole: f32| (place as f32 + 0.5) / count as f32 * whole;
-        [profile.at(at(i / WIDTH, HEIGHT, 180.0), at(i % WIDTH, WIDTH, 360.0)); 3]
+        let (down, around) = (i / WIDTH, i % WIDTH);
+        [profile.at(180.0 * down as f32 / (HEIGHT - 1) as f32, 360.0 * around as f32 / WIDTH as f32); 3]
     };
     let texels = Texels::Rgb32((0..WIDTH * HEIGHT).map(texel).collect());
     Ok(Image { source: None, width: WIDTH as u32, height: HEIGHT as u32, texels })
@@ -146,8 +147,7 @@ impl Profile {
 /// The last of some ascending angles that is not above `angle`, and the fraction of the way to the next.
 fn between(angles: &[f32], angle: f32) -> Option<(usize, f32)> {
     let (first, last) = (*angles.first()?, *angles.last()?);
-    // Half of a row of the picture beyond the ends.
-    if angle < first - 0.25 || angle > last + 0.25 {
+    if angle < first - 1e-3 || angle > last + 1e-3 {
         return None;
     }
     let low = angles.partition_point(|other| *other <= angle).saturating_sub(1);
@@ -165,9 +165,9 @@ mod tests {
 
     fn value(image: &Image, down: f32, around: f32) -> f32 {
         let Texels::Rgb32(texels) = &image.texels else { panic!() };
-        let place =
-            |angle: f32, whole: f32, count: usize| ((angle / whole * count as f32) as usize).min(count - 1);
-        texels[place(down, 180.0, HEIGHT) * WIDTH + place(around, 360.0, WIDTH)][0]
+        let row = (down / 180.0 * (HEIGHT - 1) as f32).round() as usize;
+        let column = (around / 360.0 * WIDTH as f32).round() as usize % WIDTH;
+        texels[row * WIDTH + column][0]
     }
 
     const HEAD: &str = "IESNA:LM-63-2002\n[TEST] made up\nTILT=NONE\n1 1000 1 ";

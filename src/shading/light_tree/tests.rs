@@ -44,6 +44,7 @@ impl Panel {
             cos_spread: 1.0,
             cos_emission: 0.0,
             two_sided: self.two_sided,
+            outside: 0.0,
         }
     }
 
@@ -90,7 +91,16 @@ fn tree(panels: &[Panel]) -> LightTree {
 
 fn lamp(place: Vec3, power: f32) -> LightBounds {
     let (bounds, axis, far) = (Aabb { min: place, max: place }, Vec3::Z, false);
-    LightBounds { bounds, far, power, axis, cos_spread: -1.0, cos_emission: 0.0, two_sided: false }
+    LightBounds {
+        bounds,
+        far,
+        power,
+        axis,
+        cos_spread: -1.0,
+        cos_emission: 0.0,
+        two_sided: false,
+        outside: 0.0,
+    }
 }
 
 /// A sun in a direction.

@@ -1,0 +1,130 @@
+//! Photometric profiles: their mean over all directions, and the beam that holds most of their light.
+
+use std::f64::consts::PI;
+
+use crate::math::Rgb;
+use crate::world::{Image, Texels};
+
+/// What is brighter than this part of the brightest direction belongs to the beam.
+const BEAM: f64 = 0.1;
+/// Beams that are wider than this are no beams.
+const WIDEST: f64 = 0.9 * PI;
+
+/// What a profile sends into directions, relative to its mean over all of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Beam {
+    /// Cosine of the angle to the axis within which the beam lies; −1 if it is everywhere.
+    pub cos: f32,
+    /// Whether it goes backwards along the axis.
+    pub backwards: bool,
+    /// The mean within it.
+    pub intensity: f32,
+    /// The mean outside of it, over that within; 0 only if all is dark there.
+    pub outside: f32,
+}
+
+/// The mean of a profile over all directions, and its beam; `None` if it is dark.
+///
+/// Rows lie at equal angles from straight ahead to straight back, and what lies between two of them is blended.
+pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let value = |at: usize| match &image.texels {
+        Texels::Rgb32(texels) => Rgb::from(texels[at]).luminance(),
+        Texels::Rgba8(texels) => Rgb::from([0, 1, 2].map(|k| f32::from(texels[at][k]) / 255.0)).luminance(),
+    };
+    let row = |row: usize| (row * width..(row + 1) * width).map(|at| f64::from(value(at)));
+    let rows: Vec<Row> = (0..height)
+        .map(|at| Row {
+            weight: weight(at, height),
+            mean: row(at).sum::<f64>() / width as f64,
+            most: row(at).fold(0.0, f64::max),
+        })
+        .collect();
+    let mean = mean_of(&rows);
+    if !(mean >= f64::from(f32::MIN_POSITIVE) && mean <= f64::from(f32::MAX)) {
+        return None;
+    }
+    let brightest = rows.iter().map(|row| row.most).fold(0.0, f64::max);
+    let is_bright = |row: &Row| row.most >= BEAM * brightest;
+    // Blending makes it one row wider.
+    let ahead = (rows.iter().rposition(is_bright).unwrap_or(0) + 1).min(height - 1);
+    let back = rows.iter().position(is_bright).unwrap_or(0).saturating_sub(1);
+    let angle = |row: usize| if height > 1 { PI * row as f64 / (height - 1) as f64 } else { PI };
+    let backwards = PI - angle(back) < angle(ahead);
+    let (spread, (within, outside)) = if backwards {
+        (PI - angle(back), (&rows[back..], &rows[..back]))
+    } else {
+        (angle(ahead), (&rows[..ahead + 1], &rows[ahead + 1..]))
+    };
+    if spread > WIDEST {
+        return Some((mean as f32, Beam { cos: -1.0, backwards: false, intensity: 1.0, outside: 0.0 }));
+    }
+    let intensity = mean_of(within);
+    let dark = outside.iter().all(|row| row.most <= 0.0);
+    // The least that is chosen at all, so that a faint rest is not left out.
+    let rest = if dark { 0.0 } else { (mean_of(outside) / intensity).max(1e-3) };
+    let beam = Beam {
+        cos: libm::cos(spread) as f32,
+        backwards,
+        intensity: (intensity / mean) as f32,
+        outside: rest as f32,
+    };
+    Some((mean as f32, beam))
+}
+
+/// All directions at one angle to the axis.
+struct Row {
+    weight: f64,
+    mean: f64,
+    most: f64,
+}
+
+fn mean_of(rows: &[Row]) -> f64 {
+    let weights: f64 = rows.iter().map(|row| row.weight).sum();
+    rows.iter().map(|row| row.weight * row.mean).sum::<f64>() / weights.max(f64::MIN_POSITIVE)
+}
+
+/// The solid angle for which a row stands, but for a factor: ∫ sin θ of a tent that is as wide as a step to either
+/// side.
+fn weight(row: usize, rows: usize) -> f64 {
+    if rows < 2 {
+        return 1.0;
+    }
+    let step = PI / (rows - 1) as f64;
+    if row == 0 || row == rows - 1 {
+        return 1.0 - libm::sin(step) / step;
+    }
+    libm::sin(step * row as f64) * 2.0 * (1.0 - libm::cos(step)) / step
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(height: usize, value: impl Fn(f64) -> f64) -> Image {
+        let angle = |row: usize| PI * row as f64 / (height - 1) as f64;
+        let texels = (0..height).map(|row| [value(angle(row)) as f32; 3]).collect();
+        Image { source: None, width: 1, height: height as u32, texels: Texels::Rgb32(texels) }
+    }
+
+    #[test]
+    fn means_are_those_of_the_blended_rows() {
+        let (mean, beam) = summary(&profile(181, |_| 3.0)).unwrap();
+        assert!((mean - 3.0).abs() < 1e-5 && beam.cos == -1.0, "{mean} {beam:?}");
+        // cos² θ has a mean of 1/3.
+        let (mean, _) = summary(&profile(721, |angle| angle.cos().powi(2))).unwrap();
+        assert!((mean - 1.0 / 3.0).abs() < 1e-5, "{mean}");
+        assert!(summary(&profile(5, |_| 0.0)).is_none());
+    }
+
+    #[test]
+    fn beams_hold_all_that_is_bright() {
+        let cone = |angle: f64| if angle < 0.2001 { 1.0 } else { 0.0 };
+        let (_, beam) = summary(&profile(1801, cone)).unwrap();
+        assert!((libm::acosf(beam.cos) - 0.2).abs() < 0.003 && !beam.backwards && beam.outside == 0.0);
+        // Its intensity is that of all light in the beam.
+        assert!((beam.intensity * (1.0 - libm::cosf(0.2)) / 2.0 - 1.0).abs() < 0.05, "{beam:?}");
+        let (_, up) = summary(&profile(1801, |angle| 0.01 + cone(PI - angle))).unwrap();
+        assert!(up.backwards && (up.outside - 0.01).abs() < 0.002, "{up:?}");
+    }
+}
