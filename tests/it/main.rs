@@ -8,6 +8,7 @@ mod cli;
 mod compare;
 mod corpus;
 mod edits;
+mod energy;
 mod films;
 mod findings;
 #[path = "../fuzz/src/targets.rs"]

@@ -1,0 +1,368 @@
+//! Light is neither made nor lost: white things of all kinds in white surroundings, lamps of all sizes, within bodies and
+//! beside what hides them.
+
+use std::f64::consts::PI;
+
+use rayfront::math::Rgb;
+use rayfront::world::{
+    Anisotropy, Background, Camera, ColorInput, Iridescence, Material, PixelFilter, Principled, ScalarInput,
+    Shape, Sharing, Texels, Transform, Transport, Volume, World,
+};
+
+use crate::support::{Picture, picture, world};
+
+fn mean(picture: &Picture) -> f64 {
+    let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum();
+    sum / picture.pixels.len() as f64
+}
+
+/// Numbers between 0 and 1 (Steele and others 2014).
+struct Chance(u64);
+
+impl Chance {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn happens(&mut self, probability: f32) -> bool {
+        self.unit() < probability
+    }
+
+    /// Nothing, all or any part.
+    fn part(&mut self) -> f32 {
+        [0.0, 1.0, self.unit(), self.unit()][(self.unit() * 4.0) as usize]
+    }
+}
+
+/// A surface that reflects or transmits all light, with every field at random, also at its ends.
+fn white(chance: &mut Chance) -> Principled {
+    let white = ColorInput::Constant(Rgb::WHITE);
+    let sometimes = |chance: &mut Chance| if chance.happens(0.3) { chance.part() } else { 0.0 };
+    Principled {
+        base_color: white,
+        metallic: ScalarInput::constant(sometimes(chance)),
+        roughness: ScalarInput::constant(chance.part()),
+        ior: [1.0 + 0.5 * chance.unit(), 1.0 + 4.0 * chance.unit()][usize::from(chance.happens(0.4))],
+        specular: ScalarInput::constant(1.0),
+        specular_color: white,
+        transmission: ScalarInput::constant(if chance.happens(0.6) { chance.part() } else { 0.0 }),
+        volume: chance.happens(0.6).then_some(Volume::CLEAR),
+        diffuse_transmission: ScalarInput::constant(if chance.happens(0.4) { chance.part() } else { 0.0 }),
+        clearcoat: ScalarInput::constant(if chance.happens(0.15) { chance.part() } else { 0.0 }),
+        clearcoat_roughness: ScalarInput::constant(chance.part()),
+        sheen_color: ColorInput::Constant(Rgb::splat(if chance.happens(0.1) { chance.part() } else { 0.0 })),
+        sheen_roughness: ScalarInput::constant(chance.part()),
+        anisotropy: Anisotropy {
+            strength: sometimes(chance),
+            rotation: chance.unit() * 6.0,
+            ..Anisotropy::default()
+        },
+        iridescence: Iridescence {
+            factor: ScalarInput::constant(if chance.happens(0.15) { chance.part() } else { 0.0 }),
+            ior: 1.0 + 1.5 * chance.unit(),
+            thickness_maximum: 1000.0 * chance.unit(),
+            ..Iridescence::default()
+        },
+        double_sided: chance.happens(0.5),
+        ..Principled::default()
+    }
+}
+
+/// What a ball shows before white surroundings, and the deviation of that.
+fn before_white(material: &Principled) -> (f64, f64) {
+    let mut world = World::default();
+    let settings = &mut world.settings;
+    (settings.size, settings.samples, settings.max_depth) = ([8, 8], 64, 1000);
+    (settings.transport, settings.filter, settings.sharing) =
+        (Transport::Path, PixelFilter::Box, Sharing::Off);
+    settings.roulette_depth = None;
+    settings.background = Background::Constant(Rgb::WHITE);
+    let place = |z: f32| Transform::Trs {
+        translation: rayfront::math::Vec3::new(0.0, 0.0, z),
+        rotation: rayfront::math::Quat::IDENTITY,
+        scale: rayfront::math::Vec3::ONE,
+    };
+    world.entities.spawn((Camera::Orthographic { height_m: 1.6 }, place(5.0)));
+    let id = world.assets.add_material(None, Material::Principled(Box::new(material.clone())));
+    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, id, place(0.0)));
+    let picture = Picture::of(&world);
+    let found = mean(&picture);
+    let count = picture.pixels.len() as f64;
+    let square: f64 = picture.pixels.iter().map(|p| (f64::from(p.r + p.g + p.b) / 3.0 - found).powi(2)).sum();
+    (found, (square / count / count).sqrt())
+}
+
+#[test]
+fn whatever_a_white_ball_is_made_of_it_vanishes_in_white() {
+    let mut chance = Chance(7);
+    let (mut gained, mut lost, mut count) = (0.0, 0.0, 0.0);
+    for number in 0..300 {
+        let material = white(&mut chance);
+        let (found, deviation) = before_white(&material);
+        let layers = material.clearcoat.factor + material.iridescence.factor.factor > 0.0
+            || material.sheen_color != ColorInput::Constant(Rgb::BLACK);
+        // About as often as light meets a boundary before it leaves the body.
+        let leaves = (material.transmission.factor + material.diffuse_transmission.factor).clamp(0.05, 1.0);
+        let meetings = if material.volume.is_some() { material.ior.powi(2) / leaves } else { 1.0 };
+        let most = f64::from(0.01 + 0.002 * meetings + if layers { 0.04 } else { 0.0 }) + 4.0 * deviation;
+        assert!((found - 1.0).abs() < most, "ball {number}: {found} ± {deviation}, {material:?}");
+        let beyond_chance = ((found - 1.0).abs() - 2.0 * deviation).max(0.0);
+        if found > 1.0 {
+            gained += beyond_chance
+        } else {
+            lost += beyond_chance
+        }
+        count += 1.0;
+    }
+    assert!(gained / count < 0.002 && lost / count < 0.003, "gained {gained}, lost {lost} of {count}");
+}
+
+/// A floor that is seen from where a lamp is not in the way.
+fn floor(lamp: &str, samples: u32) -> f64 {
+    mean(&picture(&format!(
+        "(settings: (size: (4, 4), samples: {samples}, transport: Path, filter: Box, max_depth: 0, sharing: Off),
+          entities: [
+              (camera: Orthographic(height_m: 0.001),
+               transform: LookAt(from: (0, 0.5, 0), to: (0, 0, 0), up: (0, 0, -1))),
+              (shape: Plane(corners: ((-90, 0, -90), (-90, 0, 90), (90, 0, 90), (90, 0, -90))),
+               material: (diffuse: 0.8)),
+              {lamp}
+          ])"
+    )))
+}
+
+/// Radiance of a floor below a ball of radiance L, radius r, at a height h and a distance d: albedo · L (r/d)² h/d
+/// (PBRT 4th ed., 4.2: the ball's irradiance does not depend on how it is spread over its cone, if all of that is above
+/// the horizon).
+#[test]
+fn glowing_balls_of_all_sizes_light_by_their_solid_angle() {
+    let (place, distance) = ([0.3f64, 2.0, -0.7], (0.09f64 + 4.0 + 0.49).sqrt());
+    for scale in [1.0, 1e-4, 1e4] {
+        for ratio in [0.4, 0.1, 1e-2, 4e-3, 2e-3, 1e-3, 4e-4, 1e-4, 1e-5, 3e-6, 1e-6, 1e-7, 1e-9, 1e-12] {
+            let radius = ratio * distance;
+            let light = 1.0 / ratio.powi(2);
+            // Lamp and floor are scaled together.
+            let text = format!(
+                "(settings: (size: (2, 2), samples: 256, transport: Path, filter: Box, max_depth: 0, sharing: Off),
+                  entities: [
+                      (camera: Orthographic(height_m: {}),
+                       transform: LookAt(from: (0, {}, 0), to: (0, 0, 0), up: (0, 0, -1))),
+                      (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))),
+                       transform: (scale: {scale}), material: (diffuse: 0.8)),
+                      (shape: Sphere(radius_m: {:e}), material: (diffuse: 0, emission: {light:e}),
+                       transform: (translate: ({}, {}, {}))),
+                  ])",
+                0.001 * scale,
+                0.5 * scale,
+                radius * scale,
+                place[0] * scale,
+                place[1] * scale,
+                place[2] * scale,
+            );
+            let found = mean(&picture(&text));
+            let expected = 0.8 * place[1] / distance;
+            assert!((found / expected - 1.0).abs() < 0.005, "{scale} {ratio}: {found}, not {expected}");
+        }
+    }
+}
+
+/// A cover that is next to a lamp hides it, however next; the lamp does not hide itself.
+#[test]
+fn covers_next_to_lamps_hide_them() {
+    let plane = |half: f64, height: f64| {
+        format!(
+            "shape: Plane(corners: ((-{half}, {height}, -{half}), ({half}, {height}, -{half}),
+                                    ({half}, {height}, {half}), (-{half}, {height}, {half})))"
+        )
+    };
+    let lamps = [
+        format!("({}, material: (diffuse: 0, emission: 10)),", plane(0.5, 10.0)),
+        "(light: Area(power_w: 100, size_m: (1, 1), visible: true),
+          transform: (translate: (0, 10, 0), rotate_degrees: (-90, 0, 0))),"
+            .into(),
+        "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 100), transform: (translate: (0, 10.2, 0))),"
+            .into(),
+        "(shape: Mesh(\"cube.ply\"), material: (diffuse: 0, emission: 10), transform: (translate: (0, 11, 0))),"
+            .into(),
+    ];
+    for lamp in lamps {
+        for transport in ["Path", "Whitted"] {
+            let of = |more: &str| {
+                let text = format!("{lamp} {more}");
+                let mut world = world(&format!(
+                    "(settings: (size: (4, 4), samples: 16, filter: Box, max_depth: 0, sharing: Off),
+                      entities: [
+                          (camera: Orthographic(height_m: 0.001),
+                           transform: LookAt(from: (0, 0.5, 0), to: (0, 0, 0), up: (0, 0, -1))),
+                          (shape: Plane(corners: ((-90, 0, -90), (-90, 0, 90), (90, 0, 90), (90, 0, -90))),
+                           material: (diffuse: 0.8)),
+                          {text}
+                      ])"
+                ));
+                world.settings.transport =
+                    if transport == "Path" { Transport::Path } else { Transport::Whitted };
+                mean(&Picture::of(&world))
+            };
+            let bare = of("");
+            if transport == "Whitted" && bare == 0.0 {
+                // Only lights that are entities light surfaces there.
+                continue;
+            }
+            assert!(bare > 0.0, "{lamp} {transport}");
+            for gap in [0.1, 1e-2, 1e-3, 2e-4] {
+                let cover = format!("({}, material: (diffuse: 0)),", plane(3.0, 10.0 - gap));
+                assert_eq!(of(&cover), 0.0, "{lamp} {transport}, {gap} m");
+            }
+        }
+    }
+}
+
+/// A light in the plane of a ceiling is not hidden by it.
+#[test]
+fn lights_in_ceilings_are_not_hidden_by_them() {
+    for height in [2.0, 2.7, 3.1, 5.3] {
+        for size in [1.0, 7.0, 60.0] {
+            let lamp = |lower: f64, ceiling: bool| {
+                let ceiling = format!(
+                    "(shape: Plane(corners: ((-{size}, {height}, -{size}), ({size}, {height}, -{size}),
+                                             ({size}, {height}, {size}), (-{size}, {height}, {size}))),
+                      material: (diffuse: 0)),"
+                )
+                .repeat(usize::from(ceiling));
+                floor(
+                    &format!(
+                        "(light: Area(power_w: 100, size_m: (1, 1)),
+                          transform: (translate: (0.3, {}, 0.2), rotate_degrees: (-90, 0, 0))), {ceiling}",
+                        height - lower
+                    ),
+                    64,
+                )
+            };
+            let (alone, within) = (lamp(0.0, false), lamp(0.0, true));
+            assert!((within / alone - 1.0).abs() < 1e-3, "{height} {size}: {within}, not {alone}");
+        }
+    }
+}
+
+/// Radiance within a body of index n is n² times that outside of the light that goes in or comes out.
+#[test]
+fn radiance_changes_with_the_square_of_the_index() {
+    for ior in [1.33f64, 1.5, 2.4] {
+        let reflected = ((ior - 1.0) / (ior + 1.0)).powi(2);
+        let ball = |light: &str, from: f64| {
+            format!(
+                "(settings: (size: (4, 4), samples: 1024, transport: Path, filter: Box, max_depth: 64,
+                             sharing: Off, background: {}),
+                  entities: [
+                      (camera: Orthographic(height_m: 0.001), transform: LookAt(from: (0, 0, {from}), to: (0, 0, -9))),
+                      (shape: Sphere(radius_m: 1), material: Principled(metallic: 0, roughness: 0, transmission: 1,
+                       ior: {ior}, volume: ())), {light}
+                  ])",
+                u8::from(light.is_empty())
+            )
+        };
+        // From outside, at a lamp in the middle.
+        let lamp = "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 1))";
+        let (found, expected) = (mean(&picture(&ball(lamp, 5.0))), (1.0 - reflected) / (ior * ior));
+        assert!((found / expected - 1.0).abs() < 0.02, "{ior}: {found}, not {expected}");
+        // From the middle, at white surroundings, however often light is reflected before it comes.
+        let (found, expected) = (mean(&picture(&ball("", 0.0))), ior * ior);
+        assert!((found / expected - 1.0).abs() < 0.02, "{ior}: {found}, not {expected}");
+        // Both within: nothing changes.
+        let found = mean(&picture(&ball(lamp, 0.5)));
+        assert!((found - 1.0).abs() < 1e-6, "{ior}: {found}");
+    }
+}
+
+/// Light that a lamp within a ball of glass gives off comes out of it, by whatever way it is found.
+#[test]
+fn lamps_within_rough_glass_give_off_all_their_light() {
+    let of = |glass: &str| {
+        mean(&picture(&format!(
+            "(settings: (size: (24, 24), samples: 256, transport: Path, filter: Box, max_depth: 200, sharing: Off),
+              entities: [
+                  (camera: Orthographic(height_m: 2), transform: LookAt(from: (0, 0, 9), to: (0, 0, 0))),
+                  (shape: Sphere(radius_m: 0.2), material: (diffuse: 1, emission: 1)), {glass}
+              ])"
+        )))
+    };
+    let bare = of("");
+    // Rougher glass is not reciprocal enough for this.
+    for (roughness, ior) in [(0.0, 1.5), (0.0, 2.2), (0.3, 1.5), (0.3, 2.5)] {
+        let found = of(&format!(
+            "(shape: Sphere(radius_m: 0.95), material: Principled(metallic: 0, roughness: {roughness},
+              transmission: 1, ior: {ior}, volume: ()))"
+        ));
+        assert!((found / bare - 1.0).abs() < 0.03, "{roughness} {ior}: {found}, not {bare}");
+    }
+}
+
+/// What is seen directly is not cut, though a texture says how bright it is.
+#[test]
+fn textures_that_shine_are_not_cut() {
+    let text = "(settings: (size: (4, 4), samples: 4, transport: Path, filter: Box),
+                 entities: [
+                     (camera: Orthographic(height_m: 2), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))),
+                     (shape: Plane(corners: ((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0))),
+                      material: (diffuse: 0, emission: Image(\"floats.exr\"))),
+                 ])";
+    for unlit in [false, true] {
+        let mut world = world(text);
+        for image in &mut world.assets.images {
+            let pixels = vec![[3e6, 2e6, 1e6]; image.width as usize * image.height as usize];
+            std::sync::Arc::make_mut(image).texels = Texels::Rgb32(pixels);
+        }
+        if unlit {
+            for named in &mut world.assets.materials {
+                if let Material::BlinnPhong(material) = &named.material {
+                    let base_color = material.emission;
+                    let material = Principled { base_color, unlit: true, ..Principled::default() };
+                    named.material = Material::Principled(Box::new(material));
+                }
+            }
+        }
+        let found = Picture::of(&world).at(1, 1);
+        let off = (found.r / 3e6 - 1.0).abs().max((found.b / 1e6 - 1.0).abs());
+        assert!(off < 1e-4, "unlit {unlit}: {found:?}");
+    }
+}
+
+/// A profile that is a narrow cone is as quiet as a spotlight of that cone.
+#[test]
+fn narrow_profiles_are_chosen_where_they_shine() {
+    let of = |lamp: &str, seed: u32| {
+        let mut world = world(&format!(
+            "(settings: (size: (48, 27), samples: 16, seed: {seed}, transport: Path, max_depth: 0, sharing: Off),
+              entities: [
+                  (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 4, 6), to: (0, 0, 0))),
+                  (light: Point(power_w: 100), transform: (translate: (-3, 2, 0))),
+                  (light: {lamp}, transform: LookAt(from: (0, 4, 0), to: (0, 0, 0))),
+                  (shape: Plane(corners: ((-6, 0, -6), (-6, 0, 6), (6, 0, 6), (6, 0, -6)))),
+              ])"
+        ));
+        for image in &mut world.assets.images {
+            let rows = 361usize;
+            let bright = |row: usize| if row <= 20 { 1.0 } else { 0.0 };
+            let image = std::sync::Arc::make_mut(image);
+            (image.width, image.height) = (1, rows as u32);
+            image.texels = Texels::Rgb32((0..rows).map(|row| [bright(row); 3]).collect());
+        }
+        Picture::of(&world)
+    };
+    let noise = |lamp: &str| {
+        let [a, b] = [1, 2].map(|seed| of(lamp, seed));
+        let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| f64::from(a.g - b.g).powi(2));
+        (mean(&a), (differences.sum::<f64>() / a.pixels.len() as f64).sqrt())
+    };
+    let (photometric, its_noise) = noise("Photometric(power_w: 9.046, profile: \"lamp.ies\")");
+    let cosine = (10.0 * PI / 180.0).cos();
+    // The same intensity: Φ / (2π (1 − cos)), of a point Φ / 4π.
+    let power = 9.046 * 2.0 / (1.0 - cosine);
+    let (spot, spot_noise) =
+        noise(&format!("Spot(power_w: {power}, inner_degrees: 9.99, outer_degrees: 10)"));
+    assert!((photometric / spot - 1.0).abs() < 0.05, "{photometric} {spot}");
+    assert!(its_noise < 2.0 * spot_noise, "{its_noise} {spot_noise}");
+}
