@@ -143,3 +143,26 @@ fn endless_forks_are_announced_and_end_when_they_are_told_to() {
     let (code, said) = end(start(here, &words), "");
     assert!(code == Some(2) && said.contains("--exposure 0") && said.contains("glass splits"), "{said}");
 }
+
+/// A job that is stopped within has no result.
+#[test]
+#[cfg(unix)]
+fn a_study_ends_within_a_job() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");
+    let study = r#"(title: "t", experiments: [
+        (name: "endless", scenes: [File("scene.ron")], x: Samples([1]), series: [(label: "a")], plots: [(y: RenderSeconds)]),
+    ])"#;
+    std::fs::write(here.join("study.ron"), study).expect("a file");
+    let mut child = start(here, &["study", "study.ron"]);
+    std::thread::sleep(Duration::from_secs(5));
+    let ended = child.try_wait().expect("its state");
+    assert!(ended.is_none(), "{ended:?}");
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().expect("kill").success());
+    let (code, said) = end(child, "");
+    assert_eq!(code, Some(143), "{said}");
+    let results = std::fs::read_to_string(here.join("out/study/results.csv")).unwrap_or_default();
+    assert!(results.lines().count() <= 1, "{results}");
+}
