@@ -112,9 +112,13 @@ pub fn meet<T: Float>(
     let mask = met & t.eq(t);
     let doubtful = T::Mask::from_bits(0);
     let mut hits = BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second };
-    let vast = mask & is_vast(radius, &origin, first.abs().min(second.abs()));
-    if vast.any() {
-        make_exact(&mut hits, (center, radius), (origin, direction), t_min, vast);
+    // As near as this, or nearer, are all hits that may be vast.
+    let near = mask & c.abs().lt(radius * radius * T::splat(0.01));
+    if near.any() {
+        let vast = near & is_vast(radius, &origin, first.abs().min(second.abs()));
+        if vast.any() {
+            make_exact(&mut hits, (center, radius), (origin, direction), t_min, vast);
+        }
     }
     hits
 }

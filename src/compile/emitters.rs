@@ -174,11 +174,11 @@ fn bounds(
             LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
         kind::PHOTOMETRIC => match lamps.get(out.primitive[emitter] as usize) {
-            Some(Lamp::Photometric { beam, .. }) if beam.cos > -1.0 => LightBounds {
+            Some(Lamp::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
                 power: light * beam.intensity,
                 axis: if beam.backwards { -vector(3) } else { vector(3) },
-                cos_spread: beam.cos,
-                cos_emission: 1.0,
+                cos_spread: beam.cosines[0],
+                cos_emission: beam.cosines[1],
                 outside: beam.outside,
                 ..everywhere
             },

@@ -10,11 +10,16 @@ const BEAM: f64 = 0.1;
 /// Beams that are wider than this are no beams.
 const WIDEST: f64 = 0.9 * PI;
 
+/// The second of a beam's angles, at most: cosines tell well where it ends.
+const FURTHER: f64 = 0.25 * PI;
+
 /// What a profile sends into directions, relative to its mean over all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Beam {
-    /// Cosine of the angle to the axis within which the beam lies; −1 if it is everywhere.
-    pub cos: f32,
+    /// Cosines of two angles whose sum is that to the axis within which the beam lies: of the spread of directions, and of
+    /// how far light leaves from each of these, as for surfaces ([`super::light_tree::LightBounds`]). −1 and 0 if it is
+    /// everywhere.
+    pub cosines: [f32; 2],
     /// Whether it goes backwards along the axis.
     pub backwards: bool,
     /// The mean within it.
@@ -57,14 +62,15 @@ pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
         (angle(ahead), (&rows[..ahead + 1], &rows[ahead + 1..]))
     };
     if spread > WIDEST {
-        return Some((mean as f32, Beam { cos: -1.0, backwards: false, intensity: 1.0, outside: 0.0 }));
+        let everywhere = Beam { cosines: [-1.0, 0.0], backwards: false, intensity: 1.0, outside: 0.0 };
+        return Some((mean as f32, everywhere));
     }
     let intensity = mean_of(within);
     let dark = outside.iter().all(|row| row.most <= 0.0);
     // The least that is chosen at all, so that a faint rest is not left out.
     let rest = if dark { 0.0 } else { (mean_of(outside) / intensity).max(1e-3) };
     let beam = Beam {
-        cos: libm::cos(spread) as f32,
+        cosines: [(spread - FURTHER).max(0.0), spread.min(FURTHER)].map(|angle| libm::cos(angle) as f32),
         backwards,
         intensity: (intensity / mean) as f32,
         outside: rest as f32,
@@ -110,7 +116,7 @@ mod tests {
     #[test]
     fn means_are_those_of_the_blended_rows() {
         let (mean, beam) = summary(&profile(181, |_| 3.0)).unwrap();
-        assert!((mean - 3.0).abs() < 1e-5 && beam.cos == -1.0, "{mean} {beam:?}");
+        assert!((mean - 3.0).abs() < 1e-5 && beam.cosines[0] == -1.0, "{mean} {beam:?}");
         // cos² θ has a mean of 1/3.
         let (mean, _) = summary(&profile(721, |angle| angle.cos().powi(2))).unwrap();
         assert!((mean - 1.0 / 3.0).abs() < 1e-5, "{mean}");
@@ -121,7 +127,12 @@ mod tests {
     fn beams_hold_all_that_is_bright() {
         let cone = |angle: f64| if angle < 0.2001 { 1.0 } else { 0.0 };
         let (_, beam) = summary(&profile(1801, cone)).unwrap();
-        assert!((libm::acosf(beam.cos) - 0.2).abs() < 0.003 && !beam.backwards && beam.outside == 0.0);
+        assert!(
+            beam.cosines[0] == 1.0
+                && (libm::acosf(beam.cosines[1]) - 0.2).abs() < 0.003
+                && !beam.backwards
+                && beam.outside == 0.0
+        );
         // Its intensity is that of all light in the beam.
         assert!((beam.intensity * (1.0 - libm::cosf(0.2)) / 2.0 - 1.0).abs() < 0.05, "{beam:?}");
         let (_, up) = summary(&profile(1801, |angle| 0.01 + cone(PI - angle))).unwrap();

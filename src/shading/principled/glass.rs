@@ -9,18 +9,18 @@ use crate::shading::fresnel;
 use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 
 /// Ratios of indices on each side, by (η − 1)/(η + 1): nodes at squares, closer together about 1.
-const RATIOS: usize = 20;
+const RATIOS: usize = 17;
 /// The last of the [`RATIOS`]: ior 99. Larger ones are taken as that.
 const LAST: f32 = 0.98;
 /// The same for means over smooth boundaries, which take no sampling.
 const SMOOTH_RATIOS: usize = 160;
 const ROUGHNESSES: usize = 16;
 /// Nodes as in [`Cosine`].
-const COSINES: usize = 29;
+const COSINES: usize = 25;
 /// Directions for an entry.
 const SAMPLES: u32 = 512;
 /// Steps of a mean over the hemisphere.
-const STEPS: usize = 232;
+const STEPS: usize = 200;
 
 /// By side, ratio of indices, roughness and cosine.
 pub struct Table {
@@ -325,7 +325,7 @@ mod tests {
         }
         let rms = squares.map(|sum| (sum / f64::from(count)).sqrt());
         assert!(
-            worst.iter().all(|off| *off < 0.03) && rms.iter().all(|off| *off < 0.003),
+            worst.iter().all(|off| *off < 0.05) && rms.iter().all(|off| *off < 0.003),
             "{worst:?} {rms:?}"
         );
     }

@@ -12,10 +12,10 @@ use crate::simd::{Float, Int, Level, Outlined};
 const RATIOS: usize = 9;
 /// The last of the [`RATIOS`]: ior 9. Larger ones are taken as that.
 const LAST: f32 = 0.8;
-const ROUGHNESSES: usize = 10;
-const STRENGTHS: usize = 8;
-const AZIMUTHS: usize = 6;
-const COSINES: usize = 21;
+const ROUGHNESSES: usize = 9;
+const STRENGTHS: usize = 7;
+const AZIMUTHS: usize = 5;
+const COSINES: usize = 17;
 /// Directions for an entry.
 const SAMPLES: u32 = 256;
 

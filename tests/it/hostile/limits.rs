@@ -159,14 +159,14 @@ fn limits_of_the_system_are_no_abort() {
 #[test]
 #[cfg(target_os = "linux")]
 fn checkpoints_take_no_memory() {
-    let folder = folder(&ball("").replace("size: (16, 12), samples: 2", "size: (1600, 1200), samples: 1"));
+    let folder = folder(&ball("").replace("size: (16, 12), samples: 2", "size: (1200, 900), samples: 1"));
     let here = folder.path();
     let peak = |line: &str| {
         let line = format!("scene.ron -q --json -t 1 {line}");
         let found = json(&run(here, &line.split(' ').collect::<Vec<_>>()));
         found["memory_bytes"]["peak"].as_f64().expect("bytes")
     };
-    // The film is 107 MB large. A line about each thing that would copy it.
+    // The film is 60 MB large.
     let without = peak("-o a.png --checkpoint off");
     for line in ["-o a.png --checkpoint 5ms", "-o a.png -o a.film --checkpoint 5ms"] {
         let with = peak(line);
