@@ -3,6 +3,9 @@
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use crate::view::watched::{LOOK, Watched};
+use crate::world::SourceFiles;
+
 /// Whether the program has been asked to end, and by what.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt {
@@ -130,4 +133,30 @@ fn watch(interrupt: Interrupt) {
     };
     // Without a handler Ctrl-C ends the program as it always does.
     let _ = ctrlc::set_handler(handler);
+}
+
+/// Does some work, and tells it to stop when a file changes.
+pub(super) fn while_unchanged<T>(
+    files: Option<&SourceFiles>,
+    interrupt: &Interrupt,
+    work: impl FnOnce() -> T,
+) -> T {
+    let Some(files) = files else { return work() };
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let look = || {
+            let mut files = Watched::new(files);
+            while !done.load(Ordering::Acquire) {
+                if files.have_changed() {
+                    return interrupt.stop();
+                }
+                std::thread::sleep(LOOK);
+            }
+        };
+        // If no thread can be started, the change is noticed after this picture.
+        let _ = std::thread::Builder::new().spawn_scoped(scope, look);
+        let worked = work();
+        done.store(true, Ordering::Release);
+        worked
+    })
 }

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::checkpoint::{self, Checkpoint};
 use super::films::{describe, gathered_of, save, write_to_stdout};
-use super::interrupt::Interrupt;
+use super::interrupt::{self, Interrupt};
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
 use super::loading::{Compiled, Reuse, compiled, prove};
 use super::onlookers::Onlookers;
@@ -25,7 +25,6 @@ use crate::formats::picture::supported;
 use crate::integrator::{Frame, Stop};
 use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
 use crate::study::explain::Recipe;
-use crate::view::watched::{LOOK, Watched};
 use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
@@ -295,7 +294,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         return Ok(interrupt.exit_code());
     }
     interrupt.begin_anew();
-    let passed = while_unchanged(wanted.watched, &interrupt, || {
+    let passed = interrupt::while_unchanged(wanted.watched, &interrupt, || {
         passes(&mut job, &mut session, wanted, checkpoint.as_ref(), &interrupt)
     });
     let (code, stopped_by) = passed?;
@@ -492,26 +491,4 @@ fn passes(
         output::tell(missed);
     }
     Ok((interrupt.exit_code(), stopped_by))
-}
-
-/// Does some work, and tells it to stop when a file changes.
-fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: impl FnOnce() -> T) -> T {
-    let Some(files) = files else { return work() };
-    let done = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let look = || {
-            let mut files = Watched::new(files);
-            while !done.load(Ordering::Acquire) {
-                if files.have_changed() {
-                    return interrupt.stop();
-                }
-                std::thread::sleep(LOOK);
-            }
-        };
-        // If no thread can be started, the change is noticed after this picture.
-        let _ = std::thread::Builder::new().spawn_scoped(scope, look);
-        let worked = work();
-        done.store(true, Ordering::Release);
-        worked
-    })
 }

@@ -33,6 +33,7 @@ pub(crate) mod gathered;
 #[cfg(any(feature = "cli", feature = "python"))]
 mod needs;
 mod observed;
+mod options;
 pub(crate) mod session;
 mod threads;
 
@@ -44,7 +45,8 @@ pub(crate) use gathered::{Gathered, Pass};
 #[cfg(any(feature = "cli", feature = "python"))]
 pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
-pub use session::{DEFAULT_WAVE, Options, Session};
+pub use options::{DEFAULT_WAVE, Options};
+pub use session::Session;
 pub(crate) use session::{Look, OnProgress, Progress, tiles};
 pub use threads::{ThreadError, on_threads};
 pub(crate) use threads::{check_environment, thread_pool};

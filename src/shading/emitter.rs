@@ -2,18 +2,18 @@
 //! are sampled.
 
 use super::details::point_coordinates;
-use super::footprint::Footprint;
+use super::photometric::profile_towards;
 use super::point::{Tables, coverage};
-use super::sampled::{Coordinates, color, texel};
+use super::sampled::color;
 use super::solid_angle::Fan;
 use super::surface::{HitLanes, sphere_uv, unit_or};
 use super::{environment, principled::basis::Basis};
 use crate::bvh::SPHERE;
-use crate::math::elementary::{acos_turns, atan2_turns, sin_cos_turns};
+use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::warp::concentric_disk;
+use crate::scene::CompiledScene;
 use crate::scene::emitters::{flag, kind};
-use crate::scene::{CompiledScene, Textures};
 use crate::simd::{Float, Int, Mask};
 
 /// A point of an emitter as seen from another point.
@@ -97,7 +97,9 @@ pub fn sample<F: Float>(
         let mut sample = point_sample(&row, spot, position);
         if photometric.any() {
             let profile = F::Int::gather(&table.profile, emitter, photometric);
-            let part = photometric_part(&scene.textures, &row, profile, sample.direction, photometric);
+            let axes = [row.vector(3), row.vector(6)];
+            let part = profile_towards(&scene.textures, profile, axes, sample.direction, photometric);
+            let part = part * row.number(9);
             sample.radiance = Color::select(photometric, sample.radiance * part, sample.radiance);
         }
         out = out.replaced(point, sample);
@@ -139,7 +141,14 @@ pub fn sample_light<F: Float>(
         kind::PHOTOMETRIC => {
             let sample = point_sample(&row, nowhere, position);
             let profile = F::Int::splat(table.profile[emitter as usize]);
-            let part = photometric_part(&scene.textures, &row, profile, sample.direction, everywhere);
+            let part = profile_towards(
+                &scene.textures,
+                profile,
+                [row.vector(3), row.vector(6)],
+                sample.direction,
+                everywhere,
+            );
+            let part = part * F::splat(row.0[9]);
             EmitterSample { radiance: sample.radiance * part, ..sample }
         }
         _ => parallel_sample(&row, u),
@@ -459,39 +468,6 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
         light = light * F::select(spot, inside * inside, F::one());
     }
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
-}
-
-/// A lamp's profile in the direction away from it, relative to its mean; profile by profile.
-#[inline(always)]
-fn photometric_part<F: Float>(
-    textures: &Textures,
-    row: &impl EmitterRows<F>,
-    profile: F::Int,
-    to_lamp: Vector<F>,
-    mask: F::Mask,
-) -> Color<F> {
-    let (axis, across, away) = (row.vector(3), row.vector(6), -to_lamp);
-    let side = across.cross(axis);
-    let turns = atan2_turns(away.dot(side), away.dot(across));
-    let around = turns - turns.floor();
-    let down = acos_turns(away.dot(axis).max(-F::one()).min(F::one())) * F::splat(2.0);
-    let mut part = Color::black();
-    let scale = row.number(9);
-    let mut todo = mask;
-    while todo.any() {
-        let first = lane(profile, todo);
-        let same = profile.eq(F::Int::splat(first)) & todo;
-        let sampled = &textures.sampled[first as usize];
-        // The first column lies at the angle of 0, the first row straight ahead and the last one straight back.
-        let (columns, rows) = textures.size(sampled);
-        let u = around + F::splat(0.5 / columns);
-        let v = (down * F::splat(rows - 1.0) + F::splat(0.5)) * F::splat(1.0 / rows);
-        let at = Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] };
-        let found = texel(textures, sampled, &at, same).color;
-        part = Color::select(same, found * scale, part);
-        todo = todo & !same;
-    }
-    part
 }
 
 /// Parallel light, or from a disk in the sky.

@@ -13,6 +13,7 @@ pub mod footprint;
 pub mod fresnel;
 pub mod light_tree;
 pub mod normals;
+mod photometric;
 pub mod point;
 pub mod principled;
 pub mod sampled;

@@ -162,8 +162,12 @@ fn settings_that_are_about_each_path_rule_sharing_out() {
     for change in [clamped, limited, whitted] {
         assert_eq!(film(Sharing::Groups(32), change), film(Sharing::Off, change));
     }
-    for (odd, meant) in [(0, Sharing::Off), (1, Sharing::Off), (1000, Sharing::Groups(64))] {
-        assert_eq!(film(Sharing::Groups(odd), &|_| ()), film(meant, &|_| ()), "{odd}");
+    for odd in [0, 1, 3, 1000] {
+        let mut world = room(20, 2, &matte([0.7, 0.7, 0.7]), matte([0.7, 0.7, 0.7]));
+        world.settings.sharing = Sharing::Groups(odd);
+        let refused =
+            rayfront::compile::compile(&world, None).expect_err("no group has that size").to_string();
+        assert!(refused.contains("sharing"), "{refused}");
     }
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Off, &|_| ()));
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Groups(8), &|_| ()));

@@ -318,7 +318,7 @@ fn no_pixel_is_black_while_the_first_pass_is_under_way() {
     shown.image();
     let (mut partly, mut generation) = (0, shown.json("/status")["generation"].as_u64());
     let changes: [&dyn Fn(); 3] = [
-        &|| std::fs::write(shown.scene(), bright("(480, 270)")).expect("an edit"),
+        &|| std::fs::write(shown.scene(), bright("(1920, 1080)")).expect("an edit"),
         &|| assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200),
         &|| assert_eq!(shown.wish(json!({"save_camera": true})).0, 200),
     ];
@@ -336,7 +336,7 @@ fn no_pixel_is_black_while_the_first_pass_is_under_way() {
             let black = pixels.chunks(4).filter(|pixel| pixel[..3] == [0; 3]).count();
             // Single samples may be.
             assert!(20 * black < pixels.len() / 4, "{black} pixels are black at {samples} samples");
-            let is_whole = width == 480.0;
+            let is_whole = width == 1920.0;
             partly += u32::from(is_whole && samples < 1.0);
             if is_whole && samples >= 1.0 {
                 break;

@@ -7,9 +7,9 @@ use crate::math::{Color, Vector};
 use crate::shading::fresnel;
 use crate::simd::{Float, Mask};
 
-/// How often a scattered direction within a rough body is drawn from the cone in which most of them leave it: within
-/// smooth ones always.
-const INTO_CONE: f32 = 0.75;
+/// How often a scattered direction within a rough body is drawn from the cone in which most of them leave it, at most:
+/// within smooth ones always.
+const CONE_FRACTION: f32 = 0.9;
 
 impl<F: Float> Bsdf<F> {
     /// The density of scattered directions at an angle to the normal, on the viewer's side or behind the surface.
@@ -25,7 +25,7 @@ impl<F: Float> Bsdf<F> {
         // More than 1 on the denser side.
         let ratio = (if is_behind { F::one() / self.p.eta } else { self.p.eta }).max(F::one());
         let in_cone = (F::one() - cos * cos).lt(F::one() / (ratio * ratio));
-        let part = self.into_cone();
+        let part = self.cone_fraction();
         let of_cone = F::select(in_cone, part * (ratio * ratio), F::zero());
         lambert * (F::one() - part + of_cone)
     }
@@ -38,16 +38,19 @@ impl<F: Float> Bsdf<F> {
             return F::one();
         }
         let eta = F::select(is_behind, F::one() / self.p.eta, self.p.eta);
-        F::select(which.lt(self.into_cone()), F::one() / eta.max(F::one()), F::one())
+        F::select(which.lt(self.cone_fraction()), F::one() / eta.max(F::one()), F::one())
     }
 
     #[inline(always)]
-    fn into_cone(&self) -> F {
+    fn cone_fraction(&self) -> F {
         // Fibres share the lobe's directions, and shine at grazing angles.
         if self.has.sheen {
             return F::zero();
         }
-        F::select(self.smooth, F::one(), F::splat(INTO_CONE))
+        // Microfacets that are tilted as much as the cone is wide let light out anywhere.
+        let eta = self.p.eta;
+        let tilt = self.p.roughness * self.p.roughness * eta.max(F::one() / eta);
+        F::select(self.smooth, F::one(), (F::one() - tilt * F::splat(0.7)).clamp(0.0, CONE_FRACTION))
     }
 
     /// What bodies reflect and what they let through, and what that leaves to light that they scatter.

@@ -59,7 +59,7 @@ impl LobeTables {
         let stretched = any(Material::is_stretched);
         let glass = any(|m| {
             let plain = m.roughness.is_zero() && m.transmission.is_one() && m.diffuse_transmission.is_zero();
-            m.refracts() && !(plain && !m.is_stretched())
+            m.refracts() && (!plain || m.is_stretched())
         });
         let stretched_glass = any(|m| m.refracts() && m.is_stretched());
         let sheen = any(|m| !m.sheen_color.is_black());
