@@ -11,6 +11,7 @@ use super::collapse::{CollapsePlan, open};
 use super::layout::{Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleBlock, WIDTH, pad};
 use super::presence::{Presence, Word};
 use super::primitives::Primitives;
+use super::sphere::stored_radius;
 use crate::math::{Aabb, DVec3, Vec3};
 use crate::simd::prefer_large_pages;
 
@@ -147,7 +148,7 @@ fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
         for (axis, value) in [x, y, z].into_iter().enumerate() {
             block.center[axis][lane] = value;
         }
-        block.radius[lane] = radius;
+        block.radius[lane] = stored_radius([x, y, z], radius);
         block.words[lane] = Word::new(*id, Presence::Always).0;
     }
     block

@@ -111,7 +111,7 @@ impl Bvh {
                 let block = &self.spheres[index];
                 let content = |lane: usize| {
                     let center = Vec3::from_array(block.center.map(|axis| axis[lane]));
-                    let radius = Vec3::splat(block.radius[lane]);
+                    let radius = Vec3::splat(block.radius[lane].abs());
                     let bounds = Aabb { min: center - radius, max: center + radius };
                     Content { id: block.id(lane), bounds, corners: None }
                 };

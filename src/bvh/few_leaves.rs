@@ -158,7 +158,7 @@ impl FewLeaves {
         for leaf in &mut leaves {
             leaf.first = obstacles.len();
             leaf.triangles[2].iter().for_each(|triangle| obstacles.push_triangle(triangle.corners));
-            leaf.spheres.iter().for_each(|sphere| obstacles.push_sphere(sphere.center, sphere.radius));
+            leaf.spheres.iter().for_each(|sphere| obstacles.push_sphere(sphere.center, sphere.radius.abs()));
             leaf.all = (1 << (obstacles.len() - leaf.first)) - 1;
         }
         obstacles.finish();

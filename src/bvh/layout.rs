@@ -196,7 +196,7 @@ impl TriangleBlock {
 pub struct SphereBlock {
     /// By axis.
     pub center: [[f32; BLOCK]; 3],
-    /// In metres.
+    /// In metres; below 0 where the sphere may be met as a vast one (`sphere::stored_radius`).
     pub radius: [f32; BLOCK],
     /// Which spheres, and from which side they are there: [`Word`]s.
     pub words: [u32; BLOCK],
@@ -213,7 +213,7 @@ impl SphereBlock {
         if word.is_used() { word.number() | SPHERE } else { NONE }
     }
 
-    /// The centre and the radius of one of the spheres.
+    /// The centre and the stored radius of one of the spheres.
     #[inline(always)]
     pub fn sphere(&self, place: usize) -> ([f32; 3], f32) {
         let [x, y, z] = &self.center;

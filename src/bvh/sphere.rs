@@ -112,15 +112,23 @@ pub fn meet<T: Float>(
     let mask = met & t.eq(t);
     let doubtful = T::Mask::from_bits(0);
     let mut hits = BlockHits { mask, doubtful, t, u: T::zero(), v: T::zero(), side, far: second };
-    // As near as this, or nearer, are all hits that may be vast.
-    let near = mask & c.abs().lt(radius * radius * T::splat(0.01));
-    if near.any() {
-        let vast = near & is_vast(radius, &origin, first.abs().min(second.abs()));
+    let may_be_vast = mask & radius.lt(T::zero());
+    if may_be_vast.any() {
+        let vast = may_be_vast & is_vast(radius.abs(), &origin, first.abs().min(second.abs()));
         if vast.any() {
             make_exact(&mut hits, (center, radius), (origin, direction), t_min, vast);
         }
     }
     hits
+}
+
+/// A radius as blocks have it: below 0 where [`is_vast`] may be true of a hit, because the sphere's surface passes close
+/// to the origin of coordinates. Only its square and its sign count.
+pub fn stored_radius(center: [f32; 3], radius: f32) -> f32 {
+    let [x, y, z] = center.map(f64::from);
+    let (away, own) = ((x * x + y * y + z * z).sqrt(), f64::from(radius));
+    // √3/64 + 1/256, and a little more.
+    if (away - own).abs() < 0.04 * own { -radius } else { radius }
 }
 
 /// Whether a distance t from a sphere is so short, and its radius so much longer than an origin's coordinates, that

@@ -146,7 +146,7 @@ impl Beam {
         let mut met = 0;
         for at in (0..block.words.len()).step_by(F::WIDTH) {
             let depth = F::load(&block.center[self.axes[2] % 3][at..]);
-            let radius = F::load(&block.radius[at..]) * F::splat(1.0 + 4.0 * PADDING);
+            let radius = F::load(&block.radius[at..]).abs() * F::splat(1.0 + 4.0 * PADDING);
             // By the same scale as the ends.
             let along = if self.sides[self.axes[2] % 3] == 0 { depth } else { -depth };
             let mut mask =
