@@ -15,7 +15,7 @@ use crate::scene::material::Medium;
 use crate::shading::Surface;
 use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int, Mask, Outlined};
 
 /// The most vertices of a path that do not count as bounces, so that each path ends.
 pub(super) const MOST: u32 = 4096;
@@ -88,15 +88,34 @@ pub fn passed<F: Float>(
 /// ([`Material::index_square`]). Throughput need not change at each boundary for that.
 #[inline(always)]
 pub(super) fn emitted<F: Float>(frame: &Frame, media: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {
-    let mut light = light;
-    let mut todo = mask & !media.eq(F::Int::splat(NONE));
-    while todo.any() {
-        let (body, same) = first(frame, media, todo);
-        todo = todo & !same;
-        let scale = 1.0 / body.index_square();
-        light = Color::select(same, light * F::splat(scale), light);
+    let within = mask & !media.eq(F::Int::splat(NONE));
+    if !within.any() {
+        return light;
     }
-    light
+    F::outlined(EmittedWithin { frame, media, light, within })
+}
+
+/// Light that is emitted within bodies, which are seldom there.
+struct EmittedWithin<'a, F: Float> {
+    frame: &'a Frame,
+    media: F::Int,
+    light: Color<F>,
+    within: F::Mask,
+}
+
+impl<F: Float> Outlined for EmittedWithin<'_, F> {
+    type Output = Color<F>;
+    #[inline(always)]
+    fn run(self) -> Color<F> {
+        let Self { frame, media, mut light, within: mut todo } = self;
+        while todo.any() {
+            let (body, same) = first(frame, media, todo);
+            todo = todo & !same;
+            let scale = 1.0 / body.index_square();
+            light = Color::select(same, light * F::splat(scale), light);
+        }
+        light
+    }
 }
 
 /// The material of the first lane's body, and the lanes that are in the same one.
