@@ -98,9 +98,7 @@ pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
 /// The command that explains a sample of a rendering.
 pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
-    let path = path.to_string_lossy();
-    // Whatever begins with a minus would be taken for an option.
-    let scene = if path.starts_with('-') { format!("./{path}") } else { path.into_owned() };
+    let scene = not_an_option(path);
     let mut words = vec!["rayfront".to_owned(), "explain".to_owned(), scene, format!("{x},{y}")];
     words.extend(["--sample".to_owned(), sample.to_string()]);
     words.extend(Words::of_settings(authored, settings));
@@ -139,11 +137,10 @@ pub fn of_whole(header: &Header) -> Vec<String> {
     if without(command, &["--frames"]).len() < command.len() {
         // It is one of the frames, and is exposed as all of them.
         more.option("--time", header.view.time_s);
-        words = without(&words, &["--exposure"]);
-        more.option(
-            "--exposure",
-            Some(header.settings.exposure_ev).filter(|_| !header.settings.auto_exposure),
-        );
+        if !header.settings.auto_exposure {
+            words = without(&words, &["--exposure"]);
+            more.option("--exposure", Some(header.settings.exposure_ev));
+        }
     }
     words.extend(more);
     words
@@ -156,6 +153,12 @@ fn line(header: &Header, part: &[&str], file: &str) -> String {
     words.extend(part.iter().map(|word| (*word).to_owned()));
     words.extend(["-o".to_owned(), file.to_owned()]);
     format!("  {}", shell_line(&words))
+}
+
+/// A path as a command line takes it: whatever begins with a minus would be taken for an option.
+pub fn not_an_option(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    if path.starts_with('-') { format!("./{path}") } else { path.into_owned() }
 }
 
 /// Words as a shell takes them.

@@ -217,7 +217,7 @@ pub fn lacks_samples(image: &Path) -> bool {
     let unfinished = |header: Header| {
         let all = [[0, header.settings.samples]];
         let lacks = header.settings.adaptive == Adaptive::Off && header.samples != all;
-        header.begun.is_some() || lacks && header.note.stopped_by.is_none()
+        (header.begun.is_some() || lacks) && header.note.stopped_by.is_none()
     };
     reproduce::record(image).is_ok_and(unfinished)
 }
@@ -292,7 +292,9 @@ pub fn samples(header: &Header) -> String {
 /// What to type for the samples that a film has.
 pub fn again(header: &Header) -> String {
     match (&header.samples[..], header.settings.samples) {
-        ([[0, end]], total) if *end < total && header.settings.adaptive == Adaptive::Off => {
+        ([[0, end]], total)
+            if *end < total && header.settings.adaptive == Adaptive::Off && header.begun.is_none() =>
+        {
             let words = command_line::shell_line(&command_line::of_whole(header));
             format!("rayfront {words} --samples 0..{end}")
         }

@@ -29,8 +29,15 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
     let interrupt = Interrupt::watch();
     let mut session = job.session(&arguments.work);
-    if !session.allocate(&Stop::at(interrupt.flag()), &|_| ()) {
-        return Ok(interrupt.exit_code());
+    let deadline = arguments.stop.max_time.and_then(|time| deadline(Instant::now(), time));
+    if !session.allocate(&Stop::at(interrupt.flag()).with_deadline(deadline), &|_| ()) {
+        if interrupt.is_set() {
+            return Ok(interrupt.exit_code());
+        }
+        let reason = "the pilot that chooses how many samples each block gets takes longer";
+        return Err(Failure::command_line(format!(
+            "--max-time: {reason}: raise --max-time, or --adaptive=off"
+        )));
     }
     job.header.allocation.clone_from(&session.gathered().allocation);
     if let Some(path) = saved {

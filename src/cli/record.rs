@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use super::command_line::shell_line;
+use super::command_line::{not_an_option, shell_line};
 use crate::error::in_one_line;
 use crate::formats::Surroundings;
 use crate::formats::film_file::Header;
@@ -49,13 +49,13 @@ pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
 
 /// The command that continues a film.
 pub fn resume(film: &Path, header: &Header) -> String {
-    let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), film.to_string_lossy().into_owned()];
+    let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), not_an_option(film)];
     if let Some(Surroundings::Picture(picture)) = &header.view.surroundings
         && !is_within(film, picture)
     {
         words.push("--allow-outside".to_owned());
     } else if scene_of(header, film, None).is_err() {
-        words.extend(["--scene-file".to_owned(), header.scene.path.to_string_lossy().into_owned()]);
+        words.extend(["--scene-file".to_owned(), not_an_option(&header.scene.path)]);
     }
     shell_line(&words)
 }

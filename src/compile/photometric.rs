@@ -7,10 +7,10 @@ use crate::world::{Image, Texels};
 
 /// What is brighter than this part of the brightest direction belongs to the beam.
 const BEAM: f64 = 0.1;
-/// Beams that are wider than this are no beams.
+/// Profiles with a wider beam are treated as shining everywhere.
 const WIDEST: f64 = 0.9 * PI;
 
-/// The second of a beam's angles, at most: cosines tell well where it ends.
+/// The second of a beam's angles, at most; the rest of its width is spread. Here cosines differ clearly by angle.
 const FURTHER: f64 = 0.25 * PI;
 
 /// What a profile sends into directions, relative to its mean over all of them.

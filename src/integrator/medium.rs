@@ -1,4 +1,4 @@
-//! What happens to light within bodies: it is absorbed and scattered, everywhere alike (PBRT 4th ed., 11.1 and
+//! Light within bodies: it is brighter by the square of their index, absorbed and scattered, everywhere alike (PBRT 4th ed., 11.1 and
 //! 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by themselves; through
 //! one that does not, rays to lights go straight.
 

@@ -97,8 +97,6 @@ impl Frame {
     /// A scene with the settings to render it by.
     pub fn new(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Self {
         let scene = scene.into();
-        let (brightest, usual) = scene.levels();
-        let unit = Unit::new(brightest, usual);
         let lobes = match settings.transport {
             Transport::Whitted => LobeTables::NONE,
             Transport::Path => LobeTables::of(&scene.materials),
@@ -110,7 +108,10 @@ impl Frame {
         };
         // Ways through a body take from what is lent.
         let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
-        let around_square = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
+        let around_square: f32 = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
+        // A camera in a body sees more light than there is outside.
+        let (brightest, usual) = scene.levels();
+        let unit = Unit::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
         let mut frame = Self {
             scene,
             size,

@@ -6,7 +6,7 @@ use std::num::Wrapping;
 use super::Frame;
 use super::path::Path;
 use crate::bvh::{Crossing, SPHERE, Surfaces};
-use crate::math::{Hit, Ray, Vector};
+use crate::math::{Hit, NONE, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, Key};
@@ -52,6 +52,7 @@ impl Traced<'_> {
         let scene = &self.frame.scene;
         let Some(material) = crossed(scene, crossing) else { return false };
         if let Some(Shadow { emitter, .. }) = self.shadow
+            && emitter != NONE
             && material.emits()
             && emitter::of_hit(scene, &HitLanes::one(&crossing.hit), true).0 == emitter
         {

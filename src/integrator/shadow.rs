@@ -12,7 +12,7 @@ pub struct ShadowRay<F: Float> {
     pub contribution: Color<F>,
     /// The emitter that it leads to, whose surface does not block it.
     pub emitter: F::Int,
-    /// The material of the body that it begins in, which absorbs light on its way, or [`NONE`].
+    /// The material of the body that it begins in, if that does anything to light, or [`NONE`].
     pub medium: F::Int,
     /// Lanes in which there is something to gain.
     pub mask: F::Mask,

@@ -289,7 +289,9 @@ impl Material {
     /// n² of the body that it encloses, if the body's boundary bends light; 1 of all else. Radiance within is n² times
     /// that of the same light outside, because it takes up a smaller solid angle (PBRT 4th ed., 9.5.2).
     pub fn index_square(&self) -> f32 {
-        if self.encloses && self.refracts() { self.ior * self.ior } else { 1.0 }
+        // Beyond these, an index stands for a surface that reflects all light.
+        let is_real = (0.1..=10.0).contains(&self.ior);
+        if self.encloses && self.refracts() && is_real { self.ior * self.ior } else { 1.0 }
     }
 
     /// Whether it gives off light.

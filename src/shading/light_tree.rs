@@ -308,7 +308,9 @@ impl<F: Float> Brought<F> {
         let off_normal = off_axis.less(&spread).less(&seen);
         let cos_light = F::select(inside | far, F::one(), off_normal.cos);
         let lit = (cos_light + F::splat(MARGIN)).gt(cos_emission);
+        // What there is outside is a mean over all directions.
         let power = F::select(lit, power, power * (-sides).max(F::zero()));
+        let cos_light = F::select(lit, cos_light, F::one());
         let reached = mask & power.gt(F::zero());
 
         let cos_surface = F::select(inside, F::one(), point.facing.cos(-direction, &seen));

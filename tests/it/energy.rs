@@ -3,13 +3,15 @@
 
 use std::f64::consts::PI;
 
+use rayfront::internals::integrator::Schedule;
 use rayfront::math::Rgb;
+use rayfront::render::Options;
 use rayfront::world::{
     Anisotropy, Background, Camera, ColorInput, Iridescence, Material, PixelFilter, Principled, ScalarInput,
     Shape, Sharing, Texels, Transform, Transport, Volume, World,
 };
 
-use crate::support::{Picture, picture, world};
+use crate::support::{Picture, film, picture, world};
 
 fn mean(picture: &Picture) -> f64 {
     let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum();
@@ -222,6 +224,31 @@ fn covers_next_to_lamps_hide_them() {
                 let cover = format!("({}, material: (diffuse: 0)),", plane(3.0, 10.0 - gap));
                 assert_eq!(of(&cover), 0.0, "{lamp} {transport}, {gap} m");
             }
+        }
+    }
+}
+
+/// What emits but is no emitter, such as an ellipsoid, hides lights in both schedules.
+#[test]
+fn glowing_ellipsoids_cast_shadows() {
+    for transport in ["Path", "Whitted"] {
+        let of = |light: &str, schedule: Schedule| {
+            let text = format!(
+                "(settings: (size: (4, 4), samples: 4, transport: {transport}, filter: Box, max_depth: 0, sharing: Off),
+                  entities: [
+                      (camera: Orthographic(height_m: 0.001),
+                       transform: LookAt(from: (0, 0.2, 0), to: (0, 0, 0), up: (0, 0, -1))),
+                      (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: 0.8)),
+                      (shape: Sphere(radius_m: 0.3), material: (diffuse: 0, emission: 1),
+                       transform: (translate: (0, 1, 0), scale: (1, 0.5, 1.5))), {light}
+                  ])"
+            );
+            film(&world(&text), Options { schedule, ..Options::default() }).hash()
+        };
+        let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 2, 0)))";
+        let dark = of("", Schedule::Wavefront);
+        for schedule in [Schedule::Wavefront, Schedule::Recursive] {
+            assert_eq!(of(lamp, schedule), dark, "{transport} {schedule:?}");
         }
     }
 }

@@ -253,6 +253,13 @@ fn a_farm_can_map_every_path() {
     printed(here, "plan fade.ron --shards 2 --for commands --folder c -- --env sky.png");
     let sky = here.join("sky.png");
     assert_eq!(files(&here.join("c")).matches(&format!("--env {}", sky.display())).count(), 2);
+    // And by the merge, which reads the scene again.
+    let run = |script: &str| {
+        let done = std::process::Command::new("bash").arg("-c").arg(script).current_dir(here).output();
+        let done = done.expect("a shell");
+        assert!(done.status.success(), "{script}: {}", String::from_utf8_lossy(&done.stderr));
+    };
+    run("sh c/parts.txt && sh c/merge.sh");
 }
 
 #[test]

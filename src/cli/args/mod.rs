@@ -85,7 +85,7 @@ impl Arguments {
             Some(Command::Trace(trace)) => (&[], trace.out.as_ref()),
             Some(Command::Compare(compare)) => (&[], compare.heatmap.as_ref()),
             Some(Command::Profile(profile)) => (&[], profile.trace.as_ref()),
-            Some(Command::Plan(plan)) => (&[], plan.folder.as_ref()),
+            Some(Command::Plan(plan)) => (&plan.output, plan.folder.as_ref()),
             Some(Command::Study(study)) => (&[], study.output.as_ref()),
             Some(Command::Man(man)) => (&[], Some(&man.folder)),
             // These write nothing, or under names that are made of others.

@@ -20,8 +20,8 @@ use super::{Failure, output};
 use crate::error::in_one_line;
 use crate::files::links;
 use crate::film::SampleRanges;
-use crate::formats::film_file;
 use crate::formats::picture::supported;
+use crate::formats::{Surroundings, film_file};
 use crate::world::Adaptive;
 use resources::Resources;
 
@@ -405,6 +405,14 @@ fn of_merge(arguments: &Arguments, resources: &Resources) -> Vec<String> {
     }
     if let Some(cores) = resources.cores {
         words.extend(["--threads".to_owned(), cores.to_string()]);
+    }
+    // The scene is read again: what tasks may read of it and take of memory, this may, too.
+    let picture = matches!(arguments.render.model.env, Some(Surroundings::Picture(_)));
+    if arguments.limits.allow_outside || picture {
+        words.push("--allow-outside".to_owned());
+    }
+    if let Some(bytes) = arguments.limits.memory {
+        words.extend(["--memory".to_owned(), bytes.to_string()]);
     }
     words
 }

@@ -94,7 +94,7 @@ impl<F: Float> Bsdf<F> {
     }
 
     /// What a body's boundary does not reflect of light from a direction on either side: light that is scattered
-    /// within leaves by the same boundary as it came. A film makes no difference here.
+    /// within leaves by the same boundary as it came. Films are left out here, so surfaces that have one are not reciprocal.
     #[inline(always)]
     pub(super) fn left_by_body(&self, w: Vector<F>, eta: F, mask: F::Mask) -> F {
         let mut reflected = fresnel::reflectance(w.z.abs(), eta);

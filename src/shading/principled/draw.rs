@@ -25,7 +25,8 @@ pub struct BsdfSample<F: Float> {
 
 impl<F: Float> Bsdf<F> {
     /// A direction by importance: `u` picks the lobe and the direction in it, `which` whether a
-    /// microfacet reflects or lets through, where it may do both.
+    /// microfacet reflects or lets through, where it may do both, and whether a scattered direction within a body is drawn
+    /// from a cone ([`Bsdf::wide_sine`]).
     #[inline(always)]
     pub fn sample(&self, which: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
@@ -37,7 +38,7 @@ impl<F: Float> Bsdf<F> {
         let (mut is_through, mut possible) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
         let wide = is_diffuse | is_back;
         if (mask & wide).any() {
-            // Cosine-distributed: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
+            // Cosine-distributed, but for bodies: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
             let (x, y) = concentric_disk(u.0, u.1);
             let scale = self.wide_sine(is_back, which);
             let (x, y) = (x * scale, y * scale);
