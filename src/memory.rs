@@ -193,12 +193,12 @@ pub fn parse(text: &str) -> Result<u64, String> {
     Ok(bytes)
 }
 
-/// Whether the system limits how much the process may map (`ulimit -v` or `-d`).
+/// True if the system limits how much the process may map (`ulimit -v` or `-d`).
 pub fn addresses_are_limited() -> bool {
     address_limits().iter().any(Option::is_some)
 }
 
-/// What the process may map in all, and of data.
+/// The bytes that the process may map in all, and of data.
 fn address_limits() -> [Option<u64>; 2] {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     ["Max address space", "Max data size"].map(|name| {

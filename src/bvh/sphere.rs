@@ -122,8 +122,8 @@ pub fn meet<T: Float>(
     hits
 }
 
-/// A radius as blocks have it: below 0 where [`is_vast`] may be true of a hit, because the sphere's surface passes close
-/// to the origin of coordinates. Only its square and its sign count.
+/// A radius as blocks have it: below 0 where [`is_vast`] may be true of a hit, because the sphere's surface passes
+/// close to the origin of coordinates. Only its square and its sign count.
 pub fn stored_radius(center: [f32; 3], radius: f32) -> f32 {
     let [x, y, z] = center.map(f64::from);
     let (away, own) = ((x * x + y * y + z * z).sqrt(), f64::from(radius));
@@ -131,8 +131,8 @@ pub fn stored_radius(center: [f32; 3], radius: f32) -> f32 {
     if (away - own).abs() < 0.04 * own { -radius } else { radius }
 }
 
-/// Whether a distance t from a sphere is so short, and its radius so much longer than an origin's coordinates, that
-/// single precision loses more than 1/16,384 of t, which the origin would allow to know.
+/// The lanes whose distance t from a sphere is so short, and whose radius is so much longer than an origin's
+/// coordinates, that single precision loses more than 1/16,384 of t, which the origin would allow to know.
 #[inline(always)]
 pub fn is_vast<T: Float>(radius: T, origin: &Vector<T>, t: T) -> T::Mask {
     let reach = origin.x.max_abs(origin.y).max_abs(origin.z);

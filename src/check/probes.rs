@@ -16,8 +16,8 @@ use crate::simd::Level;
 const LONGER_SIDE: u32 = 24;
 /// Samples of each of its pixels.
 const SAMPLES: u32 = 4;
-/// The most rays for one of these samples of all pixels, some tenths of a second. The number is the same everywhere, and
-/// so are the findings.
+/// The most rays for one of these samples of all pixels, some tenths of a second. The number is the same everywhere,
+/// and so are the findings.
 const MOST_RAYS: u64 = 2_000_000;
 
 /// A small image, and what its pixels show.
@@ -42,7 +42,7 @@ impl Probes {
         Probes { features: session.features(), light }
     }
 
-    /// What is to be said if a sample of so few pixels takes too many rays.
+    /// The finding if a sample of so few pixels takes too many rays.
     pub fn slowness(&self) -> Option<Finding> {
         let most = MOST_RAYS / self.features.len().max(1) as u64;
         self.light.is_none().then(|| {

@@ -45,7 +45,7 @@ impl Checkpoint {
         Checkpoint { path, is_wanted, every, header, begun, saving }
     }
 
-    /// Whether it is time to save.
+    /// True if it is time to save.
     pub fn is_due(&self) -> bool {
         // Another worker is looking after it.
         let Ok(saving) = self.saving.try_lock() else { return false };
@@ -99,7 +99,7 @@ impl Checkpoint {
         } else if has_more && (is_interrupted || saving.saved || self.begun.elapsed() >= self.every) {
             saved.film(&self.path, save(&self.path, header, gathered));
             if saved.film.is_some() {
-                output::tell(format_args!("to go on: {}", record::resume(&self.path, header)));
+                output::tell(format_args!("to go on: {}", record::resume_own(&self.path, header)));
             }
         }
     }
@@ -123,7 +123,7 @@ fn tell(error: &SaveError) {
     output::tell(format_args!("warning: {error} (the rendering goes on, and an older checkpoint is kept)"));
 }
 
-/// Whether a file holds samples of this rendering.
+/// True if a file holds samples of this rendering.
 fn is_ours(path: &Path, header: &Header) -> bool {
     film_file::load_header(path).is_ok_and(|found| found.difference_of_job(header).is_none())
 }
@@ -158,7 +158,8 @@ pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
     other
 }
 
-/// What an interrupted rendering of the same samples has left there. Errors: there is too little memory for it.
+/// The film that an interrupted rendering of the same samples has left there. Errors: there is too little memory for
+/// it.
 pub fn left_behind(path: &Path, header: &Header) -> Result<Option<FilmFile>, Failure> {
     if !path.is_file() || !is_ours(path, header) {
         return Ok(None);

@@ -43,7 +43,7 @@ fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString>
     vec![first, words.next_if(is_place).unwrap_or_default()]
 }
 
-/// What was typed behind the program's name, as [`recorded`].
+/// The words behind the program's name, as [`recorded`].
 pub fn typed() -> Vec<String> {
     let words = understood(std::env::args_os().skip(1));
     recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())

@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a process has resident while it renders, if it had `before` before the scene.
+/// The memory that a process has resident while it renders, if it had `before` before the scene.
 pub(super) fn rendering_bytes(
     before: Option<u64>,
     frame: &Frame,

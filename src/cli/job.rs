@@ -199,7 +199,7 @@ impl Job {
         self.session_of(work, self.header.region)
     }
 
-    /// The same for a part of the image.
+    /// A session like that for a part of the image.
     pub fn session_of(&self, work: &WorkOptions, region: Region) -> Session {
         let options = self.options(work, region);
         let Header { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;

@@ -36,7 +36,7 @@ pub struct WorkOptions {
     pub json: bool,
 }
 
-/// What is to be seen of the image while it is rendered.
+/// Ways to see the image while it is rendered.
 #[derive(Args, Debug)]
 pub struct LookOptions {
     /// Print lines on standard error for the program that runs this, once a second if there is news: lines (such as

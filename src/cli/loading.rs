@@ -55,7 +55,7 @@ pub struct Compiled {
     pub findings: Vec<Finding>,
     /// How to render.
     pub settings: Settings,
-    /// The same as the scene's file says it, and as the view changes it.
+    /// The settings as the scene's file says them, and as the view changes them.
     pub authored: Settings,
     /// What was read.
     pub source: Source,

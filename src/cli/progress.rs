@@ -32,7 +32,7 @@ pub enum ProgressForm {
 }
 
 impl ProgressForm {
-    /// What a command line calls it.
+    /// Its name on a command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }

@@ -1,10 +1,10 @@
-//! Files that a record names, which is what a film or an image says of itself: whoever made it may be a stranger. As for
-//! a scene, only what lies in the record's folder is read and written, unless someone types its name.
+//! Files that a record names, which is what a film or an image says of itself: whoever made it may be a stranger. As
+//! for a scene, only what lies in the record's folder is read and written, unless someone types its name.
 
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use super::command_line::{not_an_option, shell_line};
+use super::command_line::{not_an_option, quoted, shell_line};
 use crate::error::in_one_line;
 use crate::formats::Surroundings;
 use crate::formats::film_file::Header;
@@ -47,7 +47,20 @@ pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// The command that continues a film.
+/// The command that continues a film that this program has just saved: it names all images again if some are not in
+/// the film's folder.
+pub fn resume_own(film: &Path, header: &Header) -> String {
+    let outputs = &header.note.outputs;
+    let mut command = resume(film, header);
+    if outputs.iter().any(|image| may_be_written(image, film).is_err()) {
+        for image in outputs {
+            command += &format!(" -o {}", quoted(&not_an_option(image)));
+        }
+    }
+    command
+}
+
+/// The command that continues a film, whoever made it.
 pub fn resume(film: &Path, header: &Header) -> String {
     let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), not_an_option(film)];
     if let Some(Surroundings::Picture(picture)) = &header.view.surroundings

@@ -73,7 +73,7 @@ impl StopRules {
         deadline(self.begun, self.max_time?)
     }
 
-    /// What stopped a rendering within a pass, if that was its deadline.
+    /// The rule that stopped a rendering within a pass, if that was its deadline.
     pub fn overdue(&self, session: &Session) -> Option<String> {
         let limit = self.max_time.filter(|_| !session.is_done())?;
         self.deadline().filter(|deadline| Instant::now() >= *deadline)?;

@@ -162,11 +162,11 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings
 }
 
-/// What is said of a scene whose surfaces are all black, and the remedy.
+/// The warning about a scene whose surfaces are all black, with the remedy.
 pub(crate) const NO_LIGHT: (&str, &str) =
     ("there is no light", "add an entity with light: Point(power_w: 100), or --env studio");
 
-/// Whether anything but what is around a scene gives light, or needs none.
+/// True if anything but the surroundings gives light, or needs none.
 pub(crate) fn shines(scene: &CompiledScene) -> bool {
     !scene.lights.is_empty()
         || !scene.emitters.is_empty()

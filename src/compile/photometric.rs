@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::math::Rgb;
 use crate::world::{Image, Texels};
 
-/// What is brighter than this part of the brightest direction belongs to the beam.
+/// The least brightness of a beam, over that of the brightest direction.
 const BEAM: f64 = 0.1;
 /// Profiles with a wider beam are treated as shining everywhere.
 const WIDEST: f64 = 0.9 * PI;
@@ -13,14 +13,14 @@ const WIDEST: f64 = 0.9 * PI;
 /// The second of a beam's angles, at most; the rest of its width is spread. Here cosines differ clearly by angle.
 const FURTHER: f64 = 0.25 * PI;
 
-/// What a profile sends into directions, relative to its mean over all of them.
+/// The cone that holds most of a profile's light, relative to its mean over all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Beam {
-    /// Cosines of two angles whose sum is that to the axis within which the beam lies: of the spread of directions, and of
-    /// how far light leaves from each of these, as for surfaces ([`super::light_tree::LightBounds`]). −1 and 0 if it is
-    /// everywhere.
+    /// Cosines of two angles whose sum is that to the axis within which the beam lies: of the spread of directions, and
+    /// of how far light leaves from each of these, as for surfaces ([`super::light_tree::LightBounds`]). −1 and 0 if it
+    /// is everywhere.
     pub cosines: [f32; 2],
-    /// Whether it goes backwards along the axis.
+    /// True if it goes backwards along the axis.
     pub backwards: bool,
     /// The mean within it.
     pub intensity: f32,

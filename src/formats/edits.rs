@@ -106,7 +106,7 @@ impl Edits {
     }
 }
 
-/// Whether a statement is about the background.
+/// True if a statement is about the background.
 fn is_of_background(statement: &str) -> bool {
     let field = statement.trim_start().strip_prefix("settings.");
     field.is_some_and(|field| field.trim_start().starts_with("background"))

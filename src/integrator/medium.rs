@@ -1,6 +1,6 @@
-//! Light within bodies: it is brighter by the square of their index, absorbed and scattered, everywhere alike (PBRT 4th ed., 11.1 and
-//! 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by themselves; through
-//! one that does not, rays to lights go straight.
+//! Light within bodies: brighter by the square of their index, absorbed and scattered, everywhere alike (PBRT 4th ed.,
+//! 9.5.2, 11.1 and 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by
+//! themselves; through one that does not, rays to lights go straight.
 
 use super::Frame;
 use super::bounces::SCATTERED;
@@ -83,8 +83,8 @@ pub fn passed<F: Float>(
     throughput
 }
 
-/// What a path finds of light that is emitted within bodies. A path's throughput is that of light in the body of its
-/// camera: where light begins in another one, its radiance changes on the way with the squares of their indices
+/// The light that a path finds of that which is emitted within bodies. A path's throughput is that of light in the body
+/// of its camera: where light begins in another one, its radiance changes on the way with the squares of their indices
 /// ([`Material::index_square`]). Throughput need not change at each boundary for that.
 #[inline(always)]
 pub(super) fn emitted<F: Float>(frame: &Frame, media: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {

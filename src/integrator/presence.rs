@@ -1,5 +1,5 @@
-//! Whether a surface that is cut out or blended is there for a path, and for its rays to lights, and whether a light's
-//! surface is that which a ray leads to: the tree asks while it traces them.
+//! The filter of a path's hits: it leaves out surfaces that are cut out or blended away and, for rays to lights, those
+//! that light goes straight through and that of the light itself. The tree calls it while it traces rays.
 
 use std::num::Wrapping;
 

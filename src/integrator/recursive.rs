@@ -107,7 +107,7 @@ struct Tile<'a> {
     observer: &'a mut dyn Observer,
     /// How often it was to be decided whether to end.
     asked: u32,
-    /// Whether to end within the tile: nothing is met any more.
+    /// True once the tile ends within: nothing is met any more.
     stopped: bool,
 }
 
@@ -137,7 +137,7 @@ impl Tile<'_> {
         }
     }
 
-    /// Whether to end within the tile. Called before each ray, so it seldom looks.
+    /// True if the tile is to end within. Called before each ray, so it seldom looks.
     #[inline(always)]
     fn stops(&mut self) -> bool {
         self.asked = self.asked.wrapping_add(1);

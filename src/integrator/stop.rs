@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use super::observe::{Event, Observer};
 
-/// What ends a rendering before it is done: a flag that somebody sets, a time that passes, a number of rays.
+/// The conditions that end a rendering before it is done: a flag that somebody sets, a time that passes, a number of
+/// rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop<'a> {
     flag: Option<&'a AtomicBool>,
@@ -32,7 +33,7 @@ impl<'a> Stop<'a> {
         Stop { deadline, ..self }
     }
 
-    /// Whether the flag is set or the time is over.
+    /// True if the flag is set or the time is over.
     pub fn is_set(&self) -> bool {
         self.flag.is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
@@ -42,7 +43,7 @@ impl<'a> Stop<'a> {
 /// Looks at nothing but when to stop, while a tile is rendered.
 pub struct Watch<'a> {
     stop: &'a Stop<'a>,
-    /// Whether it was stopped, so that the tile is not whole.
+    /// True if it was stopped, so that the tile is not whole.
     pub stopped: bool,
 }
 

@@ -13,7 +13,7 @@ use crate::world::{Adaptive, Aov, Settings};
 /// What a thread takes: the used part of its stack, and what the allocator sets aside for it.
 const THREAD: usize = 5 << 19;
 
-/// What a thread takes for which there is no tile.
+/// The memory of a thread for which there is no tile.
 const IDLE_THREAD: usize = 1 << 15;
 
 /// The number of channels in a file with all output variables, including light and A.
@@ -36,9 +36,9 @@ pub struct Needs {
     pub wave: usize,
     /// Pictures that are shown meanwhile.
     pub shown: usize,
-    /// Whether films are saved meanwhile.
+    /// True if films are saved meanwhile.
     pub saves_film: bool,
-    /// Whether there is a film already, to go on with.
+    /// True if there is a film already, to go on with.
     pub has_film: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Options {
     pub region: Option<Region>,
     /// Width and height of a tile in pixels, at least 1. Where pixels share paths, the next multiple of 16.
     pub tile: u32,
-    /// Whether the variance of pixels is wanted, for which samples are rendered one by one, which takes longer.
+    /// True if the variance of pixels is wanted, for which samples are rendered one by one, which takes longer.
     pub variance: bool,
 }
 

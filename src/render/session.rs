@@ -278,7 +278,7 @@ impl Session {
         self.is_done()
     }
 
-    /// The same as [`Session::advance`], but ends soon after `stop` says so: tiles that are under way are dropped. Once
+    /// Works like [`Session::advance`], but ends soon after `stop` says so: tiles that are under way are dropped. Once
     /// [`Progress::pause`] is set, no further tile is started. The film then holds more samples in some pixels than in
     /// others, and [`Gathered::pass`] says where.
     #[doc(hidden)]

@@ -100,7 +100,7 @@ impl Emitters {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
-    /// Whether rays can hit some of them.
+    /// True if rays can hit some of them.
     pub fn can_be_hit(&self) -> bool {
         !self.of_primitive.is_empty()
     }

@@ -257,7 +257,7 @@ impl Material {
         self.is_specular() || !self.transmission.is_zero() || self.film.is_some()
     }
 
-    /// Whether light goes through it and into or out of a body, which bends it.
+    /// True if light goes through it and into or out of a body, which bends it.
     pub fn refracts(&self) -> bool {
         !self.transmission.is_zero() && !self.thin
     }
@@ -267,8 +267,8 @@ impl Material {
         self.has_mirror() && self.anisotropy > 0.0
     }
 
-    /// Whether it is smooth somewhere, and bends nothing of the light that it lets through: a thin sheet, or a body that
-    /// refracts like its surroundings.
+    /// Whether it is smooth somewhere, and bends nothing of the light that it lets through: a thin sheet, or a body
+    /// that refracts like its surroundings.
     pub fn lets_straight_on(&self) -> bool {
         let rough = self.roughness.factor;
         let smooth = rough * rough < SMOOTH || self.roughness.texture != NONE;
@@ -276,12 +276,12 @@ impl Material {
         !self.transmission.is_zero() && smooth && unbent && !self.unlit
     }
 
-    /// Whether it encloses a body that does anything to light, within it or at its boundary.
+    /// True if it encloses a body that does anything to light, within it or at its boundary.
     pub fn fills(&self) -> bool {
         self.encloses && (!self.medium.is_clear() || self.index_square() != 1.0)
     }
 
-    /// Whether it encloses a body that absorbs or scatters light.
+    /// True if it encloses a body that absorbs or scatters light.
     pub fn attenuates(&self) -> bool {
         self.encloses && !self.medium.is_clear()
     }

@@ -380,7 +380,7 @@ impl LiveScene {
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
 
-    /// What is asked for again to have the same as a frame of it.
+    /// The recipe of a frame of it.
     pub fn recipe(&self, frame: &Frame) -> Recipe {
         let mut options = self.options.clone();
         let put = self.rig.as_ref().map(|rig| self.camera_statements(rig));

@@ -149,7 +149,7 @@ async fn guard(
     response
 }
 
-/// Whether a browser says that this page asks, or nothing of who asks.
+/// True if the request comes from this page, or does not say where it comes from.
 fn is_own_page(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).map(HeaderValue::as_bytes);
     let page = |origin: &HeaderValue| origin.as_bytes().strip_prefix(b"http://").map(<[u8]>::to_vec);

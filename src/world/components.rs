@@ -251,7 +251,7 @@ pub enum Light {
 }
 
 impl Light {
-    /// Whether it is an environment or a sky.
+    /// True if it is an environment or a sky.
     pub(crate) fn is_around(&self) -> bool {
         matches!(self, Light::Environment { .. } | Light::Sky { .. })
     }

@@ -57,7 +57,7 @@ fn root_of(folder: &Path) -> PathBuf {
     marked.unwrap_or(&folder).to_owned()
 }
 
-/// Whether something lies, with all links followed, where what is at `file` may refer to it: see
+/// True if something lies, with all links followed, where what is at `file` may refer to it: see
 /// [`SourceFiles::confine`].
 pub fn is_within(file: &Path, path: &Path) -> bool {
     files::outside_is_allowed()

@@ -150,7 +150,7 @@ impl Jobs<'_> {
         serde_json::to_string_pretty(&template).unwrap_or_default() + "\n"
     }
 
-    /// The same with parameters of a template in place of paths.
+    /// These words with parameters of a template in place of paths.
     fn with_parameters(&self) -> Self {
         let parameter = |name: &str| format!("{{{{Param.{name}}}}}");
         let images = self.images.iter().enumerate().map(|(number, _)| parameter(&image_name(number)));
@@ -261,7 +261,7 @@ impl Jobs<'_> {
     }
 }
 
-/// What a template calls one of the images.
+/// The name of one of the images in a template.
 fn image_name(number: usize) -> String {
     if number == 0 { "Image".to_owned() } else { format!("Image{}", number + 1) }
 }

@@ -108,9 +108,9 @@ struct Jobs<'a> {
     tasks: Tasks,
     /// Options of the rendering, but for which frames.
     options: Vec<String>,
-    /// What a task takes.
+    /// The resources of a task.
     resources: Resources,
-    /// Whether the options say what a task reports, or that it reports nothing.
+    /// True if the options say what a task reports, or that it reports nothing.
     options_say_progress: bool,
     /// What the merge does with the image.
     of_merge: Vec<String>,
@@ -180,7 +180,7 @@ impl Plan {
         Ok(arguments)
     }
 
-    /// What the engine starts.
+    /// The program that the engine starts.
     fn program(&self) -> String {
         match &self.program {
             Some(program) => program.clone(),

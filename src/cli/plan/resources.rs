@@ -1,4 +1,4 @@
-//! What a task takes: cores, memory, time.
+//! The resources of a task: cores, memory, time.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ const USUAL_CORES: usize = 4;
 /// Memory is asked for in steps of so many bytes, so that the same scene asks for the same.
 const STEP: u64 = 64 << 20;
 
-/// What a task takes.
+/// The resources of a task.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resources {
     /// Cores; none: all that there are where it runs.
@@ -26,8 +26,8 @@ pub(super) struct Resources {
 }
 
 impl Resources {
-    /// Of a task that renders a scene. Returns the scene as well, ready to be rendered: what is odd about it has been
-    /// printed.
+    /// Those of a task that renders a scene. Returns the scene as well, ready to be rendered; warnings about it have
+    /// been printed.
     pub(super) fn of(
         plan: &Plan,
         scene: &Path,
@@ -83,7 +83,7 @@ impl Resources {
     }
 }
 
-/// What the rendering and, where there is one, the merge take beside the scene.
+/// The memory that the rendering and, where there is one, the merge take beside the scene.
 fn needs(plan: &Plan, options: &Render, region: Region) -> Needs {
     let region = options.crop.unwrap_or(region);
     Needs {

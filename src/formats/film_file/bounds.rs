@@ -1,4 +1,4 @@
-//! What a record can say: its numbers have the bounds of the options that they were made of.
+//! The bounds of records: their numbers have the bounds of the options that they were made of.
 
 use super::header::{Begun, Header, PROGRAM, View};
 use crate::error::words;
@@ -60,7 +60,7 @@ impl Header {
 }
 
 impl Begun {
-    /// Whether a film of a region, of whose samples none is beyond a number, can have such a pass.
+    /// True if a film of a region, of whose samples none is beyond a number, can have such a pass.
     fn is_sound(&self, region: Region, most: u32) -> bool {
         let Begun { samples: [start, end], tile, tiles, blocks: _ } = self;
         let side = |from: u32, to: u32| u64::from(to.div_ceil(*tile) - from / tile);

@@ -138,7 +138,7 @@ impl Wave {
         }
     }
 
-    /// Whether to end within the tile; all paths are given up then.
+    /// True if the tile is to end within; all paths are given up then.
     fn is_stopped(&mut self, clock: &mut Clock) -> bool {
         let stops = clock.observer.stops(clock.statistics.rays.total());
         if stops {

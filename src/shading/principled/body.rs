@@ -14,8 +14,8 @@ const CONE_FRACTION: f32 = 0.9;
 impl<F: Float> Bsdf<F> {
     /// The density of scattered directions at an angle to the normal, on the viewer's side or behind the surface.
     ///
-    /// It is the cosine's, but within a body most directions are drawn from the cone of the critical angle, which is what
-    /// refraction makes of the hemisphere outside: others would seldom leave it.
+    /// It is the cosine's, but within a body most directions are drawn from the cone of the critical angle, which is
+    /// what refraction makes of the hemisphere outside: others would seldom leave it.
     #[inline(always)]
     pub(super) fn wide_density(&self, cos: F, is_behind: bool) -> F {
         let lambert = cos * F::splat(std::f32::consts::FRAC_1_PI);
@@ -53,7 +53,7 @@ impl<F: Float> Bsdf<F> {
         F::select(self.smooth, F::one(), (F::one() - tilt * F::splat(0.7)).clamp(0.0, CONE_FRACTION))
     }
 
-    /// What bodies reflect and what they let through, and what that leaves to light that they scatter.
+    /// Divides light between reflection, transmission and what bodies scatter.
     #[inline(always)]
     pub(super) fn divide(&mut self, mask: F::Mask) {
         let scatters = self.has.diffuse || self.has.back;
@@ -84,7 +84,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// What a body's rough boundary does to light from a direction, where the ratio of indices is `eta`.
+    /// The division of light from a direction by a body's rough boundary, where the ratio of indices is `eta`.
     #[inline(always)]
     fn divided(&self, w: Vector<F>, eta: F, mask: F::Mask) -> Divided<F> {
         if self.has.stretched {
@@ -93,8 +93,9 @@ impl<F: Float> Bsdf<F> {
         self.tables.glass.directional(w.z.abs(), self.p.roughness, eta, mask)
     }
 
-    /// What a body's boundary does not reflect of light from a direction on either side: light that is scattered
-    /// within leaves by the same boundary as it came. Films are left out here, so surfaces that have one are not reciprocal.
+    /// The fraction of light from a direction on either side that a body's boundary does not reflect: light that is
+    /// scattered within leaves by the same boundary as it came. Films are left out here, so surfaces that have one are
+    /// not reciprocal.
     #[inline(always)]
     pub(super) fn left_by_body(&self, w: Vector<F>, eta: F, mask: F::Mask) -> F {
         let mut reflected = fresnel::reflectance(w.z.abs(), eta);
@@ -121,7 +122,7 @@ impl<F: Float> Bsdf<F> {
         mean.max(F::splat(1e-6))
     }
 
-    /// What the mirror lobe leaves of light from a direction on the viewer's side.
+    /// The light from a direction on the viewer's side that the mirror lobe leaves.
     #[inline(always)]
     pub(super) fn left_towards(&self, wi: Vector<F>, seen: &Seen<F>, mask: F::Mask) -> Color<F> {
         if self.has.solid { Color::grey(self.left_by_body(wi, self.p.eta, mask)) } else { self.left_by(seen) }

@@ -12,7 +12,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
 const RATIOS: usize = 17;
 /// The last of the [`RATIOS`]: ior 99. Larger ones are taken as that.
 const LAST: f32 = 0.98;
-/// The same for means over smooth boundaries, which take no sampling.
+/// Ratios for means over smooth boundaries, which take no sampling.
 const SMOOTH_RATIOS: usize = 160;
 const ROUGHNESSES: usize = 16;
 /// Nodes as in [`Cosine`].
@@ -24,12 +24,12 @@ const STEPS: usize = 200;
 
 /// By side, ratio of indices, roughness and cosine.
 pub struct Table {
-    /// As the fields of [`Divided`].
+    /// Columns of [`Divided::kept`] and [`Divided::reflected`].
     kept: Vec<f32>,
     reflected: Vec<f32>,
     /// Means over the hemisphere of what is not reflected, by side, ratio and roughness.
     means: Vec<f32>,
-    /// The same means for smooth boundaries seen from outside, by ratio.
+    /// These means for smooth boundaries seen from outside, by ratio.
     smooth_means: Vec<f32>,
 }
 
@@ -71,7 +71,7 @@ impl Table {
         table
     }
 
-    /// What becomes of light for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over the
+    /// The division of light by a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over the
     /// other).
     #[inline(always)]
     pub fn directional<F: Float>(&self, cosine: F, roughness: F, eta: F, mask: F::Mask) -> Divided<F> {
@@ -99,7 +99,7 @@ impl Table {
         plane(&self.means, (side + e) * row + r, row, wr, we, mask)
     }
 
-    /// The same for a smooth boundary.
+    /// [`Table::transmitted_mean`] for a smooth boundary.
     #[inline(always)]
     pub fn smooth_transmitted_mean<F: Float>(&self, eta: F, mask: F::Mask) -> F {
         let (_, e, we) = between_ratios(eta, SMOOTH_RATIOS, LAST);
@@ -114,15 +114,16 @@ impl Table {
 /// How a boundary divides light.
 #[derive(Clone, Copy)]
 pub struct Divided<F> {
-    /// What is not lost between microfacets, over the albedo of a mirror of the same microfacets: it changes less.
+    /// The fraction that is not lost between microfacets, over the albedo of a mirror of the same microfacets: it
+    /// changes less.
     pub kept: F,
     /// The reflected fraction of what is not lost.
     pub reflected: F,
 }
 
 impl<F: Float> Divided<F> {
-    /// The factor on both lobes that makes up for lost light, given the albedo of that mirror. (It is that of the viewer's
-    /// direction alone, so very rough glass is not reciprocal.)
+    /// The factor on both lobes that makes up for lost light, given the albedo of that mirror. (It is that of the
+    /// viewer's direction alone, so very rough glass is not reciprocal.)
     #[inline(always)]
     pub fn gain(&self, mirror: F) -> F {
         F::one() / (self.kept * mirror).max(F::splat(0.1))
@@ -220,8 +221,8 @@ impl<F: Float> Cosine<F> {
     }
 }
 
-/// What becomes of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take from
-/// each.
+/// The division of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take
+/// from each.
 pub(super) fn integrate(
     level: Level,
     w: Vector<f32>,

@@ -77,7 +77,7 @@ impl Table {
         sum / TURNS as f32
     }
 
-    /// What becomes of light from a direction in the frame; `eta` is the viewer's side over the other.
+    /// The division of light from a direction in the frame; `eta` is the viewer's side over the other.
     #[inline(always)]
     pub fn directional<F: Float>(&self, w: Vector<F>, ggx: &Ggx<F>, eta: F, mask: F::Mask) -> Divided<F> {
         F::outlined(LookUp { table: self, w, ggx: *ggx, eta, mask })

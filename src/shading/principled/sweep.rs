@@ -142,7 +142,7 @@ fn allowed(white: &White) -> f64 {
         // Smooth fibres shine only at grazing angles: 4 σ of few samples does not tell how far off they are.
         (false, false) if sheen => 0.01,
         (false, false) => 0.005,
-        // The table of the part that bodies reflect is less sharp than reality near the critical angle.
+        // The table of the fraction that bodies reflect is a little less sharp than reality near the critical angle.
         (false, true) => 0.01,
         // Two angles stand for all at which microfacets are seen; for stretched ones those of round ones.
         (true, false) if stretched => 0.025,

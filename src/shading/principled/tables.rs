@@ -15,7 +15,7 @@ pub struct LobeTables {
     pub(super) stretched: &'static stretched::Table,
     /// Of rough glass.
     pub(super) glass: &'static glass::Table,
-    /// Of rough glass whose microfacets are stretched.
+    /// The table of rough glass whose microfacets are stretched.
     pub(super) stretched_glass: &'static stretched_glass::Table,
     /// Of fibres.
     pub(super) sheen: &'static [f32],

@@ -1,4 +1,4 @@
-//! What a rendering is made of, so that it can be asked for again.
+//! The recipe of a rendering: all that must be asked for to have it again.
 
 use std::path::PathBuf;
 
@@ -18,6 +18,6 @@ pub struct Recipe {
     pub authored: Settings,
     /// The settings in force.
     pub settings: Settings,
-    /// Whether a hand has moved the camera to where no option can put it.
+    /// True if a hand has moved the camera to where no option can put it.
     pub is_moved: bool,
 }

@@ -149,7 +149,7 @@ fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
 pub struct StageTimes {
     /// Seconds of each.
     pub seconds: [f64; 8],
-    /// Whether these are seconds of the processor; if the system does not tell them, they are those of the clock.
+    /// True if these are seconds of the processor; if the system does not tell them, they are those of the clock.
     pub are_cpu: bool,
 }
 

@@ -210,6 +210,13 @@ fn a_record_names_no_file_elsewhere() {
     let (_, typed) = said.split_once("to go on: ").expect("a command");
     let typed = typed.lines().next().expect("a line");
     expect(&shell(here, &format!("{typed} --max-time 1ms -q -o films/a.png")), 0, &[]);
+    // Wherever the images are, too.
+    std::fs::create_dir(here.join("images")).expect("a folder");
+    let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/b.png -o images/b.exr";
+    let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/b.checkpoint.film"]);
+    let (_, typed) = said.split_once("to go on: ").expect("a command");
+    let typed = typed.lines().next().expect("a line");
+    expect(&shell(here, &format!("{typed} --max-time 1ms -q")), 0, &[]);
 }
 
 /// Names that files and commands cannot hold as they are.

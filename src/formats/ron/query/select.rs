@@ -36,7 +36,7 @@ pub fn select(world: &World, query: &Query) -> Selected {
     Index::new(world).select(world, query)
 }
 
-/// What a row of queries need not find out again and again, while a world's entities keep their names.
+/// An index that spares a row of queries repeated searches while a world's entities keep their names.
 pub struct Index {
     order: Vec<hecs::Entity>,
     by_name: HashMap<String, Vec<hecs::Entity>>,
@@ -47,7 +47,7 @@ pub struct Index {
 }
 
 impl Index {
-    /// Of a world.
+    /// Builds that of a world.
     pub fn new(world: &World) -> Index {
         let order = world.in_order();
         let mut by_name: HashMap<String, Vec<hecs::Entity>> = HashMap::new();

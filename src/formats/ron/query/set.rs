@@ -63,7 +63,7 @@ const LOOKS: u64 = 64;
 /// their product: a short file could keep a machine busy for hours.
 pub struct Changes {
     index: Index,
-    /// Of materials, if they have been asked for.
+    /// Those of materials, if they have been asked for.
     names: Names,
     changed: u64,
 }
