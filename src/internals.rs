@@ -86,6 +86,7 @@ pub mod math {
 #[cfg(feature = "render")]
 pub mod render {
     pub use crate::render::gathered::*;
+    pub use crate::render::prepare::*;
     pub use crate::render::session::*;
     pub use crate::render::*;
 }

@@ -10,7 +10,8 @@ use rand::RngExt;
 use rayfront::compile::compile;
 use rayfront::internals::bvh::{self, Coherence, SPHERE, Stack};
 use rayfront::internals::film::{Film, Region};
-use rayfront::internals::integrator::{Frame, Schedule, Sorting, Statistics, Worker};
+use rayfront::internals::integrator::{Frame, Schedule, Sorting, Statistics, Work, Worker};
+use rayfront::internals::render::Prepared;
 use rayfront::internals::sampling::Stream;
 use rayfront::internals::scene::CompiledScene;
 use rayfront::internals::simd::Level;
@@ -155,7 +156,7 @@ impl Stage {
 
     /// Ready to render, with its settings.
     pub fn frame(&self) -> Frame {
-        Frame::new(self.compile(), &self.0.settings)
+        rayfront::internals::render::frame(self.compile(), &self.0.settings)
     }
 }
 
@@ -206,7 +207,9 @@ pub fn area_light(watts: f32, samples: u32) -> Light {
 /// Renders the frame's whole image on this thread; returns how many rays that took.
 pub fn render(frame: &Frame, worker: &mut Worker, level: Level, samples: u32) -> (Film, u64) {
     let mut statistics = Statistics::default();
-    let film = worker.render(frame, level, Region::whole(frame.size), 0..samples, &mut statistics);
+    let prepared = Prepared::now(frame);
+    let work = Work { frame, pilot: prepared.pilot.as_ref(), level };
+    let film = worker.render(work, Region::whole(frame.size), 0..samples, &mut statistics);
     (film, statistics.rays.total())
 }
 

@@ -9,7 +9,7 @@ use crate::film::tonemap::DisplayTransform;
 use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::render::{Options, Session};
-use crate::world::{Adaptive, Settings, Tonemap};
+use crate::world::{Settings, Tonemap};
 
 /// How much of what is seen may be white or black before anything is reported.
 const TOO_MUCH: f64 = 0.5;
@@ -98,8 +98,8 @@ fn percent(part: f64) -> f64 {
 fn seen(frame: &Frame, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
     let [width, height] = frame.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
-    let size = [width.div_ceil(by), height.div_ceil(by)];
-    let small = Frame { size, sharing: None, pilot: None, adaptive: Adaptive::Off, ..frame.clone() };
+    let small = frame.small(LOOKED_AT);
+    let size = small.size;
     let options = Options { region: Some(Region::whole(size)), ..Options::default() };
     let features = Session::of(Arc::new(small), 1, options).features();
     let mut seen = Vec::new();

@@ -17,7 +17,6 @@ use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, Region};
 use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::formats::{Edits, LoadOptions};
-use crate::integrator::Frame;
 use crate::math::Rgb;
 use crate::memory;
 use crate::render::{Needs, Options, Session, on_threads};
@@ -134,7 +133,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
         .map_err(Failure::compile(&arguments.scene))?;
     let settings = world.settings.clone();
-    let frame = Frame::new(scene, &settings);
+    let frame = crate::render::frame(scene, &settings);
     Needs::usual(Region::whole(settings.size)).check(&frame, &settings)?;
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     while !session.is_done() {

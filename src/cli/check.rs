@@ -9,8 +9,6 @@ use serde_json::json;
 use super::args::{ModelOptions, PictureOptions};
 use super::{Failure, Fault, output};
 use crate::check::{Finding, check, not_found};
-use crate::integrator::Frame;
-use crate::world::{Settings, Sharing};
 
 /// `rayfront check`.
 #[derive(Args, Debug)]
@@ -34,7 +32,7 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
         .map_err(Failure::compile(path))?;
-    let frame = Frame::new(scene, &Settings { sharing: Sharing::Off, ..world.settings.clone() });
+    let frame = crate::render::frame(scene, &world.settings);
     let findings = check(&world, &frame, true);
     let warnings: Vec<&String> = not_found(&frame.scene.warnings, &findings).collect();
     if arguments.json {

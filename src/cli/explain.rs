@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Film;
-use crate::integrator::Frame;
 use crate::integrator::bounces::LobeKind;
 use crate::integrator::decision::Fate;
 use crate::integrator::observe::Triple;
@@ -91,7 +90,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let scene = crate::compile::compile(&world, arguments.camera.as_deref())
         .map_err(Failure::compile(&arguments.scene))?;
     let names = GivenNames::new(&world);
-    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let frame = Arc::new(crate::render::frame(scene, &world.settings));
     let (lives, film) = explain::explain(frame, &names, arguments.pixel, range);
     let text =
         if arguments.json { format!("{}\n", json(arguments, &lives, &film)) } else { text(&lives, &film) };

@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
     let building = before.map(|before| before + building as u64);
     let settings = world.settings.clone();
-    let frame = Frame::new(scene, &settings);
+    let frame = crate::render::frame(scene, &settings);
     let region = Region::whole(settings.size);
     let needs = Needs::usual(region);
     // The world ends before anything is rendered.

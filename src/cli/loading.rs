@@ -93,7 +93,7 @@ pub fn compiled(
     }
     // The world ends here: large meshes need not stay twice.
     let compiled = Arc::new(scene);
-    let frame = Frame::new(compiled.scene.clone(), settings);
+    let frame = crate::render::frame(compiled.scene.clone(), settings);
     let mut findings = Vec::new();
     if let Some(tell) = tell {
         findings = check::check(&world, &frame, false);

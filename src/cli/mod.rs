@@ -159,7 +159,7 @@ fn frame(
     world.settings.samples = samples;
     light.apply(&mut world);
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
-    let frame = crate::integrator::Frame::new(compiled, &world.settings);
+    let frame = crate::render::frame(compiled, &world.settings);
     let region = crate::film::Region::whole(world.settings.size);
     crate::render::Needs::usual(region).check(&frame, &world.settings)?;
     Ok(std::sync::Arc::new(frame))

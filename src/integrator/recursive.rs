@@ -13,12 +13,12 @@ use super::path::{Path, pack_pixel, unpack_pixel};
 use super::path_tracing::VertexOutcome;
 use super::presence::{Shadow, Traced};
 use super::shadow::{ShadowRay, connect};
-use super::sharing::pilot::Measured;
+use super::sharing::pilot::{Measured, Pilot};
 use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use super::stop::{Stop, Watch};
 use super::straight::{Crossings, arriving};
 use super::whitted::{Scatter, WhittedVertex};
-use super::{Frame, Statistics, begin, path_tracing, whitted};
+use super::{Frame, Statistics, Work, begin, path_tracing, whitted};
 use crate::bvh::{Asker, Stack, any_ray, closest_ray};
 use crate::film::{Film, Region};
 use crate::math::{Color, Hit, Rgb};
@@ -47,13 +47,13 @@ impl Recursion {
     /// Renders a range of samples of all the film's pixels.
     pub fn render(
         &mut self,
-        frame: &Frame,
-        level: Level,
+        work: Work,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
+        let Work { frame, pilot, level } = work;
         let looks = observer.looks();
         let Self { stack, crossings, forks, shared } = self;
         let mut tile = Tile {
@@ -69,29 +69,24 @@ impl Recursion {
             stopped: false,
         };
         match shared {
-            Some((slots, connections)) => tile.render_shared(film, samples, slots, connections),
+            Some((slots, connections)) => tile.render_shared(pilot, film, samples, slots, connections),
             None => tile.render_plain(film, samples, &|_, _| true),
         }
     }
-}
 
-/// What two samples of some of the pixels of each of some blocks of a pilot's frame find, and the number of
-/// rays that it took. What `stop` leaves no time for is missing.
-pub fn look(frame: &Frame, blocks: impl Iterator<Item = Region>, stop: &Stop) -> (Vec<Measured>, u64) {
-    let (stack, forks) = (&mut Stack::new(&frame.scene.bvh), &mut SmallVec::new());
-    let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
-    let (level, crossings) = (Level::detect(), &mut Crossings::default());
-    let (looks, asked, stopped) = (false, 0, false);
-    let mut tile =
-        Tile { frame, level, statistics, stack, crossings, forks, looks, observer, asked, stopped };
-    let mut slots = Slots::new(1);
-    let measure = |block| {
+    /// What two samples of some pixels of a block find in a pilot's frame, and the number of rays that it took. None if
+    /// it was stopped.
+    pub fn look(&mut self, frame: &Frame, block: Region, stop: &Stop) -> Option<(Measured, u64)> {
+        let Self { stack, crossings, forks, shared } = self;
+        let (slots, _) = shared.as_mut()?;
+        let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
+        let (level, looks, asked, stopped) = (Level::detect(), false, 0, false);
+        let mut tile =
+            Tile { frame, level, statistics, stack, crossings, forks, looks, observer, asked, stopped };
         slots.enter(frame, block);
-        tile.look(&mut slots);
-        (!tile.stopped).then(|| slots.measured())
-    };
-    let measured = blocks.map_while(measure).collect();
-    (measured, statistics.rays.total())
+        tile.look(slots);
+        (!tile.stopped).then(|| (slots.measured(), tile.statistics.rays.total()))
+    }
 }
 
 /// What is needed to follow paths. Only the traversal of the tree is compiled for each instruction set; the rest
@@ -111,7 +106,7 @@ struct Tile<'a> {
     stopped: bool,
 }
 
-impl Tile<'_> {
+impl<'a> Tile<'a> {
     /// Renders samples of pixels that share nothing.
     fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
         let (frame, region) = (self.frame, film.region());
@@ -284,6 +279,7 @@ impl Tile<'_> {
     /// Renders samples whose paths are shared, block by block.
     fn render_shared(
         &mut self,
+        pilot: Option<&'a Pilot>,
         film: &mut Film,
         samples: Range<u32>,
         slots: &mut Slots,
@@ -292,7 +288,7 @@ impl Tile<'_> {
         let (frame, region) = (self.frame, film.region());
         let mut begun = Vec::with_capacity(PIXELS);
         slots.enter(frame, region);
-        if let Some(pilot) = &frame.pilot {
+        if let Some(pilot) = pilot {
             if !slots.recall() {
                 // The rays do not count.
                 let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);

@@ -28,6 +28,11 @@ impl<'a> Stop<'a> {
         Stop { most_rays, ..Stop::NEVER }
     }
 
+    /// A number of rays of a tile, too.
+    pub const fn or_after_rays(self, most_rays: u64) -> Self {
+        Stop { most_rays, ..self }
+    }
+
     /// A moment, too.
     pub const fn with_deadline(self, deadline: Option<Instant>) -> Self {
         Stop { deadline, ..self }

@@ -23,7 +23,7 @@ use crate::formats::{
 use crate::integrator::{Frame, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::render::{Needs, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
-use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, Sharing, SourceFiles, Tonemap, Transport};
+use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
@@ -198,11 +198,10 @@ impl World {
     /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
     fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
         let settings = self.settings(size, None, None, None, None, [None; 2])?;
-        let settings = Settings { sharing: Sharing::Off, ..settings };
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
         let found = py.detach(|| {
-            let frame = Frame::new(compile(world, camera)?, &settings);
+            let frame = crate::render::frame(compile(world, camera)?, &settings);
             Ok(check::check(world, &frame, true))
         });
         let parts = |Finding { about, what, remedy }| {
@@ -274,7 +273,7 @@ impl World {
         let needs = Needs { denoises: denoise, schedule, ..Needs::usual(rendered_region) };
         let needed = Settings { aov: aovs.clone(), ..settings.clone() };
         let prepare = || {
-            let frame = Arc::new(Frame::new(compile(world, camera)?, &settings));
+            let frame = Arc::new(crate::render::frame(compile(world, camera)?, &settings));
             needs.check(&frame, &needed)?;
             let findings = check::check(world, &frame, false);
             Ok((frame, findings))

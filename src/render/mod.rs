@@ -29,11 +29,13 @@
 
 pub(crate) mod adaptive;
 mod aov;
+mod camera_medium;
 pub(crate) mod gathered;
 #[cfg(any(feature = "cli", feature = "python"))]
 mod needs;
 mod observed;
 mod options;
+pub(crate) mod prepare;
 pub(crate) mod session;
 mod threads;
 
@@ -46,6 +48,7 @@ pub(crate) use gathered::{Gathered, Pass};
 pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
 pub use options::{DEFAULT_WAVE, Options};
+pub(crate) use prepare::frame;
 pub use session::Session;
 pub(crate) use session::{Look, OnProgress, Progress, tiles};
 pub use threads::{ThreadError, on_threads};

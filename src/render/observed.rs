@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::Session;
-use super::session::lock;
+use super::session::{lock, work};
 use crate::film::{Film, Region};
 use crate::integrator::observe::{Event, Somebody, Timekeeper};
 use crate::integrator::wavefront::Wave;
@@ -31,7 +31,8 @@ impl Session {
     /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look` is told what
     /// happens. Returns the film of the last tile; the session's own film stays as it is.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
-        let (frame, options) = (&self.frame, &self.options);
+        let (frame, options, prepared) = (&self.frame, &self.options, self.prepared());
+        let work = work(frame, Some(&prepared), options.level);
         let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
         let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 }, frame.unit);
         for tile in self.tiles() {
@@ -39,7 +40,7 @@ impl Session {
             if pixel.is_none_or(holds) {
                 let (samples, mut ignored) = (self.wanted.clone(), Statistics::default());
                 let mut observer = Somebody(&mut *look);
-                film = worker.observe(frame, options.level, tile, samples, &mut ignored, &mut observer);
+                film = worker.observe(work, tile, samples, &mut ignored, &mut observer);
             }
         }
         film
@@ -48,19 +49,21 @@ impl Session {
     /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
     /// called at the end of each stage.
     pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
-        let (frame, options) = (&self.frame, &self.options);
+        let (frame, options, prepared) = (&self.frame, &self.options, self.prepared());
+        let work = work(frame, Some(&prepared), options.level);
         let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
         for tile in self.tiles() {
             let (mut film, samples) = (Film::new(tile, frame.unit), self.wanted.clone());
             let mut observer = Timekeeper(&mut *mark);
-            wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+            wave.render(work, &mut film, samples, &mut ignored, &mut observer);
         }
     }
 
     /// Renders all samples on all threads and says when each thread did what.
     pub(crate) fn spans(&self) -> Vec<Span> {
-        let (frame, options, start) = (&self.frame, &self.options, Instant::now());
+        let (frame, options, prepared) = (&self.frame, &self.options, self.prepared());
+        let (work, start) = (work(frame, Some(&prepared), options.level), Instant::now());
         let spans = Mutex::new(Vec::new());
         self.tiles().into_par_iter().for_each(|tile| {
             let thread = rayon::current_thread_index().unwrap_or(0);
@@ -76,11 +79,11 @@ impl Session {
                     });
                     let (mut wave, mut film) =
                         (Wave::new(frame, options.wave, options.sorting), Film::new(tile, frame.unit));
-                    wave.render(frame, options.level, &mut film, samples, &mut ignored, &mut observer);
+                    wave.render(work, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {
                     let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-                    worker.render(frame, options.level, tile, samples, &mut ignored);
+                    worker.render(work, tile, samples, &mut ignored);
                     own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
                 }
             }

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 
 use super::gathered::{Gathered, Pass};
 use super::options::Options;
+use super::prepare::{self, Prepared};
 use super::{Level, adaptive};
 use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
 use crate::integrator::sharing::BLOCK;
-use crate::integrator::{Frame, Statistics, Stop, Worker};
+use crate::integrator::{Frame, Statistics, Stop, Work, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
@@ -21,6 +22,8 @@ const PASS: u32 = 16;
 /// A rendering under way. Call [`Session::finish`], or [`Session::advance`] until it is done or you have enough.
 pub struct Session {
     pub(super) frame: Arc<Frame>,
+    /// What was computed before its samples, once there is any.
+    prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
     pub(super) gathered: Gathered,
     statistics: Statistics,
@@ -62,7 +65,7 @@ impl Session {
     ///
     /// Workers allocate their buffers when they begin their first tile, and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
-        Self::of(Arc::new(Frame::new(scene, settings)), settings.samples, options)
+        Self::of(Arc::new(prepare::frame(scene, settings)), settings.samples, options)
     }
 
     /// For a frame that is rendered several times, in several ways.
@@ -90,6 +93,7 @@ impl Session {
         Self {
             gathered,
             frame,
+            prepared: None,
             options,
             statistics: Statistics::default(),
             workers: Mutex::new(Vec::new()),
@@ -142,12 +146,26 @@ impl Session {
     pub(crate) fn set_frame(&mut self, frame: Arc<Frame>) {
         // Their buffers are made for the other one.
         self.free_workers();
+        self.prepared = None;
         self.frame = frame;
     }
 
     /// Frees the buffers of all workers, which get new ones if they go on.
     pub(crate) fn free_workers(&mut self) {
         lock(&self.workers).clear();
+    }
+
+    /// Computes what samples depend on, unless that is known. Returns false if it was stopped.
+    pub(super) fn prepare(&mut self, stop: &Stop) -> bool {
+        if self.prepared.is_none() {
+            self.prepared = Prepared::new(&self.frame, stop).map(Arc::new);
+        }
+        self.prepared.is_some()
+    }
+
+    /// What samples depend on, computed now unless it is known.
+    pub(super) fn prepared(&self) -> Arc<Prepared> {
+        self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.frame)))
     }
 
     /// Whether every sample has been rendered.
@@ -181,6 +199,7 @@ impl Session {
         let options = Options { variance: false, region: Some(region), ..self.options };
         let mut pilot = Session {
             is_pilot: true,
+            prepared: self.prepared.clone(),
             workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
             ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
         };
@@ -283,7 +302,7 @@ impl Session {
     /// others, and [`Gathered::pass`] says where.
     #[doc(hidden)]
     pub fn advance_until(&mut self, count: u32, stop: &Stop, progress: OnProgress) {
-        if !self.allocate(stop, progress) {
+        if !self.prepare(stop) || !self.allocate(stop, progress) {
             return;
         }
         let region = self.gathered.film.region();
@@ -303,6 +322,7 @@ impl Session {
         self.gathered.pass = Some(pass);
 
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
+        let work = work(frame, self.prepared.as_deref(), options.level);
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
         let pause = AtomicBool::new(false);
         todo.into_par_iter().for_each(|(number, parts)| {
@@ -317,10 +337,8 @@ impl Session {
                 let mut moments = options.variance.then(|| Moments::new(part));
                 let todo = (part, samples.clone());
                 let film = match &mut moments {
-                    None => worker.render_until(frame, options.level, todo, &mut own, stop),
-                    Some(squares) => {
-                        one_by_one(&mut worker, frame, options.level, todo, &mut own, squares, stop)
-                    }
+                    None => worker.render_until(work, todo, &mut own, stop),
+                    Some(squares) => one_by_one(&mut worker, work, todo, &mut own, squares, stop),
                 };
                 let samples = SampleRanges::default();
                 Some((
@@ -431,20 +449,24 @@ impl Session {
 /// it was stopped.
 fn one_by_one(
     worker: &mut Worker,
-    frame: &Frame,
-    level: Level,
+    work: Work,
     (tile, samples): (Region, Range<u32>),
     statistics: &mut Statistics,
     squares: &mut Moments,
     stop: &Stop,
 ) -> Option<Film> {
-    let mut film = Film::new(tile, frame.unit);
+    let mut film = Film::new(tile, work.frame.unit);
     for sample in samples {
-        let one = worker.render_until(frame, level, (tile, sample..sample + 1), statistics, stop)?;
+        let one = worker.render_until(work, (tile, sample..sample + 1), statistics, stop)?;
         squares.add_sample(&one);
         film.merge(&one);
     }
     Some(film)
+}
+
+/// What workers read.
+pub(super) fn work<'a>(frame: &'a Frame, prepared: Option<&'a Prepared>, level: Level) -> Work<'a> {
+    Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), level }
 }
 
 /// Nothing that holds these locks can panic halfway through a change.

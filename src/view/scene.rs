@@ -220,7 +220,7 @@ impl LiveScene {
 
     /// As it is rendered.
     pub fn frame(&self) -> Arc<Frame> {
-        Arc::new(Frame::new(self.compiled.scene.clone(), &self.world.settings))
+        Arc::new(crate::render::frame(self.compiled.scene.clone(), &self.world.settings))
     }
 
     /// What the compilation noticed, and what is probably not as it was meant.
@@ -236,7 +236,7 @@ impl LiveScene {
     }
 
     fn look_for_faults(&mut self) {
-        self.findings = check::check(&self.world, &self.frame_without_pilot(), false);
+        self.findings = check::check(&self.world, &self.frame(), false);
     }
 
     /// The names that people use.
@@ -285,15 +285,9 @@ impl LiveScene {
     pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
         let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { region: Some(region), ..Options::default() };
-        let features = Session::of(self.frame_without_pilot(), 1, options).features();
+        let features = Session::of(self.frame(), 1, options).features();
         let first = features.first().filter(|features| features.coverage > 0.0)?;
         Some((first.depth_m, Vec3::from_array(first.position)))
-    }
-
-    /// As it is rendered, but that no pixels share paths: nothing needs to be looked at beforehand.
-    pub fn frame_without_pilot(&self) -> Arc<Frame> {
-        let settings = Settings { sharing: Sharing::Off, ..self.world.settings.clone() };
-        Arc::new(Frame::new(self.compiled.scene.clone(), &settings))
     }
 
     /// Puts the camera where it was moved by hand.

@@ -115,7 +115,7 @@ impl Work {
 impl Viewer {
     /// For a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: Work) -> Viewer {
-        let frame = scene.frame_without_pilot();
+        let frame = scene.frame();
         let nothing = Gathered::nothing(Region::whole(frame.size), frame.unit, false);
         let shown = Shown::new(scene, frame, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
@@ -388,13 +388,13 @@ impl Rendering {
 
     /// A small picture of one sample a pixel, at once.
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
-        let whole = scene.frame_without_pilot();
+        let whole = scene.frame();
         let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
         // At most half as wide. An image that takes no time at all could do without.
         let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();
-        let small = Arc::new(Frame { size, ..(*whole).clone() });
+        let small = Arc::new(Frame { size, sharing: None, ..(*whole).clone() });
         let mut session = Session::of(small, 1, options);
         session.advance_until(1, &Stop::at(&viewer.stop), &|_| ());
         if !session.is_done() {

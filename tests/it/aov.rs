@@ -6,7 +6,7 @@ use std::sync::Arc;
 use exr::prelude::*;
 use rayfront::compile::compile;
 use rayfront::internals::film::{Channel, Features, Film, Moments, Values};
-use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::integrator::Schedule;
 use rayfront::internals::simd::Level;
 use rayfront::render::{Options, Session, on_threads};
 use rayfront::world::{Aov, Sampler, Transport, World};
@@ -247,7 +247,10 @@ fn read(path: &Path) -> Vec<(String, FlatSamples)> {
 fn files_hold_what_the_session_has() {
     let folder = tempfile::tempdir().expect("a folder");
     let world = support::world(PLANE_AND_BALL);
-    let frame = Arc::new(Frame::new(compile(&world, None).expect("a scene"), &world.settings));
+    let frame = Arc::new(rayfront::internals::render::frame(
+        compile(&world, None).expect("a scene"),
+        &world.settings,
+    ));
     let options = Options { variance: true, ..Options::default() };
     let mut session = Session::of(frame, world.settings.samples, options);
     session.advance(u32::MAX);

@@ -721,7 +721,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
 fn any_tile_may_be_the_last() {
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-    use rayfront::internals::integrator::{Frame, Stop};
+    use rayfront::internals::integrator::Stop;
     use rayfront::render::{Options, Session};
     use rayfront::world::Adaptive;
 
@@ -731,7 +731,7 @@ fn any_tile_may_be_the_last() {
         world.settings.size = [40, 30];
         (world.settings.samples, world.settings.adaptive) = (64, adaptive);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");
-        let frame = std::sync::Arc::new(Frame::new(scene, &world.settings));
+        let frame = std::sync::Arc::new(rayfront::internals::render::frame(scene, &world.settings));
         let session =
             || Session::of(frame.clone(), 64, Options { tile: 16, variance: true, ..Options::default() });
         let finish = |mut session: Session| {

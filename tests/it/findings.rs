@@ -4,7 +4,6 @@ use std::path::Path;
 
 use rayfront::compile::compile;
 use rayfront::internals::check::{Finding, FinishedImage, check, of_image};
-use rayfront::internals::integrator::Frame;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Settings, World};
 
@@ -20,7 +19,7 @@ fn told(world: &World) -> Vec<String> {
         Err(error) => return vec![error.to_string()],
     };
     told.extend(scene.warnings.iter().cloned());
-    let frame = Frame::new(scene, &settings);
+    let frame = rayfront::internals::render::frame(scene, &settings);
     told.extend(check(world, &frame, true).iter().map(Finding::to_string));
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     session.advance(settings.samples);
@@ -404,7 +403,7 @@ fn findings(path: &Path) -> Vec<String> {
     let by = settings.size[0].max(settings.size[1]).div_ceil(96).max(1);
     settings.size = settings.size.map(|side| side.div_ceil(by));
     settings.samples = 2;
-    let frame = Frame::new(compile(&world, None).expect("a scene"), &settings);
+    let frame = rayfront::internals::render::frame(compile(&world, None).expect("a scene"), &settings);
     let mut told: Vec<_> = check(&world, &frame, true).iter().map(Finding::to_string).collect();
     let mut session = Session::of(frame.into(), settings.samples, Options::default());
     session.advance(settings.samples);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayfront::compile::compile;
 use rayfront::internals::formats::{self, LoadOptions};
-use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::integrator::Schedule;
 use rayfront::internals::scene::CompiledScene;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Camera, Light, Settings, Tonemap, Transport, World};
@@ -34,7 +34,7 @@ fn check(world: &World) {
 /// A small picture's hash under either schedule.
 fn hashes(world: &World, scene: CompiledScene) -> [u128; 2] {
     let settings = Settings { size: [32, 24], samples: 1, ..world.settings.clone() };
-    let frame = Arc::new(Frame::new(scene, &settings));
+    let frame = Arc::new(rayfront::internals::render::frame(scene, &settings));
     [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
         let mut session = Session::of(frame.clone(), 1, Options { schedule, ..Options::default() });
         session.advance(1);

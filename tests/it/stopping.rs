@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayfront::compile::compile;
-use rayfront::internals::integrator::{Frame, Stop};
+use rayfront::internals::integrator::Stop;
 use rayfront::render::{Options, Schedule, Session};
 use rayfront::world::{Sharing, World};
 
@@ -58,7 +58,10 @@ fn a_tile_that_is_stopped_is_dropped_whole() {
         room(SAMPLES, Sharing::Groups(16)),
     ];
     for (number, world) in scenes.iter().enumerate() {
-        let frame = Arc::new(Frame::new(compile(world, None).expect("a scene"), &world.settings));
+        let frame = Arc::new(rayfront::internals::render::frame(
+            compile(world, None).expect("a scene"),
+            &world.settings,
+        ));
         for (schedule, variance) in
             [(Schedule::Wavefront, false), (Schedule::Recursive, false), (Schedule::Wavefront, true)]
         {

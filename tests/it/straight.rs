@@ -376,7 +376,7 @@ fn a_lens_is_in_the_body_that_its_middle_is_in() {
         );
         let world = world(&text);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");
-        rayfront::internals::integrator::Frame::new(scene, &world.settings).around
+        rayfront::internals::render::frame(scene, &world.settings).around
     };
     assert_ne!(around(0.1, -0.1), u32::MAX);
     for (x, y) in [(0.5, 0.5), (0.7, 0.0), (-0.5, 0.5), (0.0, -0.9)] {
@@ -410,7 +410,7 @@ fn shared_paths_see_the_same_light_through_windows() {
     world.settings.samples = 256;
     let frame = |world: &rayfront::world::World| {
         let scene = rayfront::compile::compile(world, None).expect("a scene");
-        rayfront::internals::integrator::Frame::new(scene, &world.settings)
+        rayfront::internals::render::frame(scene, &world.settings)
     };
     let mut means = [Sharing::Off, Sharing::Groups(16)].map(|sharing| {
         world.settings.sharing = sharing;

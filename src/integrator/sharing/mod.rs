@@ -46,6 +46,8 @@ pub use partition::{BLOCK, PIXELS, Partition};
 pub struct Grouping {
     /// Binary logarithm of a group's pixels.
     pub log2: u32,
+    /// Whether blocks choose how many of their pixels share.
+    pub chooses: bool,
 }
 
 impl Grouping {
@@ -64,7 +66,8 @@ impl Grouping {
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
         let shares = settings.transport == Transport::Path && !of_each && lend::any(materials);
-        (shares && log2 > 0).then_some(Self { log2 })
+        let chooses = settings.sharing == Sharing::Auto;
+        (shares && log2 > 0).then_some(Self { log2, chooses })
     }
 
     /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one

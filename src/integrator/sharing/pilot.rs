@@ -6,7 +6,7 @@
 
 use super::{BLOCK, Offer, PIXELS, Slots};
 use crate::film::{Film, Region};
-use crate::integrator::{Frame, Stop, recursive};
+use crate::integrator::Frame;
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
@@ -32,9 +32,9 @@ const OVERHEAD: f32 = 0.3;
 const OWN: f32 = 0.25;
 /// How many blocks of an image decide what time is worth.
 const BLOCKS: usize = 64;
-/// And at most so many rays, some eight thousand for each of their samples: light may stay in a white room for as long
-/// as its depth allows.
-const MOST_RAYS: u64 = 1 << 24;
+/// And at most so many rays of each, some eight thousand for each sample: light may stay in a white room for as long as
+/// its depth allows.
+pub const MOST_RAYS: u64 = 1 << 18;
 
 /// What is known of a frame whose blocks choose how many of their pixels share.
 #[derive(Clone)]
@@ -69,13 +69,26 @@ struct Parts {
 }
 
 impl Pilot {
-    /// For a frame.
-    pub fn new(frame: &Frame) -> Self {
+    /// The frame for measuring a frame.
+    pub fn frame_of(frame: &Frame) -> Frame {
+        Frame { seed: frame.seed ^ 0x7069_6c6f_7421, samples: Grid::new(SAMPLES), ..frame.clone() }
+    }
+
+    /// The blocks of an image that are measured to learn what is usual in it.
+    pub fn blocks(frame: &Frame) -> impl ExactSizeIterator<Item = Region> {
+        let blocks = Region::whole(frame.size.map(|pixels| pixels.div_ceil(BLOCK)));
+        let (count, [width, height]) = (blocks.area().min(BLOCKS), frame.size);
+        (0..count).map(move |i| {
+            let at = (i * blocks.area() / count) as u32;
+            let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * BLOCK);
+            Region { x0, y0, x1: (x0 + BLOCK).min(width), y1: (y0 + BLOCK).min(height) }
+        })
+    }
+
+    /// What is known of a frame by what [`Pilot::frame_of`] it has found in some blocks, with so many rays.
+    pub fn new(frame: &Frame, measuring: Frame, measured: &[Measured], rays: u64) -> Self {
         let plain = Frame { sharing: None, ..frame.clone() };
-        let seed = frame.seed ^ 0x7069_6c6f_7421;
-        let looked_at = Frame { seed, samples: Grid::new(SAMPLES), ..frame.clone() };
-        let price = look_around(&looked_at);
-        Self { frame: looked_at, plain, price }
+        Self { frame: measuring, plain, price: Price::of(measured, rays) }
     }
 
     /// What is chosen for a block.
@@ -84,21 +97,8 @@ impl Pilot {
     }
 }
 
-/// Examines some blocks of the whole image. Time is best divided where the image's error times its cost is least,
-/// which is where the last bit of time reduces the error by the same fraction everywhere.
-fn look_around(frame: &Frame) -> Price {
-    let blocks = Region::whole(frame.size.map(|pixels| pixels.div_ceil(BLOCK)));
-    let count = blocks.area().min(BLOCKS);
-    let block = |i: usize| {
-        let at = (i * blocks.area() / count) as u32;
-        let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * BLOCK);
-        let (x1, y1) = ((x0 + BLOCK).min(frame.size[0]), (y0 + BLOCK).min(frame.size[1]));
-        Region { x0, y0, x1, y1 }
-    };
-    let (measured, rays) = recursive::look(frame, (0..count).map(block), &Stop::after_rays(MOST_RAYS));
-    Price::of(&measured, rays)
-}
-
+/// Time is best divided where the image's error times its cost is least, which is where the last bit of time reduces
+/// the error by the same fraction everywhere.
 impl Price {
     /// From some blocks of an image, for which this many rays have been traced.
     fn of(blocks: &[Measured], rays: u64) -> Self {

@@ -24,7 +24,7 @@ use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
 use super::sharing::Sink;
 use super::straight::Crossings;
-use super::{Frame, Sorting, Stage, Statistics};
+use super::{Frame, Sorting, Stage, Statistics, Work};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::Rgb;
@@ -90,30 +90,23 @@ impl Wave {
     /// Renders a range of samples of all the film's pixels.
     pub fn render(
         &mut self,
-        frame: &Frame,
-        level: Level,
+        work: Work,
         film: &mut Film,
         samples: Range<u32>,
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
         let clock = &mut Clock { statistics, last: Instant::now(), observer };
-        if frame.sharing.is_some() {
-            return self.render_shared(frame, level, film, samples, clock);
+        if work.frame.sharing.is_some() {
+            return self.render_shared(work, film, samples, clock);
         }
         let todo = Todo::new(film.region(), samples, &|_, _| true);
-        self.render_todo(frame, level, film, todo, clock);
+        self.render_todo(work, film, todo, clock);
     }
 
     /// Renders samples of pixels that share nothing.
-    fn render_todo(
-        &mut self,
-        frame: &Frame,
-        level: Level,
-        film: &mut Film,
-        mut todo: Todo,
-        clock: &mut Clock,
-    ) {
+    fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: Todo, clock: &mut Clock) {
+        let Work { frame, level, .. } = work;
         while !self.is_stopped(clock) {
             self.generate(frame, level, film, &mut todo, clock);
             if self.paths.0.is_empty() {

@@ -11,7 +11,7 @@ use crate::integrator::observe::{self, Aside};
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::sharing::pilot::Pilot;
 use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
-use crate::integrator::{Frame, Stage, Statistics};
+use crate::integrator::{Frame, Stage, Statistics, Work};
 use crate::math::{NONE, Rgb};
 use crate::simd::Level;
 
@@ -45,22 +45,22 @@ impl Wave {
     /// paths with.
     pub(super) fn render_shared(
         &mut self,
-        frame: &Frame,
-        level: Level,
+        work: Work,
         film: &mut Film,
         samples: Range<u32>,
         clock: &mut Clock,
     ) {
+        let Work { frame, pilot, level } = work;
         let Some(mut shared) = self.shared.take() else { return };
         shared.slots.enter(frame, film.region());
-        if let Some(pilot) = &frame.pilot {
+        if let Some(pilot) = pilot {
             if !shared.slots.recall() && !self.look(pilot, level, &mut shared.slots, clock) {
                 self.shared = Some(shared);
                 return;
             }
             let slots = &shared.slots;
             let todo = Todo::new(film.region(), samples.clone(), &|x, y| slots.is_plain(x, y));
-            self.render_todo(&pilot.plain, level, film, todo, clock);
+            self.render_todo(work.with_frame(&pilot.plain), film, todo, clock);
         }
         shared.slots.start(samples);
         while self.trace_units(frame, level, film, &mut shared.slots, clock) {

@@ -32,7 +32,7 @@ fn explained(pixel: [u32; 2]) -> (Vec<Life>, Film) {
 
 fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
     let scene = crate::compile::compile(world, None).unwrap();
-    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let frame = Arc::new(crate::render::frame(scene, &world.settings));
     explain(frame, &GivenNames::new(world), pixel, 0..3)
 }
 

@@ -34,7 +34,7 @@ fn world() -> World {
 fn frame(change: impl Fn(&mut Frame)) -> Arc<Frame> {
     let world = world();
     let scene = crate::compile::compile(&world, None).unwrap();
-    let mut frame = Frame::new(scene, &world.settings);
+    let mut frame = crate::render::frame(scene, &world.settings);
     change(&mut frame);
     Arc::new(frame)
 }

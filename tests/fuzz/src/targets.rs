@@ -14,7 +14,7 @@ use rayfront::compile::compile;
 use rayfront::internals::cli;
 use rayfront::internals::formats::ron::query::{Query, select, set};
 use rayfront::internals::formats::{self, LoadOptions, film_file, picture, rays, ron, study};
-use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::integrator::Schedule;
 use rayfront::internals::view::scene::LiveScene;
 use rayfront::internals::view::server::Server;
 use rayfront::internals::view::viewer::{Viewer, Work};
@@ -87,7 +87,7 @@ fn renders(mut world: World) {
         Ok(scene) => scene,
         Err(error) => return is_fair(&error),
     };
-    let frame = Arc::new(Frame::new(scene, &world.settings));
+    let frame = Arc::new(rayfront::internals::render::frame(scene, &world.settings));
     let hash = |schedule, wave| {
         let options = Options { schedule, wave, ..Options::default() };
         let mut session = Session::of(frame.clone(), world.settings.samples, options);

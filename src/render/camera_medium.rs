@@ -24,7 +24,7 @@ const MOST: usize = 256;
 /// The material of the body that all paths of an image begin in, or [`NONE`] if there is none that does anything to
 /// light. (Those of an orthographic camera begin side by side: the middle, the corners and the middles of the edges are
 /// looked at.)
-pub fn the_camera(scene: &CompiledScene, size: [u32; 2]) -> u32 {
+pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
     if !scene.materials.iter().any(Material::fills) {
         return NONE;
     }

@@ -1,0 +1,130 @@
+//! A scene and how it is to be rendered.
+
+use std::sync::Arc;
+
+use super::bounces::Limits;
+use super::sharing::Grouping;
+use crate::film::Unit;
+use crate::math::NONE;
+use crate::sampling::filter::FilterTable;
+use crate::sampling::pattern::Grid;
+use crate::scene::{CompiledScene, Material, Projection};
+use crate::shading::principled::tables::LobeTables;
+use crate::world::{Adaptive, Pattern, Sampler, Settings, Transport};
+
+/// A scene and how it is to be rendered: plain settings, which transport reads.
+#[derive(Clone)]
+pub struct Frame {
+    /// The scene.
+    pub scene: Arc<CompiledScene>,
+    /// Width and height of the whole image in pixels.
+    pub size: [u32; 2],
+    /// The grid over which a pixel's samples are spread.
+    pub samples: Grid,
+    /// Where in a pixel samples go, before the filter.
+    pub pattern: Pattern,
+    /// What a pixel gathers.
+    pub filter: FilterTable,
+    /// Which random numbers.
+    pub seed: u64,
+    /// Bounces after the camera ray.
+    pub max_depth: u32,
+    /// Bounces of each kind, if there are limits within these (path transport).
+    pub limits: Option<Limits>,
+    /// A branch ends when no component of its throughput is above this.
+    pub min_throughput: f32,
+    /// What happens to light at a vertex.
+    pub transport: Transport,
+    /// Which numbers the path transport draws.
+    pub sampler: Sampler,
+    /// The bounce at which its Russian roulette begins.
+    pub roulette_depth: Option<u32>,
+    /// What a path may add after its first bounce.
+    pub clamp: Option<f32>,
+    /// How paths are shared, if they are.
+    pub sharing: Option<Grouping>,
+    /// Whether samples go where they lessen the error most.
+    pub adaptive: Adaptive,
+    /// Albedos of the lobes that its materials have under the path transport.
+    pub lobes: LobeTables,
+    /// The unit in which radiance is counted.
+    pub unit: Unit,
+    /// The material of the body that the camera is in (path transport), or [`NONE`] if that does nothing to light.
+    pub around: u32,
+    /// n² of that body: see [`crate::scene::Material::index_square`].
+    pub around_square: f32,
+}
+
+impl Frame {
+    /// The same in a small image, whose longer side has at most so many pixels: for a first look.
+    pub fn small(&self, longer_side: u32) -> Self {
+        let [width, height] = self.size;
+        let by = width.max(height).div_ceil(longer_side).max(1);
+        let size = [width.div_ceil(by), height.div_ceil(by)];
+        Self { size, sharing: None, adaptive: Adaptive::Off, ..self.clone() }
+    }
+
+    /// A scene with the settings to render it by, and the material of the body that its camera is in, or [`NONE`].
+    pub fn new(scene: Arc<CompiledScene>, settings: &Settings, around: u32) -> Self {
+        let lobes = match settings.transport {
+            Transport::Whitted => LobeTables::NONE,
+            Transport::Path => LobeTables::of(&scene.materials),
+        };
+        let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
+        // Ways through a body take from what is lent.
+        let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
+        let around_square: f32 = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
+        // A camera in a body sees more light than there is outside.
+        let (brightest, usual) = scene.levels();
+        let unit = Unit::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
+        Self {
+            scene,
+            size,
+            samples: Grid::new(settings.samples),
+            pattern: settings.pixel_pattern,
+            filter: FilterTable::new(settings.filter),
+            seed: settings.seed,
+            max_depth: settings.max_depth,
+            limits: Limits::new(settings.depth_limits, settings.max_depth),
+            min_throughput: settings.min_throughput,
+            transport: settings.transport,
+            sampler: settings.sampler,
+            roulette_depth: settings.roulette_depth,
+            clamp: settings.clamp,
+            sharing,
+            adaptive: settings.adaptive,
+            unit,
+            lobes,
+            around_square,
+            around,
+        }
+    }
+
+    /// Whether rendered samples stay valid if more are to follow; if not, why.
+    pub fn extensible(&self) -> Result<(), String> {
+        let grid = |what: &str| {
+            Err(format!(
+                "{what} spread all samples over a grid, so that those of a longer rendering are other ones"
+            ))
+        };
+        if self.adaptive != Adaptive::Off {
+            return Err("adaptive samples are given by how many there are on average".into());
+        }
+        if self.transport == Transport::Path {
+            return match self.sampler {
+                Sampler::Jittered => grid("jittered samplers"),
+                Sampler::Sobol | Sampler::Independent => Ok(()),
+            };
+        }
+        let lens = match self.scene.camera.projection {
+            Projection::ThinLens { pattern, .. } => Some(pattern),
+            Projection::Pinhole { .. } | Projection::Orthographic { .. } => None,
+        };
+        let is_grid = |pattern: Pattern| matches!(pattern, Pattern::Jittered | Pattern::Regular);
+        let lights = self.scene.lights.iter().any(|light| light.pattern == Pattern::Jittered);
+        match is_grid(self.pattern) || lens.is_some_and(is_grid) || lights {
+            true => grid("the patterns of pixels, lenses and lights under the Whitted transport"),
+            false => Ok(()),
+        }
+    }
+}

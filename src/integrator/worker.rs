@@ -1,0 +1,115 @@
+//! What renders tiles: the buffers of a thread, under one of the two schedules.
+
+use std::ops::Range;
+
+use super::frame::Frame;
+use super::observe::{Nobody, Observer};
+use super::sharing::pilot::Pilot;
+use super::statistics::Statistics;
+use super::stop::{Stop, Watch};
+use super::{recursive, wavefront};
+use crate::film::{Film, Region};
+use crate::simd::Level;
+
+/// What a worker reads: a frame, and what was computed before its samples.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    /// The scene and its settings.
+    pub frame: &'a Frame,
+    /// What was found out about sharing, if blocks of pixels choose how many of them share.
+    pub pilot: Option<&'a Pilot>,
+    /// The instruction set.
+    pub level: Level,
+}
+
+impl<'a> Work<'a> {
+    /// The same work with another frame, whose pixels choose nothing.
+    pub(super) fn with_frame<'b>(self, frame: &'b Frame) -> Work<'b>
+    where
+        'a: 'b,
+    {
+        Work { frame, pilot: None, ..self }
+    }
+}
+
+/// In which order rays are traced. The image does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Schedule {
+    /// Breadth first: waves of many paths go through one stage after another.
+    #[default]
+    Wavefront,
+    /// Depth first: one path after another is followed to its end.
+    Recursive,
+}
+
+/// In which order the wavefront schedule shades a wave's hits under the path transport. The image
+/// does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sorting {
+    /// Material by material: all lanes are used.
+    #[default]
+    ByMaterial,
+    /// As they come: the hits in a register are shaded once for each material among them.
+    Unsorted,
+}
+
+/// A worker's buffers, made once and used for tile after tile.
+pub enum Worker {
+    /// For [`Schedule::Wavefront`].
+    Wavefront(Box<wavefront::Wave>),
+    /// For [`Schedule::Recursive`].
+    Recursive(Box<recursive::Recursion>),
+}
+
+impl Worker {
+    /// Buffers for waves of `wave` paths, or for single paths.
+    pub fn new(frame: &Frame, schedule: Schedule, wave: usize, sorting: Sorting) -> Self {
+        match schedule {
+            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave, sorting))),
+            Schedule::Recursive => Worker::Recursive(Box::new(recursive::Recursion::new(frame))),
+        }
+    }
+
+    /// Renders a range of samples of a tile into a film of its own.
+    pub fn render(
+        &mut self,
+        work: Work,
+        tile: Region,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+    ) -> Film {
+        self.observe(work, tile, samples, statistics, &mut Nobody)
+    }
+
+    /// The same; none if it is stopped before the tile is whole.
+    pub fn render_until(
+        &mut self,
+        work: Work,
+        (tile, samples): (Region, Range<u32>),
+        statistics: &mut Statistics,
+        stop: &Stop,
+    ) -> Option<Film> {
+        let mut watch = Watch::new(stop);
+        let film = self.observe(work, tile, samples, statistics, &mut watch);
+        (!watch.stopped).then_some(film)
+    }
+
+    /// The same with an observer.
+    pub fn observe(
+        &mut self,
+        work: Work,
+        tile: Region,
+        samples: Range<u32>,
+        statistics: &mut Statistics,
+        observer: &mut dyn Observer,
+    ) -> Film {
+        let mut film = Film::new(tile, work.frame.unit);
+        match self {
+            Worker::Wavefront(wave) => wave.render(work, &mut film, samples, statistics, observer),
+            Worker::Recursive(recursion) => {
+                recursion.render(work, &mut film, samples, statistics, observer);
+            }
+        }
+        film
+    }
+}

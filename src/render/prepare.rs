@@ -1,0 +1,58 @@
+//! What is computed before samples are: a frame with the medium of its camera, and what is found out about sharing.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::camera_medium;
+use crate::integrator::recursive::Recursion;
+use crate::integrator::sharing::pilot::{MOST_RAYS, Pilot};
+use crate::integrator::{Frame, Stop};
+use crate::math::NONE;
+use crate::scene::CompiledScene;
+use crate::world::{Settings, Transport};
+
+/// A scene with the settings to render it by. It is found out where its camera is; nothing else is traced.
+pub fn frame(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Frame {
+    let scene = scene.into();
+    let around = match settings.transport {
+        Transport::Whitted => NONE,
+        Transport::Path => camera_medium::find(&scene, settings.size),
+    };
+    Frame::new(scene, settings, around)
+}
+
+/// What a frame's samples are a function of, in addition to its scene and settings.
+pub struct Prepared {
+    /// What was found out about sharing, if blocks of pixels choose how many of them share.
+    pub pilot: Option<Pilot>,
+}
+
+impl Prepared {
+    /// Traces what has to be known before the first sample, on all threads. None if it was stopped.
+    pub fn new(frame: &Frame, stop: &Stop) -> Option<Self> {
+        let prepared = Self::while_going(frame, stop);
+        (!stop.is_set()).then_some(prepared)
+    }
+
+    /// The same without an end before it is done.
+    pub fn now(frame: &Frame) -> Self {
+        Self::while_going(frame, &Stop::NEVER)
+    }
+
+    fn while_going(frame: &Frame, stop: &Stop) -> Self {
+        let chooses = frame.sharing.is_some_and(|grouping| grouping.chooses);
+        Self { pilot: chooses.then(|| pilot(frame, stop)) }
+    }
+}
+
+/// Looks at some blocks of a frame's image. What takes too many rays is left out.
+fn pilot(frame: &Frame, stop: &Stop) -> Pilot {
+    let measuring = Pilot::frame_of(frame);
+    let blocks: Vec<_> = Pilot::blocks(frame).collect();
+    let stop = stop.or_after_rays(MOST_RAYS);
+    let look = |worker: &mut Recursion, block| worker.look(&measuring, block, &stop);
+    let found: Vec<_> = blocks.into_par_iter().map_init(|| Recursion::new(&measuring), look).collect();
+    let (measured, rays): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
+    Pilot::new(frame, measuring, &measured, rays.iter().sum())
+}
