@@ -3,7 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use crate::mesh::{Solid, polar, sin_cos_degrees};
-use crate::solids::{bezier, lathe};
+use crate::outline::{Outline, rounded_rectangle};
+use crate::solids::{bezier, extrude, lathe, rounded};
 
 /// A wine glass of 180 mm, one closed surface with an outer and an inner wall.
 pub fn wine_glass() -> Solid {
@@ -18,6 +19,93 @@ pub fn wine_glass() -> Solid {
     profile.extend(bezier([(28.5, 179.4), (31.5, 164.0), (36.8, 146.0), (36.4, 122.0)], 18));
     profile.extend(bezier([(36.4, 122.0), (35.4, 96.0), (12.0, 90.5), (0.0, 90.0)], 22));
     end_on_axis(profile)
+}
+
+/// What is drunk from [`wine_glass`], up to 128 mm. It reaches 0.4 mm into the glass, whose inner wall bounds it.
+pub fn wine() -> Solid {
+    let mut profile = vec![DVec2::new(0.0, 89.6)];
+    profile.extend(bezier([(0.0, 89.6), (12.2, 90.1), (35.8, 95.8), (36.8, 122.0)], 22));
+    profile.extend([
+        DVec2::new(36.9, 128.0),
+        DVec2::new(36.0, 128.0),
+        DVec2::new(20.0, 128.0),
+        DVec2::new(0.0, 128.0),
+    ]);
+    end_on_axis(profile)
+}
+
+/// A tumbler of 95 mm with a thick bottom.
+pub fn tumbler() -> Solid {
+    let mut profile = vec![DVec2::ZERO, DVec2::new(28.0, 0.0)];
+    profile.extend(bezier([(28.0, 0.0), (30.5, 0.0), (31.0, 1.0), (31.2, 3.0)], 6));
+    profile.extend(bezier([(31.2, 3.0), (33.0, 40.0), (35.0, 70.0), (36.0, 94.4)], 10));
+    profile.extend(bezier([(36.0, 94.4), (36.0, 95.4), (34.2, 95.4), (34.1, 94.4)], 6));
+    profile.extend(bezier([(34.1, 94.4), (33.0, 70.0), (31.0, 40.0), (29.6, 16.0)], 10));
+    profile.extend(bezier([(29.6, 16.0), (29.0, 12.0), (24.0, 11.0), (0.0, 11.0)], 8));
+    end_on_axis(profile)
+}
+
+/// What is in [`tumbler`], up to 70 mm. It reaches 0.4 mm into the glass.
+pub fn drink() -> Solid {
+    let mut profile = vec![DVec2::new(0.0, 10.6)];
+    profile.extend(bezier([(0.0, 10.6), (24.2, 10.6), (29.4, 11.6), (30.0, 16.0)], 8));
+    profile.extend(bezier([(30.0, 16.0), (31.0, 34.0), (32.0, 52.0), (33.0, 70.0)], 8));
+    profile.extend([DVec2::new(32.0, 70.0), DVec2::new(16.0, 70.0), DVec2::new(0.0, 70.0)]);
+    end_on_axis(profile)
+}
+
+/// A cube of ice of 24 mm with worn edges.
+pub fn ice_cube() -> Solid {
+    extrude(&Outline::new(rounded_rectangle(24.0, 24.0, 4.0, 6)), &rounded(-12.0, 12.0, 4.0, 6))
+}
+
+/// The surface of a pool of 4 × 4 m about the origin, with waves: a closed body that is `depth` metres deep.
+pub fn pool(depth: f64) -> Solid {
+    const SIDE: u32 = 128;
+    const WAVES: [(f64, f64, f64, f64); 6] = [
+        (0.016, 2.6, 1.1, 0.3),
+        (0.011, -1.9, 3.1, 1.1),
+        (0.007, 4.7, -2.3, 2.2),
+        (0.005, 3.1, 6.3, 0.7),
+        (0.003, -7.9, 4.1, 3.9),
+        (0.002, 9.7, 7.3, 5.1),
+    ];
+    let mut solid = Solid::default();
+    let at = |i: u32| 4.0 * f64::from(i) / f64::from(SIDE) - 2.0;
+    for (z, x) in (0..=SIDE).flat_map(|z| (0..=SIDE).map(move |x| (at(z), at(x)))) {
+        let wave =
+            |(height, kx, kz, phase): (f64, f64, f64, f64)| height * libm::sin(kx * x + kz * z + phase);
+        solid.vertex(DVec3::new(x, WAVES.into_iter().map(wave).sum(), z));
+    }
+    let row = SIDE + 1;
+    for (z, x) in (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| (z, x))) {
+        let corner = z * row + x;
+        solid.face(&[corner, corner + row, corner + row + 1, corner + 1], 0);
+    }
+    // Walls and the bottom.
+    let rim: Vec<u32> = (0..SIDE)
+        .map(|x| SIDE * row + x)
+        .chain((0..SIDE).map(|z| (SIDE - z) * row + SIDE))
+        .chain((0..SIDE).map(|x| SIDE - x))
+        .chain((0..SIDE).map(|z| z * row))
+        .collect();
+    let below: Vec<u32> = rim
+        .iter()
+        .map(|id| {
+            let top = solid.positions[*id as usize];
+            solid.vertex(DVec3::new(top.x, -depth, top.z))
+        })
+        .collect();
+    for i in 0..rim.len() {
+        let next = (i + 1) % rim.len();
+        let wall = 1 + (i / SIDE as usize) as u32;
+        solid.face(&[rim[i], below[i], below[next], rim[next]], wall);
+    }
+    let center = solid.vertex(DVec3::Y * -depth);
+    for (i, id) in below.iter().enumerate() {
+        solid.face(&[center, below[(i + 1) % below.len()], *id], 5);
+    }
+    solid
 }
 
 /// A stoppered flask of 150 mm with thick walls.

@@ -44,8 +44,13 @@ fn machine_parts_are_closed_and_face_outwards() {
 
 #[test]
 fn glass_is_closed_and_faces_outwards() {
-    let named: [(&str, Solid); 5] = [
+    let named: [(&str, Solid); 10] = [
         ("wine glass", glass::wine_glass()),
+        ("wine", glass::wine()),
+        ("tumbler", glass::tumbler()),
+        ("drink", glass::drink()),
+        ("ice cube", glass::ice_cube()),
+        ("pool", glass::pool(1.2)),
         ("flask", glass::flask()),
         ("lens", glass::lens()),
         ("brilliant", glass::brilliant()),

@@ -208,7 +208,8 @@ pub fn area_light(watts: f32, samples: u32) -> Light {
 pub fn render(frame: &Frame, worker: &mut Worker, level: Level, samples: u32) -> (Film, u64) {
     let mut statistics = Statistics::default();
     let prepared = Prepared::now(frame);
-    let work = Work { frame, pilot: prepared.pilot.as_ref(), level };
+    // Without photons: what they take is measured with whole images.
+    let work = Work { frame, pilot: prepared.pilot.as_ref(), photons: None, level };
     let film = worker.render(work, Region::whole(frame.size), 0..samples, &mut statistics);
     (film, statistics.rays.total())
 }

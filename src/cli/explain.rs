@@ -118,6 +118,10 @@ fn text(lives: &[Life], film: &Film) -> String {
         for (number, path) in life.paths.iter().enumerate() {
             lines.extend(path_lines(number, path));
         }
+        if life.drawn.1 > 0 {
+            let (light, count) = life.drawn;
+            lines.push(format!("  {count} photons that it sees directly bring {}", triple(light)));
+        }
     }
     lines.push(format!("mean of all ({}) {}", lives.len(), triple(mean(film))));
     lines.join("\n") + "\n"
@@ -178,6 +182,9 @@ fn step_lines(step: &Step) -> Vec<String> {
     lines.push(format!("      normal      {normals}"));
     if vertex.own != [0.0; 3] {
         lines.push(format!("      gives off   {}{}", triple(vertex.own), share(vertex.own_share)));
+    }
+    if vertex.gathered != [0.0; 3] {
+        lines.push(format!("      photons     around it bring {}", triple(vertex.gathered)));
     }
     lines.extend(vertex.lights.iter().map(|lit| light_line(lit, vertex.fate.is_some())));
     if let Some(Fate::Scattered { distance_m }) = vertex.fate {

@@ -28,10 +28,11 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
     let samples = header.ranges()?;
     let pass = match &header.begun {
         None => None,
-        Some(Begun { samples: [start, end], tile, tiles, blocks }) => {
+        Some(Begun { samples: [start, end], until, tile, tiles, blocks }) => {
             let range = *start..*end;
             let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
             let mut pass = Pass::new(range, (*tile).max(1), header.region);
+            pass.until = until.unwrap_or(*end);
             for number in tiles {
                 *pass.done.get_mut(*number as usize)? = true;
             }
@@ -61,6 +62,7 @@ pub fn describe(header: &mut Header, gathered: &Gathered) {
     header.allocation.clone_from(&gathered.allocation);
     header.begun = gathered.pass.as_ref().map(|pass| Begun {
         samples: [pass.samples.start, pass.samples.end],
+        until: (pass.until > pass.samples.end).then_some(pass.until),
         tile: pass.tile,
         tiles: numbers(&pass.done),
         blocks: pass.blocks.as_ref().map(|blocks| numbers(blocks)),

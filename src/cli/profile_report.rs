@@ -118,6 +118,7 @@ impl ProfileReport<'_> {
             Transport::Path => vec![
                 row("scattered rays", &rays(|rays| rays.scatter)),
                 row("connecting rays", &rays(|rays| rays.connect)),
+                row("rays of photons", &rays(|rays| rays.photon)),
             ],
         })
         .chain([
@@ -334,7 +335,7 @@ fn timed_json(timed: &Timed) -> Value {
         "mrays_per_cpu_s": timed.mrays_per_cpu_s(),
         "rays": {
             "camera": timed.rays.camera, "reflect": timed.rays.reflect, "refract": timed.rays.refract,
-            "scatter": timed.rays.scatter, "shadow": timed.rays.shadow, "connect": timed.rays.connect, "total": timed.rays.total(),
+            "scatter": timed.rays.scatter, "shadow": timed.rays.shadow, "connect": timed.rays.connect, "photon": timed.rays.photon, "total": timed.rays.total(),
         },
         "spilled_forks": timed.spilled,
         "film_hash": format!("{:032x}", timed.hash),

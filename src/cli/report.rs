@@ -137,7 +137,7 @@ impl RenderReport<'_> {
             &mut out,
             "rays",
             format!(
-                "{}: {} camera, {} reflect, {} refract, {} scatter, {} shadow, {} connect; {:.2} M a second",
+                "{}: {} camera, {} reflect, {} refract, {} scatter, {} shadow, {} connect, {} photon; {:.2} M a second",
                 count(rays.total()),
                 count(rays.camera),
                 count(rays.reflect),
@@ -145,6 +145,7 @@ impl RenderReport<'_> {
                 count(rays.scatter),
                 count(rays.shadow),
                 count(rays.connect),
+                count(rays.photon),
                 self.mrays_per_second()
             ),
         );
@@ -202,7 +203,7 @@ impl RenderReport<'_> {
         });
         let rays_json = json!({
             "camera": rays.camera, "reflect": rays.reflect, "refract": rays.refract, "scatter": rays.scatter,
-            "shadow": rays.shadow, "connect": rays.connect, "total": rays.total(),
+            "shadow": rays.shadow, "connect": rays.connect, "photon": rays.photon, "total": rays.total(),
         });
         let seconds = json!({
             "load": p.load.as_secs_f64(), "compile": p.compile.as_secs_f64(),

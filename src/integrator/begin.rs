@@ -60,6 +60,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         facing: F::Int::splat(NONE),
         scatterings: F::Int::splat(0),
         travelled: F::zero(),
+        landing: F::Int::splat(0),
     }
 }
 
@@ -67,7 +68,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
 /// the smaller (PBRT 4th ed., 10.1). It depends on the sample's own number, not on how many there will be, so that a
 /// film can be continued.
 #[inline(always)]
-fn footprint<F: Float>(sample: F::Int) -> F {
+pub(super) fn footprint<F: Float>(sample: F::Int) -> F {
     let so_far = sample.to_float() + F::one();
     (F::one() / so_far.sqrt()).max(F::splat(0.125))
 }

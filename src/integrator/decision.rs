@@ -1,13 +1,20 @@
 //! What the path transport does at a vertex, in words, for those who look on: the same functions
 //! once more in one lane, whose bits are those of any other. Nothing that renders needs this.
 
+use std::num::Wrapping;
+
 use super::bounces::LobeKind;
 use super::ends::is_last;
 use super::mis::emission_share;
 use super::path::Path;
+use super::photons::Photons;
+use super::shadow::ShadowRay;
+use super::sharing::lend::lends_at;
 use super::within::LitWithin;
 use super::{Frame, medium, path_tracing};
-use crate::math::Vector;
+use crate::math::{Color, Vector};
+use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::draw::BsdfSample;
 use crate::shading::{HitLanes, Surface};
 use crate::simd::Outlined;
 
@@ -25,6 +32,8 @@ pub struct Decision {
     pub emission_share: f32,
     /// The emitter that a ray is sent to, if any, and the weight of finding it that way.
     pub light: Option<(u32, f32)>,
+    /// What photons that have ended around the vertex bring, without what is lent.
+    pub gathered: Color<f32>,
     /// What becomes of the path.
     pub fate: Fate,
 }
@@ -59,7 +68,13 @@ pub enum Fate {
 }
 
 /// Looks at a path that has hit a material.
-pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Decision {
+pub fn decide(
+    frame: &Frame,
+    photons: Option<Photons>,
+    path: &Path<f32>,
+    hit: &HitLanes<f32>,
+    material: u32,
+) -> Decision {
     let scene = &frame.scene;
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
@@ -71,6 +86,7 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
         normal: surface.normal,
         emission_share: 1.0,
         light: None,
+        gathered: Color::black(),
         fate: Fate::Last,
     };
     let flight = medium::flight(frame, path, hit.t, true);
@@ -87,7 +103,8 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
     }
     decision.normal = point.normal();
     if record.emits() {
-        decision.emission_share = emission_share(frame, path, hit, true);
+        let left = photons.map_or(1.0, |photons| photons.left_of_hit(path, hit, true));
+        decision.emission_share = emission_share(frame, path, hit, true) * left;
     }
     let last = is_last(frame, path);
     if last && !record.straight {
@@ -102,6 +119,22 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
         decision.light = Some((lit.emitter.0, lit.share));
     }
     let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
+    let bodies = medium::Bodies::new(path.medium, &surface, record, material);
+    let (here, t) = (!last, hit.t);
+    let vertex = path_tracing::ScatteringVertex {
+        frame,
+        photons,
+        path,
+        bodies,
+        surface: &surface,
+        point: &point,
+        key,
+        here,
+        draws: true,
+        t,
+        width,
+    };
+    with_photons(&vertex, &bsdf, &drawn, &mut decision);
     let left = path.throughput * drawn.weight;
     let straight = record.straight && path_tracing::goes_straight(&drawn);
     decision.fate = if last && !straight {
@@ -117,4 +150,26 @@ pub fn decide(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u3
         Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }
     };
     decision
+}
+
+/// Adds what photons bring, and takes off what they leave to others.
+fn with_photons(
+    vertex: &path_tracing::ScatteringVertex<f32>,
+    bsdf: &Bsdf<f32>,
+    drawn: &BsdfSample<f32>,
+    decision: &mut Decision,
+) {
+    let Some(photons) = vertex.photons else { return };
+    let (path, mut light) = (vertex.path, ShadowRay::none());
+    if let Some((emitter, _)) = decision.light {
+        (light.emitter, light.mask) = (Wrapping(emitter), true);
+        light.contribution = Color::black().complement();
+    }
+    let found = vertex.with_photons(photons, bsdf, drawn, &mut light, &mut { *path });
+    if let Some((_, share)) = &mut decision.light {
+        *share *= light.contribution.r;
+    }
+    let lends = vertex.frame.sharing.is_some() && lends_at(path, vertex.point, true);
+    let lent = if lends { found.diffuse } else { Color::black() };
+    decision.gathered = path.throughput * (found.light - lent);
 }

@@ -10,7 +10,7 @@ use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::{CompiledScene, Material, Projection};
 use crate::shading::principled::tables::LobeTables;
-use crate::world::{Adaptive, Pattern, Sampler, Settings, Transport};
+use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 
 /// A scene and how it is to be rendered: plain settings, which transport reads.
 #[derive(Clone)]
@@ -45,6 +45,8 @@ pub struct Frame {
     pub sharing: Option<Grouping>,
     /// Whether samples go where they lessen the error most.
     pub adaptive: Adaptive,
+    /// Photons for each pixel in each sample, and the first radius in widths of a pixel, if there may be any.
+    pub photons: Option<(f32, f32)>,
     /// Albedos of the lobes that its materials have under the path transport.
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
@@ -73,6 +75,13 @@ impl Frame {
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
         // Ways through a body take from what is lent.
         let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
+        let makes_caustics = |material: &Material| material.makes_caustics_under(settings.transport);
+        // Whitted's images have no noise, and get none unless it is asked for.
+        let is_wanted = settings.transport == Transport::Path || settings.caustics != Caustics::Auto;
+        let has_caustics = is_wanted
+            && settings.max_depth > 0
+            && !scene.emitters.is_empty()
+            && scene.materials.iter().any(makes_caustics);
         let around_square: f32 = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
         // A camera in a body sees more light than there is outside.
         let (brightest, usual) = scene.levels();
@@ -94,6 +103,7 @@ impl Frame {
             sharing,
             adaptive: settings.adaptive,
             unit,
+            photons: settings.caustics.numbers().filter(|_| has_caustics),
             lobes,
             around_square,
             around,

@@ -12,6 +12,7 @@ mod mis;
 pub mod observe;
 pub mod path;
 pub mod path_tracing;
+pub mod photons;
 pub mod presence;
 pub mod recursive;
 pub mod shadow;

@@ -138,6 +138,16 @@ pub enum What {
         /// What becomes of the path.
         fate: Fate,
     },
+    /// Photons have ended around the vertex.
+    Gathered {
+        /// What they bring.
+        light: Triple,
+    },
+    /// Photons have ended where the sample sees them directly.
+    Drawn {
+        /// What they bring.
+        light: Triple,
+    },
     /// A ray to a light.
     Light {
         /// Which light; under the path transport which emitter.
@@ -247,10 +257,12 @@ pub fn vertex(
 }
 
 /// A path of the path transport at a vertex: where that is, and what happens there.
-pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> [Event; 2] {
-    let Decision { position, geometric_normal, normal, emission_share, fate, .. } = *decision;
+pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> impl Iterator<Item = Event> {
+    let Decision { position, geometric_normal, normal, emission_share, gathered, fate, .. } = *decision;
     let choice = Event::Sample(PathKey::of(path), What::Choice { emission_share, fate });
-    [vertex(path, position, geometric_normal, normal), choice]
+    let found = Event::Sample(PathKey::of(path), What::Gathered { light: color(gathered) });
+    let found = (gathered.max_component() > 0.0).then_some(found);
+    [vertex(path, position, geometric_normal, normal), choice].into_iter().chain(found)
 }
 
 /// A path of the path transport with a ray to a light.
@@ -311,6 +323,11 @@ pub fn aside(path: &Path<f32>) -> Event {
 pub fn received(pixel: u32, sample: u32, own: Color<f32>, shared: Color<f32>, vertices: u32) -> Event {
     let key = PathKey { pixel: unpack_pixel(pixel), sample, branch: 0, depth: 0 };
     Event::Sample(key, What::Received { own: color(own), shared: color(shared), vertices })
+}
+
+/// A sample that has seen photons directly.
+pub fn drawn(pixel: (u32, u32), sample: u32, light: Color<f32>) -> Event {
+    Event::Sample(PathKey { pixel, sample, branch: 0, depth: 0 }, What::Drawn { light: color(light) })
 }
 
 /// A path at its end.

@@ -41,6 +41,8 @@ pub struct Path<F: Float> {
     /// How far it had come, when its ray began, since its direction was drawn: 0 unless it went straight through
     /// surfaces.
     pub travelled: F,
+    /// What it must know to share light with photons, or 0: see [`super::photons::gather`].
+    pub landing: F::Int,
 }
 
 impl<F: Float> Path<F> {
@@ -78,6 +80,7 @@ impl<F: Float> Path<F> {
             medium: F::Int::select(mask, yes.medium, no.medium),
             scatterings: F::Int::select(mask, yes.scatterings, no.scatterings),
             travelled: F::select(mask, yes.travelled, no.travelled),
+            landing: F::Int::select(mask, yes.landing, no.landing),
             ..*yes
         }
     }

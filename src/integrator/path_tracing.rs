@@ -12,6 +12,8 @@ use super::ends::{is_last, roulette};
 use super::medium::{self, Bodies};
 use super::mis::{chance_of, choose, emission_share, heuristic};
 use super::path::Path;
+use super::photons::Photons;
+use super::photons::gather::{Gathered, elsewhere};
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
 use super::within::LitWithin;
@@ -45,7 +47,7 @@ pub struct VertexOutcome<F: Float> {
 
 /// Its radiance when the path has hit nothing; it ends there.
 #[inline(always)]
-pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> {
+pub fn miss<F: Float>(frame: &Frame, photons: Option<Photons>, path: &Path<F>, mask: F::Mask) -> Color<F> {
     let scene = &frame.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
@@ -55,6 +57,12 @@ pub fn miss<F: Float>(frame: &Frame, path: &Path<F>, mask: F::Mask) -> Color<F> 
         let other = environment::pdf(&scene.environment, path.direction, found)
             * chance_of(frame, path, around, found);
         light = light * F::select(found, heuristic(path.pdf, other), F::one());
+    }
+    if let Some(photons) = photons
+        && scene.environment.panorama.is_some()
+    {
+        let density = photons.plan.emission.sky_density(scene, path.direction, mask);
+        light = light * photons.left_to_path(path, density, F::Mask::from_bits(0), mask);
     }
     path.radiance + limited(frame, path, path.throughput * light)
 }
@@ -72,6 +80,7 @@ pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) 
 #[inline(always)]
 pub fn hit<F: Float>(
     frame: &Frame,
+    photons: Option<Photons>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     material: u32,
@@ -95,12 +104,13 @@ pub fn hit<F: Float>(
     let arrives = mask & !flight.scattered;
     if flight.scattered.any() {
         (out.next, out.goes_on) = medium::scattered(frame, path, &flight, key);
+        out.next.landing = elsewhere::<F>(path.landing);
         out.shadow = F::outlined(LitWithin { frame, path, flight: &flight, key }).shadow;
         if !arrives.any() {
             return out;
         }
     }
-    let radiance = given_off(frame, path, hit, &point, arrives);
+    let radiance = given_off(frame, photons, path, hit, &point, arrives);
     out.radiance = Color::select(arrives, radiance, path.radiance);
     // The last ray only looks for emitters, because the light sampled before relies on its share.
     let here = arrives & !is_last(frame, path);
@@ -111,6 +121,7 @@ pub fn hit<F: Float>(
     }
     let vertex = ScatteringVertex {
         frame,
+        photons,
         path,
         bodies: Bodies::new(path.medium, &surface, record, material),
         surface: &surface,
@@ -136,6 +147,16 @@ pub fn hit<F: Float>(
     }
     out.goes_on = out.goes_on | scattered.goes_on;
     out.shared = scattered.shared;
+    if photons.is_some() {
+        let mut light = path.throughput * scattered.gathered.light;
+        if let Some(shared) = &mut out.shared {
+            // What is lent is added where it is shared.
+            let lent = path.throughput * scattered.gathered.diffuse;
+            shared.lent.gathered = Color::select(shared.lends, lent, Color::black());
+            light = light - shared.lent.gathered;
+        }
+        out.radiance = Color::select(here, out.radiance + limited(frame, path, light), out.radiance);
+    }
     out
 }
 
@@ -157,19 +178,21 @@ pub(super) fn shading_point<'a, F: Float>(
 }
 
 /// Where a surface scatters light.
-struct ScatteringVertex<'a, F: Float> {
-    frame: &'a Frame,
-    path: &'a Path<F>,
-    bodies: Bodies<F>,
-    surface: &'a Surface<F>,
-    point: &'a ShadingPoint<'a, F>,
-    key: Key<F::Int>,
+pub(super) struct ScatteringVertex<'a, F: Float> {
+    pub frame: &'a Frame,
+    /// The photons that end there, if there are any.
+    pub photons: Option<Photons<'a>>,
+    pub path: &'a Path<F>,
+    pub bodies: Bodies<F>,
+    pub surface: &'a Surface<F>,
+    pub point: &'a ShadingPoint<'a, F>,
+    pub key: Key<F::Int>,
     /// Where it does so.
-    here: F::Mask,
+    pub here: F::Mask,
     /// Where the path may at least go straight on.
-    draws: F::Mask,
-    t: F,
-    width: F,
+    pub draws: F::Mask,
+    pub t: F,
+    pub width: F,
 }
 
 /// What a surface scatters.
@@ -177,6 +200,8 @@ struct Scattered<F: Float> {
     shadow: ShadowRay<F>,
     next: Path<F>,
     goes_on: F::Mask,
+    /// The light of photons that leaves it to the viewer.
+    gathered: Gathered<F>,
     shared: Option<Shared<F>>,
 }
 
@@ -196,14 +221,15 @@ impl<F: Float> ScatteringVertex<'_, F> {
     /// Samples one light and draws one direction at a surface with such lobes.
     #[inline(always)]
     fn scatter(&self, has: Has) -> Scattered<F> {
-        let Self { frame, path, surface, point, key, here, draws, width, .. } = *self;
+        let Self { frame, path, surface, point, key, here, draws, .. } = *self;
         let bsdf = bsdf(has, frame, path, point, key, draws);
-        let light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
+        let mut light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
         let drawn = drawn(frame, path, &bsdf, key, draws);
-        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.bodies, &drawn, key, width);
+        let (mut next, goes_on) = self.onward(&drawn);
         next.facing = faces(frame, surface, &bsdf);
-        if point.material.straight {
-            self.go_straight_on(&drawn, &mut next, &mut goes_on);
+        let mut gathered = Gathered::nothing();
+        if let Some(photons) = self.photons {
+            gathered = self.with_photons(photons, &bsdf, &drawn, &mut light.0, &mut next);
         }
         let mut shared = None;
         if frame.sharing.is_some() {
@@ -211,7 +237,18 @@ impl<F: Float> ScatteringVertex<'_, F> {
             let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
             shared = Some(lend::shared(path, &vertex, here));
         }
-        Scattered { shadow: light.0, next, goes_on, shared }
+        Scattered { shadow: light.0, next, goes_on, gathered, shared }
+    }
+
+    /// Where a path goes on in a drawn direction.
+    #[inline(always)]
+    pub fn onward(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
+        let Self { frame, path, surface, key, width, .. } = *self;
+        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.bodies, drawn, key, width);
+        if self.point.material.straight {
+            self.go_straight_on(drawn, &mut next, &mut goes_on);
+        }
+        (next, goes_on)
     }
 
     /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
@@ -263,6 +300,7 @@ pub(super) fn bsdf<F: Float>(
 #[inline(always)]
 fn given_off<F: Float>(
     frame: &Frame,
+    photons: Option<Photons>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     point: &ShadingPoint<F>,
@@ -275,7 +313,10 @@ fn given_off<F: Float>(
     if !point.material.emits() {
         return path.radiance;
     }
-    let light = point.emission() * emission_share(frame, path, hit, mask);
+    let mut light = point.emission() * emission_share(frame, path, hit, mask);
+    if let Some(photons) = photons {
+        light = light * photons.left_of_hit(path, hit, mask);
+    }
     let found = medium::emitted(frame, path.medium, path.throughput * light, mask);
     path.radiance + limited(frame, path, found)
 }

@@ -2,6 +2,8 @@
 //! with the single-ray kernels. A fork waits on a stack of our own instead of the
 //! thread's, so that no depth overflows it.
 
+mod photons;
+
 use std::num::Wrapping;
 use std::ops::Range;
 
@@ -11,6 +13,7 @@ use super::decision::decide;
 use super::observe::{self, Aside, Continuation, Observer};
 use super::path::{Path, pack_pixel, unpack_pixel};
 use super::path_tracing::VertexOutcome;
+use super::photons::Photons;
 use super::presence::{Shadow, Traced};
 use super::shadow::{ShadowRay, connect};
 use super::sharing::pilot::{Measured, Pilot};
@@ -53,11 +56,12 @@ impl Recursion {
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
-        let Work { frame, pilot, level } = work;
+        let Work { frame, pilot, photons, level } = work;
         let looks = observer.looks();
         let Self { stack, crossings, forks, shared } = self;
         let mut tile = Tile {
             frame,
+            photons,
             level,
             statistics,
             stack,
@@ -76,13 +80,30 @@ impl Recursion {
 
     /// What two samples of some pixels of a block find in a pilot's frame, and the number of rays that it took. None if
     /// it was stopped.
-    pub fn look(&mut self, frame: &Frame, block: Region, stop: &Stop) -> Option<(Measured, u64)> {
+    pub fn look(
+        &mut self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        block: Region,
+        stop: &Stop,
+    ) -> Option<(Measured, u64)> {
         let Self { stack, crossings, forks, shared } = self;
         let (slots, _) = shared.as_mut()?;
         let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
         let (level, looks, asked, stopped) = (Level::detect(), false, 0, false);
-        let mut tile =
-            Tile { frame, level, statistics, stack, crossings, forks, looks, observer, asked, stopped };
+        let mut tile = Tile {
+            frame,
+            photons,
+            level,
+            statistics,
+            stack,
+            crossings,
+            forks,
+            looks,
+            observer,
+            asked,
+            stopped,
+        };
         slots.enter(frame, block);
         tile.look(slots);
         (!tile.stopped).then(|| (slots.measured(), tile.statistics.rays.total()))
@@ -93,6 +114,7 @@ impl Recursion {
 /// exists once, and so without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
     frame: &'a Frame,
+    photons: Option<Photons<'a>>,
     level: Level,
     statistics: &'a mut Statistics,
     stack: &'a mut Stack,
@@ -178,7 +200,8 @@ impl<'a> Tile<'a> {
                 }
                 return to_rgb(radiance);
             }
-            let (vertex, scatter, radiance) = whitted::hit(frame, &path, &HitLanes::one(&hit), true);
+            let (vertex, scatter, radiance) =
+                whitted::hit(frame, self.photons, &path, &HitLanes::one(&hit), true);
             path.radiance = radiance;
             if self.looks {
                 let (own, shading) = (vertex.geometric_normal, vertex.normal);
@@ -224,7 +247,7 @@ impl<'a> Tile<'a> {
             self.observer.report(&observe::ray(path, hit));
         }
         if hit.is_miss() {
-            path.radiance = path_tracing::miss(frame, path, true);
+            path.radiance = path_tracing::miss(frame, self.photons, path, true);
             if self.looks {
                 self.observer.report(&observe::end(path, path.radiance));
             }
@@ -232,11 +255,11 @@ impl<'a> Tile<'a> {
         }
         let lane = HitLanes::one(&hit);
         let material = material_of(&frame.scene.geometry, &lane, true).0;
-        let outcome = path_tracing::hit(frame, path, &lane, material, true);
+        let outcome = path_tracing::hit(frame, self.photons, path, &lane, material, true);
         path.radiance = outcome.radiance;
         if self.looks {
-            let decision = decide(frame, path, &lane, material);
-            observe::path_vertex(path, &decision).iter().for_each(|event| self.observer.report(event));
+            let decision = decide(frame, self.photons, path, &lane, material);
+            observe::path_vertex(path, &decision).for_each(|event| self.observer.report(&event));
             if outcome.shadow.mask {
                 let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
                 self.observer.report(&observe::path_light(path, &decision, ray, contribution));
@@ -294,9 +317,11 @@ impl<'a> Tile<'a> {
                 let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
                 let crossings = &mut *self.crossings;
                 let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
+                let photons = self.photons.map(Photons::of_pilot);
                 let (frame, looks, asked, stopped) = (&pilot.frame, false, 0, false);
                 let mut aside = Tile {
                     frame,
+                    photons,
                     level,
                     statistics,
                     stack,

@@ -17,12 +17,14 @@ pub struct RayCounts {
     pub shadow: u64,
     /// To second vertices of other paths that are shared.
     pub connect: u64,
+    /// Those of photons.
+    pub photon: u64,
 }
 
 impl RayCounts {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.camera + self.reflect + self.refract + self.scatter + self.shadow + self.connect
+        self.camera + self.reflect + self.refract + self.scatter + self.shadow + self.connect + self.photon
     }
 }
 
@@ -45,13 +47,15 @@ pub enum Stage {
     Shadow,
     /// Rays between first and second vertices that share paths, and what arrives along them.
     Connect,
+    /// Photons on their way, but for their hits and for rays from them to the camera.
+    Photons,
     /// Finished paths to the film, the next wave into place.
     Advance,
 }
 
 impl Stage {
     /// All, in order.
-    pub const ALL: [Stage; 8] = [
+    pub const ALL: [Stage; 9] = [
         Stage::Generate,
         Stage::Intersect,
         Stage::Retire,
@@ -59,12 +63,14 @@ impl Stage {
         Stage::Light,
         Stage::Shadow,
         Stage::Connect,
+        Stage::Photons,
         Stage::Advance,
     ];
 
     /// In lower case.
     pub fn name(self) -> &'static str {
-        ["generate", "intersect", "retire", "shade", "light", "shadow", "connect", "advance"][self as usize]
+        ["generate", "intersect", "retire", "shade", "light", "shadow", "connect", "photons", "advance"]
+            [self as usize]
     }
 }
 
@@ -74,7 +80,7 @@ pub struct Statistics {
     /// Rays traced.
     pub rays: RayCounts,
     /// Time of each [`Stage`], summed over workers.
-    pub stages: [Duration; 8],
+    pub stages: [Duration; Stage::ALL.len()],
     /// Paths that left the wave for the pending stack because forks outgrew it.
     pub spilled: u64,
 }
@@ -88,6 +94,7 @@ impl Statistics {
         self.rays.scatter += other.rays.scatter;
         self.rays.shadow += other.rays.shadow;
         self.rays.connect += other.rays.connect;
+        self.rays.photon += other.rays.photon;
         self.spilled += other.spilled;
         for (sum, more) in self.stages.iter_mut().zip(other.stages) {
             *sum += more;

@@ -7,7 +7,10 @@
 //! A fork begins with no radiance and needs no join: the film's sums are exact.
 
 use super::Frame;
+use super::begin;
 use super::path::Path;
+use super::photons::Photons;
+use super::photons::gather::{Receiver, first_radius};
 use super::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
@@ -66,6 +69,7 @@ pub struct Scatter<F: Float> {
 #[inline(always)]
 pub fn hit<F: Float>(
     frame: &Frame,
+    photons: Option<Photons>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     mask: F::Mask,
@@ -75,7 +79,18 @@ pub fn hit<F: Float>(
     let width = path.width + path.spread * hit.t;
     let shaded = Shaded::new(scene, hit, &surface, path.direction, width, mask);
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
-    let radiance = path.radiance + path.throughput * own;
+    let mut radiance = path.radiance + path.throughput * own;
+    // What the camera sees directly has been drawn.
+    let indirect = mask & !path.depth.eq(F::Int::splat(0));
+    if let Some(photons) = photons
+        && indirect.any()
+    {
+        let answer = Answer { model: &shaded.model, normal: shaded.normal, to_viewer: -path.direction };
+        let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
+        let first = first_radius(path, width, &surface);
+        let found = photons.gather((frame.max_depth, false), path, &surface, &answer, first, indirect).light;
+        radiance = Color::select(indirect, radiance + path.throughput * found, radiance);
+    }
     let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, mask);
     let vertex = WhittedVertex {
         position: surface.position,
@@ -87,9 +102,28 @@ pub fn hit<F: Float>(
     (vertex, scatter, radiance)
 }
 
+/// The classic model as what photons meet.
+struct Answer<'a, F: Float> {
+    model: &'a BlinnPhong<F>,
+    normal: Vector<F>,
+    to_viewer: Vector<F>,
+}
+
+impl<F: Float> Receiver<F> for Answer<'_, F> {
+    #[inline(always)]
+    fn receive(&self, from: Vector<F>, _: F::Mask) -> (Color<F>, F) {
+        (self.model.evaluate(self.normal, self.to_viewer, from), F::zero())
+    }
+
+    #[inline(always)]
+    fn diffuse_part(&self, _: Vector<F>, _: Color<F>, _: F::Mask) -> Color<F> {
+        Color::black()
+    }
+}
+
 /// Mirror image and refraction with their weights.
 #[inline(always)]
-fn scatter<F: Float>(
+pub(super) fn scatter<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::frame::Frame;
 use super::observe::{Nobody, Observer};
+use super::photons::{Landed, Photons, Plan};
 use super::sharing::pilot::Pilot;
 use super::statistics::Statistics;
 use super::stop::{Stop, Watch};
@@ -18,6 +19,8 @@ pub struct Work<'a> {
     pub frame: &'a Frame,
     /// What was found out about sharing, if blocks of pixels choose how many of them share.
     pub pilot: Option<&'a Pilot>,
+    /// The photons of the samples to render, if there are any.
+    pub photons: Option<Photons<'a>>,
     /// The instruction set.
     pub level: Level,
 }
@@ -70,6 +73,28 @@ impl Worker {
         }
     }
 
+    /// Traces some of a sample's photons, by their numbers. Nothing of meaning if it is stopped.
+    pub fn trace_photons(
+        &mut self,
+        plan: &Plan,
+        level: Level,
+        sample: u32,
+        numbers: Range<u32>,
+        statistics: &mut Statistics,
+        stop: &Stop,
+    ) -> Landed {
+        let mut landed = Landed::default();
+        let (watch, todo) = (&mut Watch::new(stop), (sample, numbers));
+        match self {
+            Worker::Wavefront(wave) => wave.trace_photons(plan, level, todo, &mut landed, statistics, watch),
+            Worker::Recursive(recursion) => {
+                recursion.trace_photons(plan, level, todo, &mut landed, statistics, watch);
+            }
+        }
+        landed.sort();
+        landed
+    }
+
     /// Renders a range of samples of a tile into a film of its own.
     pub fn render(
         &mut self,
@@ -105,10 +130,13 @@ impl Worker {
     ) -> Film {
         let mut film = Film::new(tile, work.frame.unit);
         match self {
-            Worker::Wavefront(wave) => wave.render(work, &mut film, samples, statistics, observer),
+            Worker::Wavefront(wave) => wave.render(work, &mut film, samples.clone(), statistics, observer),
             Worker::Recursive(recursion) => {
-                recursion.render(work, &mut film, samples, statistics, observer);
+                recursion.render(work, &mut film, samples.clone(), statistics, observer);
             }
+        }
+        if let Some(photons) = work.photons {
+            photons.draw(work.frame, &mut film, samples, observer);
         }
         film
     }

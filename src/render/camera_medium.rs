@@ -1,7 +1,7 @@
 //! The body that the camera is in.
 
 use crate::bvh::{Asker, Stack, closest_ray};
-use crate::math::{NONE, Ray, Vector};
+use crate::math::{NONE, Ray, Vec3, Vector};
 use crate::scene::{CompiledScene, Material};
 use crate::shading::{HitLanes, Surface, camera};
 use crate::simd::Level;
@@ -39,6 +39,14 @@ pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
     let mut bodies = places.into_iter().map(|place| body_around(scene, place, &mut stack));
     let first = bodies.next().unwrap_or(NONE);
     if bodies.all(|body| body == first) { first } else { NONE }
+}
+
+/// The material of the body around a place, if it does anything to light.
+pub fn around(scene: &CompiledScene, place: Vec3, stack: &mut Stack) -> u32 {
+    if !scene.materials.iter().any(Material::fills) {
+        return NONE;
+    }
+    body_around(scene, Vector::new(place.x, place.y, place.z), stack)
 }
 
 /// The material of the body around a place, as most of some rays find it.

@@ -26,8 +26,10 @@ pub struct Gathered {
 /// Samples that some tiles have already and others have not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pass {
-    /// The samples.
+    /// The samples that tiles have.
     pub samples: Range<u32>,
+    /// Where its samples end: those behind come next, for the same blocks.
+    pub until: u32,
     /// Width and height of tiles in pixels.
     pub tile: u32,
     /// Which tiles have them, by their numbers.
@@ -39,7 +41,24 @@ pub struct Pass {
 impl Pass {
     /// A pass of which no tile is done.
     pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
-        Pass { samples, tile, done: vec![false; super::tiles(region, tile).len()], blocks: None }
+        let done = vec![false; super::tiles(region, tile).len()];
+        Pass { until: samples.end, samples, tile, done, blocks: None }
+    }
+
+    /// Its first samples, at most so many; the others come next.
+    pub(super) fn begin(self, most: u32) -> Pass {
+        let end = self.samples.start.saturating_add(most).min(self.samples.end);
+        Pass { samples: self.samples.start..end, ..self }
+    }
+
+    /// Its next samples, if there are any.
+    pub(super) fn next(&self, most: u32) -> Option<Pass> {
+        let rest = Pass {
+            samples: self.samples.end..self.until,
+            done: vec![false; self.done.len()],
+            ..self.clone()
+        };
+        (!rest.samples.is_empty()).then(|| rest.begin(most))
     }
 
     /// The parts of a tile that are rendered: all of it, or those of its blocks that get samples, with their numbers.

@@ -35,6 +35,8 @@ pub(crate) mod gathered;
 mod needs;
 mod observed;
 mod options;
+mod passes;
+mod photons;
 pub(crate) mod prepare;
 pub(crate) mod session;
 mod threads;

@@ -1,6 +1,6 @@
 //! How much memory a rendering takes in addition to its scene.
 
-use super::{DEFAULT_WAVE, Options};
+use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
 use crate::formats::film_file::packed_bytes;
@@ -92,7 +92,10 @@ impl Needs {
         let threads = rayon::current_num_threads();
         let workers = threads.min(tiles(self.region, tile));
         let of_threads = workers * worker + (threads - workers) * IDLE_THREAD;
-        area.saturating_mul(sums as u64).saturating_add(above).saturating_add(of_threads as u64)
+        area.saturating_mul(sums as u64)
+            .saturating_add(above)
+            .saturating_add(of_threads as u64)
+            .saturating_add(photons::most_bytes(frame))
     }
 
     /// Checks whether there is enough memory.

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::camera_medium;
+use super::{camera_medium, photons};
+use crate::integrator::photons::{Photons, Plan};
 use crate::integrator::recursive::Recursion;
 use crate::integrator::sharing::pilot::{MOST_RAYS, Pilot};
 use crate::integrator::{Frame, Stop};
@@ -26,6 +27,8 @@ pub fn frame(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Frame
 pub struct Prepared {
     /// What was found out about sharing, if blocks of pixels choose how many of them share.
     pub pilot: Option<Pilot>,
+    /// What the photons of all samples have in common, if there are any.
+    pub plan: Option<Plan>,
 }
 
 impl Prepared {
@@ -42,16 +45,18 @@ impl Prepared {
 
     fn while_going(frame: &Frame, stop: &Stop) -> Self {
         let chooses = frame.sharing.is_some_and(|grouping| grouping.chooses);
-        Self { pilot: chooses.then(|| pilot(frame, stop)) }
+        let plan = photons::plan(frame, stop);
+        Self { pilot: chooses.then(|| pilot(frame, plan.as_ref(), stop)), plan }
     }
 }
 
 /// Looks at some blocks of a frame's image. What takes too many rays is left out.
-fn pilot(frame: &Frame, stop: &Stop) -> Pilot {
+fn pilot(frame: &Frame, plan: Option<&Plan>, stop: &Stop) -> Pilot {
+    let photons = plan.map(|plan| Photons { plan, first: 0, samples: &[] });
     let measuring = Pilot::frame_of(frame);
     let blocks: Vec<_> = Pilot::blocks(frame).collect();
     let stop = stop.or_after_rays(MOST_RAYS);
-    let look = |worker: &mut Recursion, block| worker.look(&measuring, block, &stop);
+    let look = |worker: &mut Recursion, block| worker.look(&measuring, photons, block, &stop);
     let found: Vec<_> = blocks.into_par_iter().map_init(|| Recursion::new(&measuring), look).collect();
     let (measured, rays): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
     Pilot::new(frame, measuring, &measured, rays.iter().sum())

@@ -4,15 +4,14 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-use rayon::prelude::*;
-
+use super::adaptive;
 use super::gathered::{Gathered, Pass};
 use super::options::Options;
+use super::passes::at_once;
 use super::prepare::{self, Prepared};
-use super::{Level, adaptive};
-use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
+use crate::film::{Allocation, Film, Moments, Region};
 use crate::integrator::sharing::BLOCK;
-use crate::integrator::{Frame, Statistics, Stop, Work, Worker};
+use crate::integrator::{Frame, Statistics, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
@@ -23,17 +22,17 @@ const PASS: u32 = 16;
 pub struct Session {
     pub(super) frame: Arc<Frame>,
     /// What was computed before its samples, once there is any.
-    prepared: Option<Arc<Prepared>>,
+    pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
     pub(super) gathered: Gathered,
-    statistics: Statistics,
-    workers: Mutex<Vec<Worker>>,
+    pub(super) statistics: Statistics,
+    pub(super) workers: Mutex<Vec<Worker>>,
     /// Samples to render.
     pub(super) wanted: Range<u32>,
     /// How many there are in all.
     total: u32,
     /// Whether it is a pilot, of which the rays of each block are wanted.
-    is_pilot: bool,
+    pub(super) is_pilot: bool,
 }
 
 /// What has happened since the last time.
@@ -226,6 +225,7 @@ impl Session {
             let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
             // As many at once as possible: a few samples of a few blocks would not fill a wave.
             let samples = allocation.first_round(next);
+            let samples = samples.start..samples.end.min(samples.start.saturating_add(self.at_once()));
             let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
             return Some(Pass { blocks, ..Pass::new(samples, size, region) });
         }
@@ -234,16 +234,22 @@ impl Session {
             None => self.wanted.clone(),
         };
         if let Some(next) = self.gathered.samples.missing(of_all).iter().next() {
-            let end = next.start.saturating_add(count).min(next.end);
+            let end = next.start.saturating_add(count.min(self.at_once())).min(next.end);
             return Some(Pass::new(next.start..end, size, region));
         }
         let rays = self.gathered.rays.as_deref().unwrap_or_default();
         let round = adaptive::next_round(&self.gathered.film, rays, self.rounds()?)?;
-        Some(Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) })
+        let pass = Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) };
+        Some(pass.begin(self.at_once()))
+    }
+
+    /// The most samples that are rendered at once.
+    pub(super) fn at_once(&self) -> u32 {
+        at_once(self.prepared.as_deref())
     }
 
     /// The average number of samples, if they come in rounds.
-    fn rounds(&self) -> Option<u32> {
+    pub(super) fn rounds(&self) -> Option<u32> {
         let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
         (self.frame.adaptive == Adaptive::On && is_whole).then_some(self.total)
     }
@@ -305,75 +311,14 @@ impl Session {
         if !self.prepare(stop) || !self.allocate(stop, progress) {
             return;
         }
-        let region = self.gathered.film.region();
-        let Some(pass) = self.gathered.pass.take().or_else(|| self.next_pass(count)) else { return };
-        let (samples, all) = (pass.samples.clone(), pass.blocks.is_none());
-        let counts_rays = self.rounds().is_some() || self.is_pilot;
-        let by_block = counts_rays || !all;
-        if counts_rays {
-            let blocks = adaptive::blocks(region).len();
-            self.gathered.rays.get_or_insert_with(|| vec![0; blocks]);
-        }
-        let todo = tiles(region, pass.tile.max(1)).into_iter().enumerate();
-        let todo: Vec<_> = todo
-            .filter(|(number, _)| !pass.done[*number])
-            .map(|(number, tile)| (number, pass.parts(region, tile, by_block)))
-            .collect();
-        self.gathered.pass = Some(pass);
-
-        let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
-        let work = work(frame, self.prepared.as_deref(), options.level);
-        let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
-        let pause = AtomicBool::new(false);
-        todo.into_par_iter().for_each(|(number, parts)| {
-            if stop.is_set() || pause.load(Ordering::Relaxed) {
+        let (mut left, pause) = (count, AtomicBool::new(false));
+        while let Some(pass) = self.gathered.pass.take().or_else(|| self.next_pass(left)) {
+            let is_round = pass.blocks.is_some();
+            let samples = self.advance_pass(pass, stop, &pause, progress);
+            left = left.saturating_sub(samples);
+            let goes_on = if is_round { self.gathered.pass.is_some() } else { left > 0 };
+            if samples == 0 || !goes_on {
                 return;
-            }
-            let mut worker = lock(workers)
-                .pop()
-                .unwrap_or_else(|| Worker::new(frame, options.schedule, options.wave, options.sorting));
-            let mut render = |part: Region| {
-                let mut own = Statistics::default();
-                let mut moments = options.variance.then(|| Moments::new(part));
-                let todo = (part, samples.clone());
-                let film = match &mut moments {
-                    None => worker.render_until(work, todo, &mut own, stop),
-                    Some(squares) => one_by_one(&mut worker, work, todo, &mut own, squares, stop),
-                };
-                let samples = SampleRanges::default();
-                Some((
-                    Gathered { film: film?, moments, samples, pass: None, rays: None, allocation: None },
-                    own,
-                ))
-            };
-            let rendered: Option<Vec<(Gathered, Statistics)>> =
-                parts.iter().map(|(_, part)| render(*part)).collect();
-            lock(workers).push(worker);
-            // The next pass renders the whole tile.
-            let Some(rendered) = rendered else { return };
-            let mut guard = lock(&gathered);
-            for ((block, _), (rendered, own)) in parts.iter().zip(&rendered) {
-                guard.merge(rendered);
-                let rays = block.zip(guard.rays.as_mut()).and_then(|(block, rays)| rays.get_mut(block));
-                if let Some(rays) = rays.filter(|_| all) {
-                    *rays += own.rays.total();
-                }
-                lock(&statistics).add(own);
-            }
-            if let Some(pass) = &mut guard.pass {
-                pass.done[number] = true;
-            }
-            drop(guard);
-            let pixels: usize = parts.iter().map(|(_, part)| part.area()).sum();
-            let samples = pixels as u64 * samples.len() as u64;
-            let rays = rendered.iter().map(|(_, own)| own.rays.total()).sum();
-            progress(&Progress { samples, rays, look: &|look| look(&lock(&gathered)), pause: &pause });
-        });
-        if self.gathered.pass.as_ref().is_some_and(|pass| pass.done.iter().all(|done| *done)) {
-            self.gathered.pass = None;
-            // Which rounds are done is known by the film's counts.
-            if all || self.gathered.allocation.is_some() {
-                self.gathered.samples.insert(samples);
             }
         }
     }
@@ -443,30 +388,6 @@ impl Session {
         let count = wanted.len() as u32;
         (count - self.gathered.samples.missing(wanted).count(), count)
     }
-}
-
-/// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together. None if
-/// it was stopped.
-fn one_by_one(
-    worker: &mut Worker,
-    work: Work,
-    (tile, samples): (Region, Range<u32>),
-    statistics: &mut Statistics,
-    squares: &mut Moments,
-    stop: &Stop,
-) -> Option<Film> {
-    let mut film = Film::new(tile, work.frame.unit);
-    for sample in samples {
-        let one = worker.render_until(work, (tile, sample..sample + 1), statistics, stop)?;
-        squares.add_sample(&one);
-        film.merge(&one);
-    }
-    Some(film)
-}
-
-/// What workers read.
-pub(super) fn work<'a>(frame: &'a Frame, prepared: Option<&'a Prepared>, level: Level) -> Work<'a> {
-    Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), level }
 }
 
 /// Nothing that holds these locks can panic halfway through a change.

@@ -12,6 +12,10 @@ const STEPS: usize = 1024;
 pub struct FilterTable {
     /// Offsets in pixels at the quantiles 0, 1/1024, …, 1.
     quantiles: Vec<f32>,
+    /// The density, per pixel, in equal steps over the filter's width: means over each step.
+    densities: Vec<f32>,
+    /// Half its width in pixels.
+    radius: f32,
 }
 
 impl FilterTable {
@@ -23,7 +27,20 @@ impl FilterTable {
             PixelFilter::Gaussian { radius } => (radius, |x| libm::exp(-4.5 * x * x)),
             PixelFilter::BlackmanHarris { radius } => (radius, blackman_harris),
         };
-        Self { quantiles: invert(density, radius as f64) }
+        let quantiles = invert(density, radius as f64);
+        let densities = densities(&quantiles, radius);
+        Self { quantiles, densities, radius }
+    }
+
+    /// How far it reaches from a pixel's centre, in pixels.
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// The density, per pixel, of an offset of [`FilterTable::sample`].
+    pub fn density(&self, offset: f32) -> f32 {
+        let place = (offset / self.radius + 1.0) * 0.5 * self.densities.len() as f32;
+        if place >= 0.0 { self.densities.get(place as usize).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
     /// The offset in pixels for a number in [0, 1).
@@ -66,6 +83,19 @@ fn invert(density: impl Fn(f64) -> f64, radius: f64) -> Vec<f32> {
     quantiles
 }
 
+/// The density that quantiles stand for, which is even between two of them.
+fn densities(quantiles: &[f32], radius: f32) -> Vec<f32> {
+    let width = 2.0 * radius / STEPS as f32;
+    // How much lies below a place.
+    let below = |x: f32| {
+        let next = quantiles.partition_point(|quantile| *quantile <= x).clamp(1, STEPS);
+        let (low, high) = (quantiles[next - 1], quantiles[next]);
+        (next as f32 - 1.0 + ((x - low) / (high - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)) / STEPS as f32
+    };
+    let at = |step: usize| below(step as f32 * width - radius);
+    (0..STEPS).map(|step| (at(step + 1) - at(step)) / width).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +122,34 @@ mod tests {
             (deviation(PixelFilter::BlackmanHarris { radius: 1.5 }) - expected).abs() < 5e-3,
             "{expected}"
         );
+    }
+
+    #[test]
+    fn densities_are_those_of_samples() {
+        for filter in [
+            PixelFilter::Box,
+            PixelFilter::Tent { radius: 1.2 },
+            PixelFilter::Gaussian { radius: 1.5 },
+            PixelFilter::BlackmanHarris { radius: 2.0 },
+        ] {
+            let table = FilterTable::new(filter);
+            let (n, cells) = (200_000, 16);
+            let mut counts = vec![0.0f32; cells];
+            for i in 0..n {
+                let offset = table.sample((i as f32 + 0.5) / n as f32);
+                let cell = ((offset / table.radius() + 1.0) * 0.5 * cells as f32) as usize;
+                counts[cell.min(cells - 1)] += 1.0 / n as f32;
+            }
+            let width = 2.0 * table.radius() / cells as f32;
+            for (cell, counted) in counts.into_iter().enumerate() {
+                let steps =
+                    (0..100).map(|i| (cell as f32 + (i as f32 + 0.5) / 100.0) * width - table.radius());
+                let mean = steps.map(|x| table.density(x)).sum::<f32>() / 100.0 * width;
+                assert!((mean - counted).abs() < 2e-3, "{filter:?} {cell}: {mean}, not {counted}");
+            }
+        }
+        assert_eq!(FilterTable::new(PixelFilter::Box).density(0.49), 1.0);
+        assert_eq!(FilterTable::new(PixelFilter::Box).density(0.51), 0.0);
     }
 
     #[test]

@@ -5,6 +5,7 @@ pub mod dimension;
 pub mod draw;
 pub mod filter;
 pub mod pattern;
+pub mod progressive;
 pub mod sobol;
 pub mod table;
 pub mod warp;

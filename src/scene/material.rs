@@ -2,9 +2,14 @@
 
 use crate::bvh::Presence;
 use crate::math::NONE;
+use crate::world::Transport;
 
 /// Microfacets with a smaller α than this count as a perfect mirror.
 pub const SMOOTH: f32 = 1e-3;
+
+/// What is rougher than this makes no caustics: photons find little that paths do not. (Over path tracing, photons are
+/// 23 times as efficient for a ring of α = 0.05, 2.5 times at 0.2, and 0.8 times at 0.5.)
+pub const CAUSTIC_ROUGHNESS: f32 = 0.45;
 
 /// A colour: a constant times a texture, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -276,6 +281,33 @@ impl Material {
         !self.transmission.is_zero() && smooth && unbent && !self.unlit
     }
 
+    /// True if it makes caustics: it reflects or lets through light into about one direction, and does nothing else.
+    /// (Whatever its texture says, the roughness is at most the factor.)
+    pub fn makes_caustics(&self) -> bool {
+        let nothing_below =
+            self.base_color.is_black() || self.metallic.is_one() || self.transmission.is_one();
+        let is_clear = self.diffuse_transmission.is_zero() && self.sheen_color.is_black();
+        let narrow = |roughness: &ScalarParam| roughness.factor <= CAUSTIC_ROUGHNESS;
+        let coat = self.coat.is_zero() || narrow(&self.coat_roughness);
+        !self.unlit && self.has_mirror() && nothing_below && is_clear && narrow(&self.roughness) && coat
+    }
+
+    /// Whether photons may end at it. Those of Whitted's transport may also go on from there.
+    pub fn ends_photons_under(&self, transport: Transport) -> bool {
+        match transport {
+            Transport::Whitted => !self.unlit && !self.classic.diffuse.is_black(),
+            Transport::Path => !self.unlit && !self.makes_caustics(),
+        }
+    }
+
+    /// Whether it makes caustics under either transport.
+    pub fn makes_caustics_under(&self, transport: Transport) -> bool {
+        match transport {
+            Transport::Whitted => !self.unlit && (!self.classic.kr.is_black() || self.classic.ior > 0.0),
+            Transport::Path => self.makes_caustics(),
+        }
+    }
+
     /// True if it encloses a body that does anything to light, within it or at its boundary.
     pub fn fills(&self) -> bool {
         self.encloses && (!self.medium.is_clear() || self.index_square() != 1.0)
@@ -289,9 +321,14 @@ impl Material {
     /// n² of the body that it encloses, if the body's boundary bends light; 1 of all else. Radiance within is n² times
     /// that of the same light outside, because it takes up a smaller solid angle (PBRT 4th ed., 9.5.2).
     pub fn index_square(&self) -> f32 {
+        if self.encloses { self.bending_square() } else { 1.0 }
+    }
+
+    /// The same of any boundary that bends light, also if it encloses nothing, like the surface of a pool.
+    pub fn bending_square(&self) -> f32 {
         // Beyond these, an index stands for a surface that reflects all light.
         let is_real = (0.1..=10.0).contains(&self.ior);
-        if self.encloses && self.refracts() && is_real { self.ior * self.ior } else { 1.0 }
+        if self.refracts() && is_real { self.ior * self.ior } else { 1.0 }
     }
 
     /// Whether it gives off light.

@@ -314,6 +314,22 @@ enum Measure {
     SolidAngle,
 }
 
+/// Which part of each edge a point of a triangle, a parallelogram or a disc is from the corner: uniform by area.
+#[inline(always)]
+pub(super) fn planar_place<F: Float>(triangle: F::Mask, disc: F::Mask, u: (F, F)) -> (F, F) {
+    // Heitz 2019: the square onto the triangle with little distortion.
+    let half = F::splat(0.5);
+    let upper = u.1.gt(u.0);
+    let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
+    let b = F::select(upper, u.1 - u.0 * half, u.1 * half);
+    let (mut a, mut b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
+    if disc.any() {
+        let (x, y) = concentric_disk(u.0, u.1);
+        (a, b) = (F::select(disc, x * half + half, a), F::select(disc, y * half + half, b));
+    }
+    (a, b)
+}
+
 /// Uniform over a triangle, a parallelogram or a disc; and which part of each edge it is from the corner.
 #[inline(always)]
 fn planar_sample<F: Float>(
@@ -324,17 +340,8 @@ fn planar_sample<F: Float>(
     position: Vector<F>,
     u: (F, F),
 ) -> (EmitterSample<F>, (F, F)) {
-    // Heitz 2019: the square onto the triangle with little distortion.
-    let half = F::splat(0.5);
-    let upper = u.1.gt(u.0);
-    let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
-    let b = F::select(upper, u.1 - u.0 * half, u.1 * half);
-    let (mut a, mut b) = (F::select(triangle, a, u.0), F::select(triangle, b, u.1));
     let disc = has(flags, flag::ROUND);
-    if disc.any() {
-        let (x, y) = concentric_disk(u.0, u.1);
-        (a, b) = (F::select(disc, x * half + half, a), F::select(disc, y * half + half, b));
-    }
+    let (mut a, mut b) = planar_place(triangle, disc, u);
     let (e1, e2) = (row.vector(3), row.vector(6));
     let corner = row.vector(0) - position;
     let near = match measure {
@@ -370,7 +377,7 @@ fn planar_sample<F: Float>(
 /// Radiance of points of surfaces whose emission or coverage is a texture, material by material.
 /// `uv` is what spheres have.
 #[inline(always)]
-fn patterned_light<F: Float>(
+pub(super) fn patterned_light<F: Float>(
     scene: &CompiledScene,
     emitter: F::Int,
     hit: &HitLanes<F>,

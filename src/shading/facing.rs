@@ -21,16 +21,33 @@ pub(super) struct Facing<F: Float> {
     none: F::Mask,
 }
 
-/// A unit normal in one word, on an octahedron unfolded to a square (Cigolle and others, "A survey of efficient
-/// representations for independent unit vectors", 2014). `both`: light from behind counts, too.
+/// A unit vector on an octahedron unfolded to the square from −1 to 1 (Cigolle and others, "A survey of efficient
+/// representations for independent unit vectors", 2014).
+#[inline(always)]
+pub fn to_square<F: Float>(v: Vector<F>) -> (F, F) {
+    let (zero, one) = (F::zero(), F::one());
+    let scale = one / (v.x.abs() + v.y.abs() + v.z.abs()).max(F::splat(f32::MIN_POSITIVE));
+    let (x, y) = (v.x * scale, v.y * scale);
+    let below = v.z.lt(zero);
+    let x = F::select(below, signed(one - v.y.abs() * scale, x), x);
+    let y = F::select(below, signed(one - v.x.abs() * scale, v.y), y);
+    (x, y)
+}
+
+/// The inverse of [`to_square`].
+#[inline(always)]
+pub fn from_square<F: Float>(x: F, y: F) -> Vector<F> {
+    let z = F::one() - x.abs() - y.abs();
+    let folded = (-z).max(F::zero());
+    let v = Vector::new(x - signed(folded, x), y - signed(folded, y), z);
+    v * (F::one() / v.dot(v).sqrt())
+}
+
+/// A unit normal in one word. `both`: light from behind counts, too.
 #[inline(always)]
 pub fn facing<F: Float>(normal: Vector<F>, both: bool) -> F::Int {
-    let (zero, one, half) = (F::zero(), F::one(), F::splat(0.5));
-    let scale = one / (normal.x.abs() + normal.y.abs() + normal.z.abs()).max(F::splat(f32::MIN_POSITIVE));
-    let (x, y) = (normal.x * scale, normal.y * scale);
-    let below = normal.z.lt(zero);
-    let x = F::select(below, signed(one - normal.y.abs() * scale, x), x);
-    let y = F::select(below, signed(one - normal.x.abs() * scale, normal.y), y);
+    let half = F::splat(0.5);
+    let (x, y) = to_square(normal);
     let x = ((x * half + half) * F::splat(STEPS_X) + half).clamp(0.0, STEPS_X).to_int();
     let y = ((y * half + half) * F::splat(STEPS_Y) + half).clamp(0.0, STEPS_Y).to_int();
     x | y.shl::<16>() | F::Int::splat(if both { BOTH } else { 0 })
@@ -46,14 +63,11 @@ impl<F: Float> Facing<F> {
     /// The inverse of [`facing`]; [`NONE`] is no surface.
     #[inline(always)]
     pub fn new(word: F::Int) -> Self {
-        let (zero, one) = (F::zero(), F::one());
+        let one = F::one();
         let x = (word & F::Int::splat(0xffff)).to_float() * F::splat(2.0 / STEPS_X) - one;
         let y = (word.shr::<16>() & F::Int::splat(0x7fff)).to_float() * F::splat(2.0 / STEPS_Y) - one;
-        let z = one - x.abs() - y.abs();
-        let folded = (-z).max(zero);
-        let normal = Vector::new(x - signed(folded, x), y - signed(folded, y), z);
         let both = !(word & F::Int::splat(BOTH)).eq(F::Int::splat(0));
-        Self { normal: normal * (one / normal.dot(normal).sqrt()), both, none: word.eq(F::Int::splat(NONE)) }
+        Self { normal: from_square(x, y), both, none: word.eq(F::Int::splat(NONE)) }
     }
 
     /// How far a box reaches before the surface, in metres, of which the way to the centre and half the size are

@@ -7,6 +7,7 @@ pub mod camera;
 pub mod classic;
 pub mod details;
 pub mod emitter;
+pub mod emitter_rays;
 pub mod environment;
 pub mod facing;
 pub mod footprint;

@@ -9,6 +9,8 @@ pub fn title(what: &What) -> &'static str {
         What::Ray { .. } => "ray",
         What::Vertex { .. } => "vertex",
         What::Choice { .. } => "choice",
+        What::Gathered { .. } => "photons",
+        What::Drawn { .. } => "photons seen directly",
         What::Light { .. } => "ray to a light",
         What::Shadow { .. } => "shadow",
         What::Onward { way: Continuation::Reflect, .. } => "reflected",
@@ -42,6 +44,7 @@ pub fn facts(what: &What) -> Vec<(&'static str, String)> {
         What::Choice { emission_share, fate } => {
             vec![("share of emission", emission_share.to_string()), ("fate", format!("{fate:?}"))]
         }
+        What::Gathered { light } | What::Drawn { light } => vec![("light", triple(light))],
         What::Light { light, share, which, origin, direction, distance, contribution } => vec![
             ("light", light.to_string()),
             ("share of light", share.to_string()),

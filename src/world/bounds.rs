@@ -1,7 +1,7 @@
 //! The numbers that settings can be, and whatever else has bounds. Readers of scene files make no other worlds; programs
 //! and the records in films may.
 
-use super::settings::{Background, DepthLimits, PixelFilter, Settings, Sharing};
+use super::settings::{Background, Caustics, DepthLimits, PixelFilter, Settings, Sharing};
 use crate::math::Rgb;
 
 impl Settings {
@@ -27,6 +27,12 @@ impl Settings {
         {
             let sizes = Sharing::SIZES;
             return Err(format!("sharing is {pixels}: it must be one of {sizes:?}"));
+        }
+        if let Caustics::Photons { photons, radius } = self.caustics {
+            above("the photons of caustics", photons, 0.0)?;
+            within("the photons of caustics", photons, 0.0, Caustics::MOST_PHOTONS)?;
+            above("the radius of caustics", radius, 0.0)?;
+            within("the radius of caustics", radius, 0.0, Caustics::LARGEST_RADIUS)?;
         }
         check_color("ambient", self.ambient)?;
         match self.background {

@@ -33,6 +33,8 @@ pub struct Settings {
     pub sampler: Sampler,
     /// Whether pixels share the paths of their neighbours, under the path transport.
     pub sharing: Sharing,
+    /// Whether photons bring the light that comes through glass or off mirrors.
+    pub caustics: Caustics,
     /// Whether blocks of pixels get more samples where these reduce the error most, with as many rays in all as if
     /// each pixel got `samples`.
     pub adaptive: Adaptive,
@@ -89,6 +91,7 @@ impl Default for Settings {
             clamp: None,
             sampler: Sampler::Sobol,
             sharing: Sharing::Auto,
+            caustics: Caustics::Auto,
             adaptive: Adaptive::Off,
             transport: Transport::Whitted,
             seed: 0,
@@ -217,6 +220,46 @@ pub enum Sharing {
 impl Sharing {
     /// How many pixels a group may have.
     pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
+}
+
+/// Whether photons bring the light that glass and mirrors throw onto other things: caustics. Without them such light is
+/// found by chance if its lamp can be hit, and not at all if it has no extent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Caustics {
+    /// Under the path transport, where there is something that makes them, and light falls on it. (Whitted's images
+    /// have no noise, and photons would bring some.)
+    #[default]
+    Auto,
+    /// Without photons.
+    Off,
+    /// As many photons, and gathered within such a radius.
+    Photons {
+        /// Photons for each pixel in each of its samples, above 0 and at most [`Caustics::MOST_PHOTONS`].
+        photons: f32,
+        /// The radius of the first sample in widths of a pixel, above 0 and at most [`Caustics::LARGEST_RADIUS`].
+        radius: f32,
+    },
+}
+
+impl Caustics {
+    /// Photons for each pixel unless told otherwise.
+    pub const PHOTONS: f32 = 1.0;
+    /// The first radius, in widths of a pixel, unless told otherwise. Smaller ones are noisier where caustics are
+    /// seen in mirrors or through glass, larger ones blur them.
+    pub const RADIUS: f32 = 1.4;
+    /// The most photons for each pixel.
+    pub const MOST_PHOTONS: f32 = 64.0;
+    /// The largest first radius.
+    pub const LARGEST_RADIUS: f32 = 64.0;
+
+    /// Photons for each pixel, and the first radius; none if there are no photons.
+    pub fn numbers(&self) -> Option<(f32, f32)> {
+        match *self {
+            Caustics::Auto => Some((Self::PHOTONS, Self::RADIUS)),
+            Caustics::Off => None,
+            Caustics::Photons { photons, radius } => Some((photons, radius)),
+        }
+    }
 }
 
 /// Whether blocks of pixels get more samples where these reduce the error most.

@@ -4,6 +4,7 @@ mod agreement;
 mod aov;
 mod browser;
 mod camera;
+mod caustics;
 mod cli;
 mod compare;
 mod corpus;

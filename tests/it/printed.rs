@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 /// A spark in glass, which single samples find: each rendering prints a command that explains one of them.
 const SPARK: &str = r#"(
-    settings: (size: (32, 24), samples: 16, transport: Path, max_depth: 6),
+    settings: (size: (32, 24), samples: 16, transport: Path, max_depth: 6, caustics: Off),
     materials: {
         "glow": BlinnPhong(diffuse: 0, emission: 4000000),
         "clear": Principled(metallic: 0, transmission: 1, roughness: 0, volume: ()),
@@ -71,7 +71,7 @@ fn hash(report: &str) -> String {
 }
 
 /// Options whose every value changes what a sample finds. Those of a row do not suit each other.
-const OPTIONS: [&[&[&str]]; 16] = [
+const OPTIONS: [&[&[&str]]; 17] = [
     &[&["--quality", "high"]],
     &[&["--set", "Material[\"glow\"].emission *= 3", "--set", "settings.roulette_depth = None"]],
     &[&["--env", "sky:30,-20"], &["--env", "studio"], &["--background", "#203040"]],
@@ -82,6 +82,7 @@ const OPTIONS: [&[&[&str]]; 16] = [
     &[&["--transmission-depth", "5"]],
     &[&["--sampler", "independent"], &["--sampler", "jittered"]],
     &[&["--sharing", "off"], &["--sharing", "8"]],
+    &[&["--caustics", "auto"], &["--caustics", "0.5,3"]],
     &[&["--adaptive=unbiased"]],
     &[&["--seed", "18446744073709551615"], &["--seed", "3"]],
     &[&["--spp", "24"]],

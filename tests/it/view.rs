@@ -305,7 +305,7 @@ fn settings_are_changed_and_no_schedule_changes_the_image() {
     shown.when("two samples", |status| status["wanted"] == 2);
     assert!(shown.image() != wavefront);
     let status = shown.when("queues", |status| !status["queues"].is_null());
-    assert_eq!(status["queues"]["stages"].as_array().map(Vec::len), Some(8));
+    assert_eq!(status["queues"]["stages"].as_array().map(Vec::len), Some(9));
     for wrong in [json!({"settings": {"depth": 100_000}}), json!({"settings": {"schedule": "fast"}})] {
         assert_eq!(shown.wish(wrong).0, 400);
     }

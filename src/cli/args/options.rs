@@ -4,12 +4,12 @@ use clap::Args;
 
 use super::names::{QualityName, SamplerName, TonemapName, TransportName};
 use super::parse::{
-    parse_adaptive, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place, parse_sharing,
-    parse_size, parse_time, parse_zoom,
+    parse_adaptive, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place,
+    parse_sharing, parse_size, parse_time, parse_zoom,
 };
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
-use crate::world::{Adaptive, DepthLimits, Sharing, World};
+use crate::world::{Adaptive, Caustics, DepthLimits, Sharing, World};
 
 /// To the right and up.
 pub type Degrees = [f64; 2];
@@ -91,6 +91,10 @@ pub struct LightOptions {
     /// How many pixels share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
     #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
     pub sharing: Option<Sharing>,
+    /// Light that glass and mirrors throw onto other things: auto (under the path transport), off, or this many photons
+    /// for each pixel, as in 2, and perhaps the first radius in pixels, as in 2,1.4 [default: the scene's]
+    #[arg(long, value_name = "auto|off|N[,R]", value_parser = parse_caustics)]
+    pub caustics: Option<Caustics>,
     /// Give blocks of pixels more samples where they reduce the error most, for as many rays as --spp takes: on, off,
     /// or unbiased, which decides beforehand by samples that are thrown away [default: the scene's]
     #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
@@ -114,6 +118,7 @@ impl LightOptions {
         }
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
+        settings.caustics = self.caustics.unwrap_or(settings.caustics);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
     }
 }

@@ -5,7 +5,7 @@ use crate::film::Region;
 use crate::formats::LightUnits;
 use crate::formats::film_file::View;
 use crate::simd::Level;
-use crate::world::{Adaptive, Settings, Sharing};
+use crate::world::{Adaptive, Caustics, Settings, Sharing};
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X', '×']);
@@ -71,6 +71,22 @@ pub fn parse_sharing(text: &str) -> Result<Sharing, String> {
             pixels.map(Sharing::Groups).ok_or_else(|| "expected auto, off, 2, 4, 8, 16, 32 or 64".into())
         }
     }
+}
+
+pub fn parse_caustics(text: &str) -> Result<Caustics, String> {
+    let number = |text: &str, most: f32| text.parse().ok().filter(|number| *number > 0.0 && *number <= most);
+    let (photons, radius) =
+        text.split_once(',').map_or((text, None), |(photons, radius)| (photons, Some(radius)));
+    match text {
+        "auto" => return Ok(Caustics::Auto),
+        "off" => return Ok(Caustics::Off),
+        _ => {}
+    }
+    let photons = number(photons, Caustics::MOST_PHOTONS);
+    let radius = radius.map_or(Some(Caustics::RADIUS), |radius| number(radius, Caustics::LARGEST_RADIUS));
+    photons.zip(radius).map(|(photons, radius)| Caustics::Photons { photons, radius }).ok_or_else(|| {
+        "expected auto, off, or photons for each pixel above 0, at most 64, and perhaps a radius, as in 2,1.4".into()
+    })
 }
 
 pub fn parse_adaptive(text: &str) -> Result<Adaptive, String> {

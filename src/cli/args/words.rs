@@ -8,7 +8,7 @@ use clap::ValueEnum;
 
 use super::names::{QualityName, SamplerName, TransportName};
 use crate::formats::{Edits, LightUnits, LoadOptions, Sky, Surroundings};
-use crate::world::{Adaptive, DepthLimits, Settings, Sharing};
+use crate::world::{Adaptive, Caustics, DepthLimits, Settings, Sharing};
 
 /// Words of a command line.
 #[derive(Default)]
@@ -76,6 +76,7 @@ impl Words {
             depth_limits,
             sampler,
             sharing,
+            caustics,
             adaptive,
             transport,
             seed,
@@ -111,6 +112,12 @@ impl Words {
             Sharing::Groups(pixels) => pixels.to_string(),
         };
         words.option("--sharing", Some(name).filter(|_| sharing != &authored.sharing));
+        let name = match caustics {
+            Caustics::Auto => "auto".to_owned(),
+            Caustics::Off => "off".to_owned(),
+            Caustics::Photons { photons, radius } => format!("{photons},{radius}"),
+        };
+        words.option("--caustics", Some(name).filter(|_| caustics != &authored.caustics));
         if adaptive != &authored.adaptive {
             words.0.push(match adaptive {
                 Adaptive::Off => "--adaptive=off".to_owned(),
@@ -217,6 +224,8 @@ mod tests {
             "--env sky:45,220 --look-at -1,2,3 4,5,-6",
             "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 1000",
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
+            "--caustics 0.25,3.5 --sharing off",
+            "--caustics off",
             "--sharing off --adaptive --spp 3 --transport path --sampler independent --quality high",
         ];
         for line in options {

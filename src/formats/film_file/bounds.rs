@@ -62,10 +62,11 @@ impl Header {
 impl Begun {
     /// True if a film of a region, of whose samples none is beyond a number, can have such a pass.
     fn is_sound(&self, region: Region, most: u32) -> bool {
-        let Begun { samples: [start, end], tile, tiles, blocks: _ } = self;
+        let Begun { samples: [start, end], until, tile, tiles, blocks: _ } = self;
         let side = |from: u32, to: u32| u64::from(to.div_ceil(*tile) - from / tile);
         start < end
-            && *end <= most
+            && *end <= until.unwrap_or(*end)
+            && until.unwrap_or(*end) <= most
             && (1..=Settings::MOST_PIXELS_A_SIDE).contains(tile)
             && tiles.len() as u64 <= side(region.x0, region.x1) * side(region.y0, region.y1)
     }

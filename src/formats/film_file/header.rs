@@ -94,6 +94,9 @@ pub(in crate::formats) mod as_text {
 pub struct Begun {
     /// Its range of samples.
     pub samples: [u32; 2],
+    /// Where the samples end that are to follow for the same blocks, if any are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<u32>,
     /// Width and height of its tiles in pixels.
     pub tile: u32,
     /// Numbers of the tiles that have them.

@@ -139,7 +139,8 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     header.view.size = Some([400, 700]);
     (header.view.edits.orbit, header.view.edits.zoom) = (Some([3.0, 4.0]), Some(2.0));
     header.view.surroundings = Some(Surroundings::Sky(Sky::default()));
-    header.begun = Some(Begun { samples: [3, 4], tile: 64, tiles: vec![0], blocks: Some(vec![0]) });
+    header.begun =
+        Some(Begun { samples: [3, 4], until: None, tile: 64, tiles: vec![0], blocks: Some(vec![0]) });
     header.rays = Some(vec![7]);
     header.allocation = Allocation::new(vec![32]);
     let settings = &mut header.settings;

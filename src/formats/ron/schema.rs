@@ -27,6 +27,13 @@ pub(super) struct Scene<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
+pub(super) struct Photons<'a> {
+    pub photons: Option<Raw<'a>>,
+    pub radius: Option<Raw<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct Settings<'a> {
     pub size: Option<Raw<'a>>,
     pub samples: Option<Raw<'a>>,
@@ -44,6 +51,7 @@ pub(super) struct Settings<'a> {
     pub transport: Option<Raw<'a>>,
     pub sampler: Option<Raw<'a>>,
     pub sharing: Option<Raw<'a>>,
+    pub caustics: Option<Raw<'a>>,
     pub adaptive: Option<Raw<'a>>,
     pub seed: Option<Raw<'a>>,
     pub filter: Option<Raw<'a>>,

@@ -34,10 +34,12 @@ pub struct Lent<F: Float> {
     pub light: Color<F>,
     /// The same of what the path finds further on.
     pub onward: Color<F>,
+    /// What photons bring that leaves by the lobe.
+    pub gathered: Color<F>,
 }
 
 /// Numbers of a [`Lent`].
-pub const COLUMNS: usize = 28;
+pub const COLUMNS: usize = 32;
 
 impl<F: Float> Lent<F> {
     /// As a column for each number.
@@ -45,11 +47,12 @@ impl<F: Float> Lent<F> {
     pub fn columns(&self) -> [F; COLUMNS] {
         let (p, g, n) = (self.position, self.geometric_normal, self.normal);
         let UnderMirror { f0, f90, further } = self.above;
-        let (left, light, onward) = (self.left, self.light, self.onward);
+        let (left, light, onward, gathered) = (self.left, self.light, self.onward, self.gathered);
         let vectors = [p.x, p.y, p.z, g.x, g.y, g.z, n.x, n.y, n.z];
         let mut columns = [self.roughness; COLUMNS];
         columns[..9].copy_from_slice(&vectors);
-        for (to, c) in columns[9..27].chunks_exact_mut(3).zip([f0, f90, further, left, light, onward]) {
+        let colors = [f0, f90, further, left, light, onward, gathered];
+        for (to, c) in columns[9..30].chunks_exact_mut(3).zip(colors) {
             to.copy_from_slice(&[c.r, c.g, c.b]);
         }
         columns
@@ -69,7 +72,8 @@ impl Lent<f32> {
             left: color(18),
             light: color(21),
             onward: color(24),
-            roughness: columns[27],
+            gathered: color(27),
+            roughness: columns[30],
         }
     }
 
@@ -153,15 +157,30 @@ pub fn shared<F: Float>(path: &Path<F>, vertex: &Vertex<F>, mask: F::Mask) -> Sh
         left: black,
         light: black,
         onward: black,
+        gathered: black,
     };
-    let second = mask & path.depth.eq(F::Int::splat(1));
-    if !lends(record) || !second.any() {
+    let second = lends_at(path, point, mask);
+    if !second.any() {
         return Shared { receives, lends: none, lent };
     }
     (lent.above, lent.roughness, lent.left) = bsdf.above_diffuse();
     lent.light = bsdf.diffuse_part(light.0, light.1, second);
     lent.onward = bsdf.diffuse_part(drawn.direction, drawn.weight * drawn.pdf, second);
-    Shared { receives, lends: second & !point.is_turned(), lent }
+    Shared { receives, lends: second, lent }
+}
+
+/// The lanes whose vertices have something to lend.
+#[inline(always)]
+pub(in crate::integrator) fn lends_at<F: Float>(
+    path: &Path<F>,
+    point: &ShadingPoint<F>,
+    mask: F::Mask,
+) -> F::Mask {
+    let second = mask & path.depth.eq(F::Int::splat(1));
+    if !lends(point.material) || !second.any() {
+        return F::Mask::from_bits(0);
+    }
+    second & !point.is_turned()
 }
 
 /// Whether surfaces of these materials could share anything at all.

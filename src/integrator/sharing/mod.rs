@@ -332,9 +332,13 @@ impl Slots {
     pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&Lent<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
-        if let (Offer::Open, Some(lent)) = (slot.offer, lent) {
+        let Some(lent) = lent else { return };
+        if matches!(slot.offer, Offer::Open) {
             slot.offer = Offer::Near(*lent);
             slot.onward = lent.onward;
+            slot.lent = slot.lent + lent.gathered;
+        } else {
+            slot.own = slot.own + lent.gathered;
         }
     }
 

@@ -32,7 +32,7 @@ impl FirstHits {
     pub fn new(frame: &Frame, capacity: usize) -> Self {
         let capacity = capacity.max(1);
         Self {
-            paths: PathQueue(Columns::new(capacity)),
+            paths: PathQueue::new(frame, capacity),
             hits: HitQueue(Columns::new(capacity)),
             found: vec![None; capacity],
             pixels: vec![0; capacity + PADDING],
@@ -90,7 +90,7 @@ impl FirstHits {
 
     /// Fills the first `count` places of what has been found.
     fn trace(&mut self, frame: &Frame, level: Level, count: usize) {
-        self.paths.0.clear();
+        self.paths.columns.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
         dispatch(level, GenerateStage { frame, pixels, samples, count, out });
         let surfaces = OfPaths { frame, paths: &self.paths };

@@ -11,17 +11,20 @@
 
 pub mod first_hits;
 mod path_stages;
+mod photons;
 pub mod queue;
 mod reports;
 pub mod shadows;
 mod sharing;
 mod stages;
+pub mod vertices;
 
 use std::ops::Range;
 use std::time::Instant;
 
 use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
+use super::photons::Photons;
 use super::sharing::Sink;
 use super::straight::Crossings;
 use super::{Frame, Sorting, Stage, Statistics, Work};
@@ -30,11 +33,12 @@ use crate::film::{Film, Region};
 use crate::math::Rgb;
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
-use path_stages::{Groups, Roles, ShadePathsStage};
-use queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue, VertexQueue};
+use path_stages::{EndQueue, Groups, Roles, ShadePathsStage};
+use queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
 use shadows::ShadowQueue;
 use sharing::Shared;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
+use vertices::VertexQueue;
 
 /// A worker's queues, made once.
 pub struct Wave {
@@ -45,6 +49,8 @@ pub struct Wave {
     reflect: PathQueue,
     refract: PathQueue,
     shadow: ShadowQueue,
+    /// Photons that have ended, once there are any.
+    ended: Option<EndQueue>,
     /// Forks that found no place in the wave; last in, first out, so that it stays short.
     pending: PathQueue,
     goes_on: Vec<u32>,
@@ -67,13 +73,14 @@ impl Wave {
         let capacity = shared.as_ref().map_or(capacity, Shared::paths).max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
-            paths: PathQueue(Columns::new(capacity)),
+            paths: PathQueue::new(frame, capacity),
             hits: HitQueue(Columns::new(capacity)),
             vertices: VertexQueue(Columns::new(capacity)),
-            reflect: PathQueue(Columns::new(capacity)),
-            refract: PathQueue(Columns::new(capacity)),
+            reflect: PathQueue::new(frame, capacity),
+            refract: PathQueue::new(frame, capacity),
             shadow: ShadowQueue::new(frame, capacity),
-            pending: PathQueue(Columns::new(capacity)),
+            ended: None,
+            pending: PathQueue::new(frame, capacity),
             goes_on: integers(),
             roles: if shared.is_some() { Roles::new(capacity) } else { Roles::default() },
             shared,
@@ -106,23 +113,23 @@ impl Wave {
 
     /// Renders samples of pixels that share nothing.
     fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: Todo, clock: &mut Clock) {
-        let Work { frame, level, .. } = work;
+        let Work { frame, photons, level, .. } = work;
         while !self.is_stopped(clock) {
             self.generate(frame, level, film, &mut todo, clock);
-            if self.paths.0.is_empty() {
+            if self.paths.columns.is_empty() {
                 return;
             }
             self.intersect(frame, level, clock);
-            self.retire(frame, level, film, clock);
+            self.retire(frame, photons, level, film, clock);
             match frame.transport {
                 Transport::Whitted => {
-                    self.shade(frame, level, clock);
+                    self.shade(frame, photons, level, clock);
                     self.report_vertices(level, clock.observer);
                     self.lights(frame, level, clock);
                 }
                 Transport::Path => {
-                    self.shade_paths(frame, level, false, clock);
-                    self.report_paths(frame, level, clock.observer);
+                    self.shade_paths(frame, photons, level, false, clock);
+                    self.report_paths(frame, photons, level, clock.observer);
                     self.shadows(frame, level, clock);
                 }
             }
@@ -135,15 +142,15 @@ impl Wave {
     fn is_stopped(&mut self, clock: &mut Clock) -> bool {
         let stops = clock.observer.stops(clock.statistics.rays.total());
         if stops {
-            self.paths.0.clear();
-            self.pending.0.clear();
+            self.paths.columns.clear();
+            self.pending.columns.clear();
         }
         stops
     }
 
     /// What the paths of the wave meet.
     fn intersect(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
-        let count = self.paths.0.len();
+        let count = self.paths.columns.len();
         let surfaces = OfPaths { frame, paths: &self.paths };
         let rays = self.paths.rays(&self.ends, &surfaces);
         let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
@@ -153,15 +160,22 @@ impl Wave {
     }
 
     /// Paths that have met nothing leave the wave.
-    fn retire(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, clock: &mut Clock) {
+    fn retire(
+        &mut self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        level: Level,
+        sink: &mut dyn Sink,
+        clock: &mut Clock,
+    ) {
         let (paths, hits) = (&mut self.paths, &mut self.hits);
-        dispatch(level, RetireStage { frame, paths, hits, sink, observer: &mut *clock.observer });
+        dispatch(level, RetireStage { frame, photons, paths, hits, sink, observer: &mut *clock.observer });
         clock.stage(Stage::Retire);
     }
 
     /// New samples into the free places of the wave.
     fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
-        let room = self.paths.0.room();
+        let room = self.paths.columns.room();
         let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
             let (x, y) = unpack_pixel(*pixel);
@@ -178,9 +192,10 @@ impl Wave {
         clock.stage(Stage::Generate);
     }
 
-    fn shade(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn shade(&mut self, frame: &Frame, photons: Option<Photons>, level: Level, clock: &mut Clock) {
         let stage = ShadeStage {
             frame,
+            photons,
             paths: &mut self.paths,
             hits: &self.hits,
             vertices: &mut self.vertices,
@@ -189,16 +204,24 @@ impl Wave {
             refract: &mut self.refract,
         };
         dispatch(level, stage);
-        clock.statistics.rays.reflect += self.reflect.0.len() as u64;
-        clock.statistics.rays.refract += self.refract.0.len() as u64;
+        clock.statistics.rays.reflect += self.reflect.columns.len() as u64;
+        clock.statistics.rays.refract += self.refract.columns.len() as u64;
         clock.stage(Stage::Shade);
     }
 
     /// The path transport's vertices, material by material.
-    fn shade_paths(&mut self, frame: &Frame, level: Level, asks: bool, clock: &mut Clock) {
-        self.groups.sort(self.hits.materials(self.paths.0.len()));
+    fn shade_paths(
+        &mut self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        level: Level,
+        asks: bool,
+        clock: &mut Clock,
+    ) {
+        self.groups.sort(self.hits.materials(self.paths.columns.len()));
         let stage = ShadePathsStage {
             frame,
+            photons,
             paths: &mut self.paths,
             hits: &self.hits,
             groups: &self.groups,
@@ -208,7 +231,7 @@ impl Wave {
             roles: asks.then_some(&mut self.roles),
         };
         dispatch(level, stage);
-        clock.statistics.rays.scatter += self.reflect.0.len() as u64;
+        clock.statistics.rays.scatter += self.reflect.columns.len() as u64;
         clock.stage(Stage::Shade);
     }
 
@@ -217,7 +240,7 @@ impl Wave {
     fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples {
-                if self.shadow.room() < self.paths.0.len() {
+                if self.shadow.room() < self.paths.columns.len() {
                     self.shadows(frame, level, clock);
                     if clock.observer.stops(clock.statistics.rays.total()) {
                         return;
@@ -244,10 +267,10 @@ impl Wave {
         }
         self.reflect.inherit(&self.paths);
         self.refract.inherit(&self.paths);
-        self.paths.0.clear();
+        self.paths.columns.clear();
         self.paths.fill_from(&mut self.reflect);
         self.paths.fill_from(&mut self.refract);
-        clock.statistics.spilled += self.refract.0.len() as u64;
+        clock.statistics.spilled += self.refract.columns.len() as u64;
         self.pending.spill_from(&mut self.refract);
         self.paths.fill_from(&mut self.pending);
         clock.stage(Stage::Advance);

@@ -1,12 +1,16 @@
 //! Stages of the path transport: hits are shaded material by material.
 
-use super::queue::{HitQueue, PathQueue};
+use super::queue::{Columns, HitQueue, PathQueue};
 use super::shadows::ShadowQueue;
 use super::stages::{lanes, numbered};
+use crate::integrator::path::Path;
+use crate::integrator::photons::trace::{self, PhotonOutcome};
+use crate::integrator::photons::{Photons, Plan, map::Radii};
 use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};
 use crate::math::Color;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
+use crate::world::Transport;
 
 /// Places of hits in the order in which they are shaded.
 #[derive(Default)]
@@ -82,6 +86,8 @@ impl Groups {
 pub struct ShadePathsStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
+    /// The photons of the paths' samples.
+    pub photons: Option<Photons<'a>>,
     /// Paths that have hit something; their radiance gets what surfaces give off.
     pub paths: &'a mut PathQueue,
     /// What they have hit.
@@ -115,7 +121,7 @@ impl Kernel for ShadePathsStage<'_> {
                 } else {
                     (self.paths.gather(places, valid), self.hits.gather(places, valid))
                 };
-                let outcome = path_tracing::hit(self.frame, &path, &hit, material, valid);
+                let outcome = path_tracing::hit(self.frame, self.photons, &path, &hit, material, valid);
                 let goes_on: <L::Queue as Float>::Int =
                     Int::select(outcome.goes_on, Int::splat(1), Int::splat(0));
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
@@ -126,6 +132,71 @@ impl Kernel for ShadePathsStage<'_> {
                 }
             }
         }
+    }
+}
+
+/// Moves photons that have hit something: on to where they are reflected or let through, or to where they end.
+pub struct PhotonStage<'a> {
+    /// What photons have in common.
+    pub plan: &'a Plan,
+    /// What becomes of radii at their sample.
+    pub radii: Radii,
+    /// Photons that have hit something.
+    pub paths: &'a PathQueue,
+    /// What they have hit.
+    pub hits: &'a HitQueue,
+    /// The order in which hits are looked up.
+    pub groups: &'a Groups,
+    /// The photons that go on.
+    pub next: &'a mut PathQueue,
+    /// Rays to the camera.
+    pub shadow: &'a mut ShadowQueue,
+    /// The photons that end.
+    pub ended: &'a mut EndQueue,
+}
+
+/// Photons that have ended: position, flux, where they came from, normal, place in the image; number, bounces, density,
+/// place in the wave.
+pub struct EndQueue(pub Columns<14, 4>);
+
+impl Kernel for PhotonStage<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let width = L::Queue::WIDTH;
+        if self.plan.frame.transport == Transport::Whitted {
+            let count = self.paths.columns.len();
+            for at in (0..count).step_by(width) {
+                let (path, hit) = (self.paths.load(at), self.hits.load(at));
+                let outcome =
+                    trace::hit_whitted::<L::Queue>(self.plan, &path, &hit, lanes::<L::Queue>(count - at));
+                self.append(&path, &outcome, numbered(at));
+            }
+            return;
+        }
+        for &(material, first, end) in &self.groups.groups {
+            for at in (first as usize..end as usize).step_by(width) {
+                let valid = lanes::<L::Queue>(end as usize - at);
+                let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
+                let (path, hit) = (self.paths.gather(places, valid), self.hits.gather(places, valid));
+                let outcome = trace::hit::<L::Queue>(self.plan, self.radii, &path, &hit, material, valid);
+                self.append(&path, &outcome, places);
+            }
+        }
+    }
+}
+
+impl PhotonStage<'_> {
+    #[inline(always)]
+    fn append<F: Float>(&mut self, path: &Path<F>, outcome: &PhotonOutcome<F>, places: F::Int) {
+        let PhotonOutcome { position: p, normal: n, flux: f, place, .. } = *outcome;
+        self.next.append(outcome.goes_on, &outcome.next, places);
+        self.shadow.append(&outcome.to_camera, places);
+        let d = path.direction;
+        let floats = [p.x, p.y, p.z, f.r, f.g, f.b, -d.x, -d.y, -d.z, n.x, n.y, n.z, place.0, place.1];
+        let bounces = path.depth - path.scatterings;
+        let integers = [path.pixel, bounces, path.facing, places];
+        self.ended.0.append::<F>(outcome.lands, floats, integers);
     }
 }
 

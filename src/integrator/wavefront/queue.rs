@@ -82,19 +82,21 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.integers.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0));
     }
 
+    /// Lanes of a column of floats.
     #[inline(always)]
-    fn float<F: Float>(&self, column: usize, at: usize) -> F {
+    pub fn float<F: Float>(&self, column: usize, at: usize) -> F {
         F::load(&self.floats[column][at..])
     }
 
+    /// Lanes of a column of integers.
     #[inline(always)]
-    fn integer<I: Int>(&self, column: usize, at: usize) -> I {
+    pub fn integer<I: Int>(&self, column: usize, at: usize) -> I {
         I::load(&self.integers[column][at..])
     }
 
     /// Packs lanes to place `at`.
     #[inline(always)]
-    fn pack<F: Float>(&mut self, at: usize, mask: F::Mask, floats: [F; N], integers: [F::Int; M]) {
+    pub fn pack<F: Float>(&mut self, at: usize, mask: F::Mask, floats: [F; N], integers: [F::Int; M]) {
         for (column, value) in self.floats.iter_mut().zip(floats) {
             value.compress(mask, &mut column[at..]);
         }
@@ -157,18 +159,21 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
 }
 
 /// Paths: origin, direction, throughput, radiance, density, width, spread, way travelled;
-/// pixel, sample, branch, depth with scatterings, medium, facing, source.
+/// pixel, sample, branch, depth with scatterings, medium, facing, source; what they know of photons.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
-pub struct PathQueue(pub Columns<16, 7>);
+pub struct PathQueue {
+    /// All but the last.
+    pub columns: Columns<16, 7>,
+    /// What paths must know to share light with photons; empty if there are none.
+    landing: Vec<u32>,
+}
 
 /// Bytes of a path in its queue.
-pub const PATH_BYTES: usize = Columns::<16, 7>::ITEM;
+pub const PATH_BYTES: usize = Columns::<16, 8>::ITEM;
 /// Bytes of a hit.
 pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
-/// Bytes of a vertex.
-pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
 /// Columns of [`PathQueue`].
 const THROUGHPUT: usize = 6;
@@ -183,10 +188,18 @@ const DEPTH_MASK: u32 = (1 << DEPTH_BITS) - 1;
 const _: () = assert!(Settings::MOST_DEPTH + MOST < 1 << DEPTH_BITS && MOST < 1 << (32 - DEPTH_BITS));
 
 impl PathQueue {
+    /// Room for `capacity` paths of a frame.
+    pub fn new(frame: &Frame, capacity: usize) -> Self {
+        let landing = if frame.photons.is_some() { vec![0; capacity + PADDING] } else { Vec::new() };
+        Self { columns: Columns::new(capacity), landing }
+    }
+
     /// The paths from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> Path<F> {
-        let q = &self.0;
+        let q = &self.columns;
+        let landing =
+            if self.landing.is_empty() { F::Int::splat(0) } else { F::Int::load(&self.landing[at..]) };
         Path {
             origin: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
             direction: Vector::new(q.float(3, at), q.float(4, at), q.float(5, at)),
@@ -203,13 +216,19 @@ impl PathQueue {
             facing: q.integer(5, at),
             scatterings: q.integer::<F::Int>(3, at).shr::<DEPTH_BITS>(),
             travelled: q.float(15, at),
+            landing,
         }
     }
 
     /// The paths at some places.
     #[inline(always)]
     pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> Path<F> {
-        let (f, i) = (&self.0.floats, &self.0.integers);
+        let (f, i) = (&self.columns.floats, &self.columns.integers);
+        let landing = if self.landing.is_empty() {
+            F::Int::splat(0)
+        } else {
+            F::Int::gather(&self.landing, places, mask)
+        };
         let bounces = F::Int::gather(&i[3], places, mask);
         Path {
             origin: gather_vector::<F>([&f[0], &f[1], &f[2]], places, mask),
@@ -227,6 +246,7 @@ impl PathQueue {
             facing: F::Int::gather(&i[5], places, mask),
             scatterings: bounces.shr::<DEPTH_BITS>(),
             travelled: F::gather(&f[15], places, mask),
+            landing,
         }
     }
 
@@ -240,21 +260,29 @@ impl PathQueue {
         let Path { pixel, sample, branch, depth, medium, facing, scatterings, .. } = *path;
         let bounces = depth | scatterings.shl::<DEPTH_BITS>();
         let integers = [pixel, sample, branch, bounces, medium, facing, source];
-        self.0.pack::<F>(at, mask, floats, integers);
+        self.columns.pack::<F>(at, mask, floats, integers);
+        if !self.landing.is_empty() {
+            path.landing.compress(mask, &mut self.landing[at..]);
+        }
     }
 
     /// Appends paths.
     #[inline(always)]
     pub fn append<F: Float>(&mut self, mask: F::Mask, path: &Path<F>, source: F::Int) {
-        let at = self.0.length;
+        let at = self.columns.length;
         self.store(at, mask, path, source);
-        self.0.set_len(at + mask.count());
+        self.columns.set_len(at + mask.count());
+    }
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        self.columns.bytes() + size_of_val(&self.landing[..])
     }
 
     /// The rays along which the paths go, with columns of where they begin and end.
     pub fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfPaths) -> Rays<'a> {
-        let n = self.0.length;
-        let column = |i: usize| &self.0.floats[i][..n];
+        let n = self.columns.length;
+        let column = |i: usize| &self.columns.floats[i][..n];
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
@@ -266,19 +294,19 @@ impl PathQueue {
 
     /// Red, green and blue of the radiance so far.
     pub fn radiance(&self) -> [&[f32]; 3] {
-        [0, 1, 2].map(|i| &self.0.floats[RADIANCE + i][..self.0.length])
+        [0, 1, 2].map(|i| &self.columns.floats[RADIANCE + i][..self.columns.length])
     }
 
     /// The same to write to.
     pub fn radiance_mut(&mut self) -> [&mut [f32]; 3] {
-        let n = self.0.length;
-        let [r, g, b] = &mut self.0.floats[RADIANCE..RADIANCE + 3] else { unreachable!() };
+        let n = self.columns.length;
+        let [r, g, b] = &mut self.columns.floats[RADIANCE..RADIANCE + 3] else { unreachable!() };
         [&mut r[..n], &mut g[..n], &mut b[..n]]
     }
 
     /// Pixels and samples.
     pub fn pixels(&self) -> (&[u32], &[u32]) {
-        (&self.0.integers[0][..self.0.length], &self.0.integers[1][..self.0.length])
+        (&self.columns.integers[0][..self.columns.length], &self.columns.integers[1][..self.columns.length])
     }
 
     /// Of each path the pixel and the sample, and the radiance so far.
@@ -291,7 +319,7 @@ impl PathQueue {
     /// Lets paths go on without the radiance of the hits that they come from, and with the throughput that is chosen by
     /// pixel and sample, the present throughput and the density.
     pub fn begin_anew(&mut self, mut choose: impl FnMut(PixelSample, Color<f32>, f32) -> Color<f32>) {
-        let Columns { floats, integers, length, .. } = &mut self.0;
+        let Columns { floats, integers, length, .. } = &mut self.columns;
         for i in 0..*length {
             let path = (integers[0][i], integers[1][i]);
             let [r, g, b] = [0, 1, 2].map(|channel| floats[THROUGHPUT + channel][i]);
@@ -306,16 +334,16 @@ impl PathQueue {
 
     /// The hit that a path comes from.
     pub fn source(&self, at: usize) -> usize {
-        self.0.integers[SOURCE][at] as usize
+        self.columns.integers[SOURCE][at] as usize
     }
 
     /// Takes the radiance along from the hits that the paths come from.
     pub fn inherit(&mut self, hits: &PathQueue) {
-        for i in 0..self.0.length {
-            let source = self.0.integers[SOURCE][i];
+        for i in 0..self.columns.length {
+            let source = self.columns.integers[SOURCE][i];
             if source != crate::math::NONE {
                 for channel in RADIANCE..RADIANCE + 3 {
-                    self.0.floats[channel][i] = hits.0.floats[channel][source as usize];
+                    self.columns.floats[channel][i] = hits.columns.floats[channel][source as usize];
                 }
             }
         }
@@ -323,15 +351,29 @@ impl PathQueue {
 
     /// Moves paths here until it is full.
     pub fn fill_from(&mut self, from: &mut PathQueue) {
-        self.0.take_last(&mut from.0);
+        if !self.landing.is_empty() {
+            let (to, room) = (self.columns.length, self.columns.room());
+            if to == 0 && from.landing.len() == self.landing.len() {
+                std::mem::swap(&mut self.landing, &mut from.landing);
+            } else {
+                let end = from.columns.length;
+                let start = end - end.min(room);
+                self.landing[to..to + end - start].copy_from_slice(&from.landing[start..end]);
+            }
+        }
+        self.columns.take_last(&mut from.columns);
     }
 
     /// Moves all paths here, however many there are.
     pub fn spill_from(&mut self, from: &mut PathQueue) {
-        if self.0.room() < from.0.length {
-            self.0.grow((self.0.length + from.0.length).next_power_of_two());
+        if self.columns.room() < from.columns.length {
+            let capacity = (self.columns.length + from.columns.length).next_power_of_two();
+            self.columns.grow(capacity);
+            if !self.landing.is_empty() {
+                self.landing.resize(capacity + PADDING, 0);
+            }
         }
-        self.0.take_last(&mut from.0);
+        self.fill_from(from);
     }
 }
 
@@ -429,57 +471,5 @@ pub struct OfPaths<'a> {
 impl Surfaces for OfPaths<'_> {
     fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
         Traced { frame: self.frame, path: &|| self.paths.load(ray), shadow: None }.meets(crossing)
-    }
-}
-
-/// What the lights need of each hit (see [`crate::integrator::whitted::WhittedVertex`]).
-pub struct VertexQueue(pub Columns<17, 1>);
-
-impl VertexQueue {
-    /// Writes vertices to place `at`.
-    #[inline(always)]
-    pub fn store<F: Float>(&mut self, at: usize, vertex: &crate::integrator::whitted::WhittedVertex<F>) {
-        let (p, g, n) = (vertex.position, vertex.geometric_normal, vertex.normal);
-        let (d, s) = (vertex.model.diffuse, vertex.model.specular);
-        let floats = [
-            p.x,
-            p.y,
-            p.z,
-            vertex.offset,
-            g.x,
-            g.y,
-            g.z,
-            n.x,
-            n.y,
-            n.z,
-            d.r,
-            d.g,
-            d.b,
-            s.r,
-            s.g,
-            s.b,
-            vertex.model.shininess,
-        ];
-        let phong = F::Int::select(vertex.model.phong, F::Int::splat(1), F::Int::splat(0));
-        self.0.pack::<F>(at, F::Mask::first(F::WIDTH), floats, [phong]);
-    }
-
-    /// The vertices from `at` on.
-    #[inline(always)]
-    pub fn load<F: Float>(&self, at: usize) -> crate::integrator::whitted::WhittedVertex<F> {
-        let q = &self.0;
-        let phong: F::Int = self.0.integer(0, at);
-        crate::integrator::whitted::WhittedVertex {
-            position: Vector::new(q.float(0, at), q.float(1, at), q.float(2, at)),
-            offset: q.float(3, at),
-            geometric_normal: Vector::new(q.float(4, at), q.float(5, at), q.float(6, at)),
-            normal: Vector::new(q.float(7, at), q.float(8, at), q.float(9, at)),
-            model: crate::shading::blinn_phong::BlinnPhong {
-                diffuse: Color::new(q.float(10, at), q.float(11, at), q.float(12, at)),
-                specular: Color::new(q.float(13, at), q.float(14, at), q.float(15, at)),
-                shininess: q.float(16, at),
-                phong: phong.eq(F::Int::splat(1)),
-            },
-        }
     }
 }

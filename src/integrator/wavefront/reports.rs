@@ -5,6 +5,7 @@ use super::Wave;
 use super::queue::PathQueue;
 use crate::integrator::decision::decide;
 use crate::integrator::observe::{self, Continuation, Event, Flow, Observer};
+use crate::integrator::photons::Photons;
 use crate::integrator::{Frame, Stage};
 use crate::math::{Color, Hit};
 use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
@@ -15,7 +16,7 @@ impl Wave {
     pub fn bytes(&self) -> usize {
         let paths = [&self.paths, &self.reflect, &self.refract, &self.pending];
         let columns = [&self.goes_on, &self.occluded, &self.pixels, &self.samples];
-        paths.map(|queue| queue.0.bytes()).iter().sum::<usize>()
+        paths.map(|queue| queue.bytes()).iter().sum::<usize>()
             + self.hits.0.bytes()
             + self.vertices.0.bytes()
             + self.shadow.bytes()
@@ -29,7 +30,7 @@ impl Wave {
         if !observer.looks() {
             return;
         }
-        let count = self.paths.0.len();
+        let count = self.paths.columns.len();
         let mut met = Vec::with_capacity(count);
         for i in 0..count {
             let hit = self.hits.load::<f32>(i);
@@ -41,7 +42,7 @@ impl Wave {
                 met.push(i);
             }
         }
-        let capacity = self.paths.0.capacity();
+        let capacity = self.paths.columns.capacity();
         // Misses leave the wave in the next stage.
         observer.report(&Event::Wave(flow(Stage::Intersect, level, count, capacity, 0..count)));
         observer.report(&Event::Wave(flow(Stage::Retire, level, count, capacity, met.into_iter())));
@@ -52,7 +53,7 @@ impl Wave {
         if !observer.looks() {
             return;
         }
-        let count = self.paths.0.len();
+        let count = self.paths.columns.len();
         for i in 0..count {
             let (path, vertex) = (self.paths.load::<f32>(i), self.vertices.load::<f32>(i));
             let (own, shading) = (vertex.geometric_normal, vertex.normal);
@@ -61,24 +62,30 @@ impl Wave {
         report_onward(&self.reflect, Continuation::Reflect, observer);
         report_onward(&self.refract, Continuation::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
-        let capacity = self.paths.0.capacity();
+        let capacity = self.paths.columns.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
     }
 
     /// The same under the path transport, with the rays to lights.
-    pub(super) fn report_paths(&self, frame: &Frame, level: Level, observer: &mut dyn Observer) {
+    pub(super) fn report_paths(
+        &self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        level: Level,
+        observer: &mut dyn Observer,
+    ) {
         if !observer.looks() {
             return;
         }
-        let count = self.paths.0.len();
+        let count = self.paths.columns.len();
         let materials = self.hits.materials(count);
         let seen = |i: usize| {
             let path = self.paths.load::<f32>(i);
-            (path, decide(frame, &path, &self.hits.load::<f32>(i), materials[i]))
+            (path, decide(frame, photons, &path, &self.hits.load::<f32>(i), materials[i]))
         };
         for i in 0..count {
             let (path, decision) = seen(i);
-            observe::path_vertex(&path, &decision).iter().for_each(|event| observer.report(event));
+            observe::path_vertex(&path, &decision).for_each(|event| observer.report(&event));
         }
         let ([r, g, b], targets) = self.shadow.contributions();
         for (i, target) in targets.iter().enumerate() {
@@ -88,7 +95,7 @@ impl Wave {
         }
         report_onward(&self.reflect, Continuation::Scatter, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
-        let capacity = self.paths.0.capacity();
+        let capacity = self.paths.columns.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
     }
 
@@ -110,7 +117,7 @@ impl Wave {
             let contribution = Color::new(r[i], g[i], b[i]);
             observer.report(&observe::light(&path, light, which, &self.shadow.ray(i), contribution));
         }
-        let (count, capacity) = (self.paths.0.len(), self.paths.0.capacity());
+        let (count, capacity) = (self.paths.columns.len(), self.paths.columns.capacity());
         let sent = targets[first..].iter().map(|target| *target as usize);
         observer.report(&Event::Wave(flow(Stage::Light, level, count, capacity, sent)));
     }
@@ -139,7 +146,7 @@ impl Wave {
         if !observer.looks() {
             return;
         }
-        for i in (0..self.paths.0.len()).filter(|i| self.goes_on[*i] == 0) {
+        for i in (0..self.paths.columns.len()).filter(|i| self.goes_on[*i] == 0) {
             let path = self.paths.load::<f32>(i);
             observer.report(&observe::end(&path, path.radiance));
         }
@@ -147,7 +154,7 @@ impl Wave {
 }
 
 fn report_onward(queue: &PathQueue, way: Continuation, observer: &mut dyn Observer) {
-    for i in 0..queue.0.len() {
+    for i in 0..queue.columns.len() {
         observer.report(&observe::onward(way, &queue.load::<f32>(i)));
     }
 }

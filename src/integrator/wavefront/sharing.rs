@@ -9,6 +9,7 @@ use crate::bvh;
 use crate::film::Film;
 use crate::integrator::observe::{self, Aside};
 use crate::integrator::path::unpack_pixel;
+use crate::integrator::photons::Photons;
 use crate::integrator::sharing::pilot::Pilot;
 use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use crate::integrator::{Frame, Stage, Statistics, Work};
@@ -50,11 +51,11 @@ impl Wave {
         samples: Range<u32>,
         clock: &mut Clock,
     ) {
-        let Work { frame, pilot, level } = work;
+        let Work { frame, pilot, photons, level } = work;
         let Some(mut shared) = self.shared.take() else { return };
         shared.slots.enter(frame, film.region());
         if let Some(pilot) = pilot {
-            if !shared.slots.recall() && !self.look(pilot, level, &mut shared.slots, clock) {
+            if !shared.slots.recall() && !self.look(pilot, photons, level, &mut shared.slots, clock) {
                 self.shared = Some(shared);
                 return;
             }
@@ -63,7 +64,7 @@ impl Wave {
             self.render_todo(work.with_frame(&pilot.plain), film, todo, clock);
         }
         shared.slots.start(samples);
-        while self.trace_units(frame, level, film, &mut shared.slots, clock) {
+        while self.trace_units(frame, photons, level, film, &mut shared.slots, clock) {
             let Shared { slots, connections, .. } = &mut shared;
             let stack = &mut self.stack;
             let observer = &mut *clock.observer;
@@ -78,13 +79,21 @@ impl Wave {
     }
 
     /// Looks at some pixels to see where sharing pays. The rays do not count. Returns false if it was stopped.
-    fn look(&mut self, pilot: &Pilot, level: Level, slots: &mut Slots, clock: &mut Clock) -> bool {
+    fn look(
+        &mut self,
+        pilot: &Pilot,
+        photons: Option<Photons>,
+        level: Level,
+        slots: &mut Slots,
+        clock: &mut Clock,
+    ) -> bool {
+        let photons = photons.map(Photons::of_pilot);
         slots.start_pilot();
         let frame = &pilot.frame;
         let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
         let (mut aside, mut observer) = (Statistics::default(), Aside(&mut *clock.observer));
         let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut observer };
-        while self.trace_units(frame, level, &mut film, slots, &mut own) {
+        while self.trace_units(frame, photons, level, &mut film, slots, &mut own) {
             slots.measure(&film);
         }
         if own.observer.stops(0) {
@@ -99,6 +108,7 @@ impl Wave {
     fn trace_units(
         &mut self,
         frame: &Frame,
+        photons: Option<Photons>,
         level: Level,
         film: &mut Film,
         slots: &mut Slots,
@@ -107,10 +117,10 @@ impl Wave {
         if !self.generate_shared(frame, level, film, slots, clock) {
             return false;
         }
-        self.first_vertices(frame, level, film, slots, clock);
-        self.second_vertices(frame, level, slots, clock);
-        while !self.paths.0.is_empty() && !self.is_stopped(clock) {
-            self.vertices(frame, level, slots, false, clock);
+        self.first_vertices(frame, photons, level, film, slots, clock);
+        self.second_vertices(frame, photons, level, slots, clock);
+        while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
+            self.vertices(frame, photons, level, slots, false, clock);
             self.advance(slots, clock);
         }
         !clock.observer.stops(0)
@@ -143,11 +153,19 @@ impl Wave {
 
     /// Finds the wave's next vertices and all that is found there; misses end in the sink. `asks`: what the hits mean
     /// to shared paths is wanted.
-    fn vertices(&mut self, frame: &Frame, level: Level, sink: &mut dyn Sink, asks: bool, clock: &mut Clock) {
+    fn vertices(
+        &mut self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        level: Level,
+        sink: &mut dyn Sink,
+        asks: bool,
+        clock: &mut Clock,
+    ) {
         self.intersect(frame, level, clock);
-        self.retire(frame, level, sink, clock);
-        self.shade_paths(frame, level, asks, clock);
-        self.report_paths(frame, level, clock.observer);
+        self.retire(frame, photons, level, sink, clock);
+        self.shade_paths(frame, photons, level, asks, clock);
+        self.report_paths(frame, photons, level, clock.observer);
         self.shadows(frame, level, clock);
         self.report_ends(clock.observer);
     }
@@ -156,42 +174,50 @@ impl Wave {
     fn first_vertices(
         &mut self,
         frame: &Frame,
+        photons: Option<Photons>,
         level: Level,
         film: &mut Film,
         slots: &mut Slots,
         clock: &mut Clock,
     ) {
         let mut film = Within(film);
-        self.vertices(frame, level, &mut film, true, clock);
-        let materials = self.hits.materials(self.paths.0.len());
+        self.vertices(frame, photons, level, &mut film, true, clock);
+        let materials = self.hits.materials(self.paths.columns.len());
         for (i, (path, found)) in self.paths.found().enumerate() {
             slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.receives[i]);
             film.deposit(path.0, path.1, Rgb::new(found.r, found.g, found.b));
         }
         if clock.observer.looks() {
-            for i in 0..self.reflect.0.len() {
+            for i in 0..self.reflect.columns.len() {
                 let path = self.paths.load::<f32>(self.reflect.source(i));
                 clock.observer.report(&observe::aside(&path));
             }
         }
         self.reflect.begin_anew(|path, throughput, pdf| slots.leave(path, throughput, pdf));
-        self.paths.0.clear();
+        self.paths.columns.clear();
         self.paths.fill_from(&mut self.reflect);
         clock.stage(Stage::Advance);
     }
 
     /// Second vertices: what leaves them by their diffuse lobe is lent.
-    fn second_vertices(&mut self, frame: &Frame, level: Level, slots: &mut Slots, clock: &mut Clock) {
+    fn second_vertices(
+        &mut self,
+        frame: &Frame,
+        photons: Option<Photons>,
+        level: Level,
+        slots: &mut Slots,
+        clock: &mut Clock,
+    ) {
         self.intersect(frame, level, clock);
-        for (i, primitive) in self.hits.primitives(self.paths.0.len()).iter().enumerate() {
+        for (i, primitive) in self.hits.primitives(self.paths.columns.len()).iter().enumerate() {
             if *primitive == NONE {
                 let path = self.paths.load::<f32>(i);
                 slots.miss(frame, (path.pixel.0, path.sample.0), path.direction);
             }
         }
-        self.retire(frame, level, slots, clock);
-        self.shade_paths(frame, level, true, clock);
-        self.report_paths(frame, level, clock.observer);
+        self.retire(frame, photons, level, slots, clock);
+        self.shade_paths(frame, photons, level, true, clock);
+        self.report_paths(frame, photons, level, clock.observer);
         for ((path, emitted), lent) in self.paths.found().zip(&self.roles.lent) {
             slots.second(path, emitted, lent.as_ref());
         }
@@ -209,7 +235,7 @@ impl Wave {
     fn put_aside(&mut self, clock: &mut Clock) {
         if clock.observer.looks() {
             let report = |i| clock.observer.report(&observe::aside(&self.paths.load::<f32>(i)));
-            (0..self.paths.0.len()).for_each(report);
+            (0..self.paths.columns.len()).for_each(report);
         }
         self.paths.radiance_mut().into_iter().for_each(|column| column.fill(0.0));
     }

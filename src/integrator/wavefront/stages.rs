@@ -1,9 +1,11 @@
 //! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
 //! queue; what happens to light in it is in [`crate::integrator::whitted`].
 
-use super::queue::{HitQueue, PathQueue, VertexQueue};
+use super::queue::{HitQueue, PathQueue};
 use super::shadows::ShadowQueue;
+use super::vertices::VertexQueue;
 use crate::integrator::observe::{self, Observer};
+use crate::integrator::photons::Photons;
 use crate::integrator::sharing::Sink;
 use crate::integrator::{Frame, begin, path_tracing, whitted};
 use crate::math::{Color, NONE, Rgb};
@@ -56,6 +58,8 @@ impl Kernel for GenerateStage<'_> {
 pub struct RetireStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
+    /// The photons of the paths' samples.
+    pub photons: Option<Photons<'a>>,
     /// Paths, in and out.
     pub paths: &'a mut PathQueue,
     /// Their hits, in and out.
@@ -70,7 +74,7 @@ impl Kernel for RetireStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        let (width, count) = (L::Queue::WIDTH, self.paths.columns.len());
         let mut kept = 0;
         for at in (0..count).step_by(width) {
             let valid = lanes::<L::Queue>(count - at);
@@ -80,7 +84,7 @@ impl Kernel for RetireStage<'_> {
             if missed.any() {
                 let radiance = match self.frame.transport {
                     Transport::Whitted => whitted::miss(self.frame, &path),
-                    Transport::Path => path_tracing::miss(self.frame, &path, missed),
+                    Transport::Path => path_tracing::miss(self.frame, self.photons, &path, missed),
                 };
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
@@ -111,7 +115,7 @@ impl Kernel for RetireStage<'_> {
             self.hits.store(kept, stays, &hit, material);
             kept += stays.count();
         }
-        self.paths.0.set_len(kept);
+        self.paths.columns.set_len(kept);
     }
 }
 
@@ -119,6 +123,8 @@ impl Kernel for RetireStage<'_> {
 pub struct ShadeStage<'a> {
     /// The scene.
     pub frame: &'a Frame,
+    /// The photons of the paths' samples.
+    pub photons: Option<Photons<'a>>,
     /// Paths that have hit something; their radiance gets what surfaces give off.
     pub paths: &'a mut PathQueue,
     /// What they have hit.
@@ -137,12 +143,12 @@ impl Kernel for ShadeStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        let (width, count) = (L::Queue::WIDTH, self.paths.columns.len());
         for at in (0..count).step_by(width) {
             let valid = lanes::<L::Queue>(count - at);
             let path = self.paths.load::<L::Queue>(at);
             let hit = self.hits.load::<L::Queue>(at);
-            let (vertex, scatter, radiance) = whitted::hit(self.frame, &path, &hit, valid);
+            let (vertex, scatter, radiance) = whitted::hit(self.frame, self.photons, &path, &hit, valid);
             self.vertices.store(at, &vertex);
             let [r, g, b] = self.paths.radiance_mut();
             put(radiance.r, r, at);
@@ -197,7 +203,7 @@ impl Kernel for LightStage<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (width, count) = (L::Queue::WIDTH, self.paths.0.len());
+        let (width, count) = (L::Queue::WIDTH, self.paths.columns.len());
         for at in (0..count).step_by(width) {
             let path = self.paths.load::<L::Queue>(at);
             let vertex = self.vertices.load::<L::Queue>(at);

@@ -23,7 +23,9 @@ pub fn life(life: &Life) -> Value {
             })
         })
         .collect();
-    json!({"sample": life.sample, "radiance": life.radiance(), "paths": paths})
+    let (light, count) = life.drawn;
+    let photons = json!({"count": count, "radiance": light});
+    json!({"sample": life.sample, "radiance": life.radiance(), "photons": photons, "paths": paths})
 }
 
 fn shares(shares: &Shares) -> Value {
@@ -44,6 +46,7 @@ fn step(step: &Step) -> Value {
             "normal": vertex.normal,
             "gives_off": vertex.own,
             "gives_off_weight": vertex.own_share,
+            "photons": vertex.gathered,
             "lights": vertex.lights.iter().map(lit).collect::<Vec<_>>(),
             "lobe": vertex.fate.and_then(lobe),
         })

@@ -25,12 +25,14 @@ pub struct Life {
     pub sample: u32,
     /// Its paths: first the camera's, each fork behind the path that it comes from.
     pub paths: Vec<Followed>,
+    /// What photons bring that have ended where the sample sees them directly, and how many.
+    pub drawn: (Triple, u32),
 }
 
 impl Life {
     /// What it adds to the film.
     pub fn radiance(&self) -> Triple {
-        let mut sum = [0.0; 3];
+        let mut sum = self.drawn.0;
         for path in &self.paths {
             (0..3).for_each(|channel| sum[channel] += path.radiance[channel]);
         }
@@ -105,6 +107,8 @@ pub struct Vertex {
     /// Under the path transport, the weight of the drawn direction that led here in finding that light: the rest is
     /// found by rays to lights.
     pub own_share: f32,
+    /// What photons bring that have ended around it, under the path transport.
+    pub gathered: Triple,
     /// Rays to lights.
     pub lights: Vec<LightRay>,
     /// What becomes of the path there, under the path transport.
@@ -283,6 +287,19 @@ impl Story<'_> {
                     (vertex.own_share, vertex.fate) = (*emission_share, Some(*fate));
                 }
             }
+            What::Gathered { light } => {
+                if let Some(vertex) = self.last_vertex() {
+                    vertex.gathered = *light;
+                    // By rounding, a little may be left of nothing.
+                    let all = near(vertex.own, *light);
+                    vertex.own = [0, 1, 2].map(|i| if all { 0.0 } else { vertex.own[i] - light[i] });
+                }
+            }
+            What::Drawn { light } => {
+                if let Some(life) = self.lives.iter_mut().find(|life| life.sample == place.sample) {
+                    life.drawn = (add(life.drawn.0, *light), life.drawn.1 + 1);
+                }
+            }
             What::Light { light, share, which, direction, distance, contribution, .. } => {
                 let light = match self.frame.transport {
                     Transport::Whitted => self.names.light(*light),
@@ -348,7 +365,7 @@ impl Story<'_> {
     /// Begins a new sample or path, if the event does not belong to the current one.
     fn begin(&mut self, place: PathKey) {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
-            self.lives.push(Life { sample: place.sample, paths: Vec::new() });
+            self.lives.push(Life { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
         }
         let from = self.begun.get(&place).map(|(_, from)| (*from, place.depth.saturating_sub(1)));
         let Some(life) = self.lives.last_mut() else { return };
@@ -389,6 +406,7 @@ impl Story<'_> {
             normal: [0.0; 3],
             own: [0.0; 3],
             own_share: 1.0,
+            gathered: [0.0; 3],
             lights: Vec::new(),
             fate: None,
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::ProfilePlan;
 use crate::integrator::Frame;
+use crate::integrator::Stage;
 use crate::render::ThreadError;
 
 /// What the processor counted.
@@ -43,7 +44,7 @@ impl Counts {
 #[derive(Clone, Copy, Debug)]
 pub struct Counted {
     /// For each stage of the wavefront.
-    pub stages: [Counts; 8],
+    pub stages: [Counts; Stage::ALL.len()],
     /// For all of the recursive schedule.
     pub recursive: Counts,
 }
@@ -77,7 +78,7 @@ mod here {
             _ => format!("they cannot be read: {error}"),
         };
         let mut counters = Counters::new().map_err(refused)?;
-        let mut stages = [Counts::default(); 8];
+        let mut stages = [Counts::default(); Stage::ALL.len()];
         let mut failure = None;
         let mut last = counters.read().map_err(refused)?;
         let wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));

@@ -7,8 +7,9 @@ use super::ProfilePlan;
 use crate::bvh::Stack;
 use crate::bvh::tally::{Visits, visits};
 use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
-use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES, VERTEX_BYTES};
+use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES};
 use crate::integrator::wavefront::shadows::SHADOW_BYTES;
+use crate::integrator::wavefront::vertices::VERTEX_BYTES;
 use crate::integrator::{Frame, Schedule, Stage};
 use crate::math::{Ray, Vector};
 use crate::render::{Options, Session};
@@ -110,7 +111,7 @@ pub struct Flows {
     /// By bounces.
     pub bounces: Vec<Bounce>,
     /// By stage, in order.
-    pub stages: [StageFlow; 8],
+    pub stages: [StageFlow; Stage::ALL.len()],
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
@@ -176,7 +177,12 @@ impl Counter<'_> {
             What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
             What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
             What::End { .. } => self.flows.bounces[depth].ends += 1,
-            What::Vertex { .. } | What::Choice { .. } | What::Aside | What::Received { .. } => {}
+            What::Vertex { .. }
+            | What::Choice { .. }
+            | What::Gathered { .. }
+            | What::Drawn { .. }
+            | What::Aside
+            | What::Received { .. } => {}
         }
     }
 
@@ -211,6 +217,7 @@ fn complete(flows: &mut Flows, transport: Transport) {
         Stage::Light => (PATH_BYTES + VERTEX_BYTES, SHADOW_BYTES),
         Stage::Shadow => (RAY + 2 * NUMBER, 3 * COLOR),
         Stage::Connect => (RAY + 2 * NUMBER, COLOR),
+        Stage::Photons => (PATH_BYTES + HIT_BYTES, PATH_BYTES),
         Stage::Advance => (NUMBER, 2 * PATH_BYTES + 2 * COLOR),
     };
     for stage in Stage::ALL {

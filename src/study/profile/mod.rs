@@ -148,7 +148,7 @@ fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
 #[derive(Clone, Copy, Debug)]
 pub struct StageTimes {
     /// Seconds of each.
-    pub seconds: [f64; 8],
+    pub seconds: [f64; Stage::ALL.len()],
     /// True if these are seconds of the processor; if the system does not tell them, they are those of the clock.
     pub are_cpu: bool,
 }
@@ -159,10 +159,10 @@ pub fn stage_times(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<StageTimes,
     on_threads(1, || {
         let (start, are_cpu) = (Instant::now(), (plan.cpu_seconds)().is_some());
         let now = || (plan.cpu_seconds)().unwrap_or_else(|| start.elapsed().as_secs_f64());
-        let mut least = [f64::INFINITY; 8];
+        let mut least = [f64::INFINITY; Stage::ALL.len()];
         for _ in 0..plan.runs.max(1) {
             let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
-            let (mut seconds, mut last) = ([0.0; 8], now());
+            let (mut seconds, mut last) = ([0.0; Stage::ALL.len()], now());
             session.time_stages(&mut |stage: Stage| {
                 let time = now();
                 seconds[stage as usize] += time - last;

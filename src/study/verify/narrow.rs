@@ -73,11 +73,13 @@ fn rank(what: &What) -> usize {
         What::Ray { .. } => 1,
         What::Vertex { .. } => 2,
         What::Choice { .. } => 3,
-        What::Light { .. } => 4,
-        What::Shadow { .. } => 5,
-        What::Aside => 6,
-        What::End { .. } => 7,
-        What::Received { .. } => 8,
+        What::Gathered { .. } => 4,
+        What::Light { .. } => 5,
+        What::Shadow { .. } => 6,
+        What::Aside => 7,
+        What::End { .. } => 8,
+        What::Received { .. } => 9,
+        What::Drawn { .. } => 10,
     }
 }
 
@@ -154,6 +156,7 @@ fn stage(place: PathKey, happened: &[Option<What>; 2]) -> Stage {
             What::Light { .. } => Stage::Light,
             What::Shadow { .. } => Stage::Shadow,
             What::Received { .. } => Stage::Connect,
+            What::Gathered { .. } | What::Drawn { .. } => Stage::Photons,
             What::Aside | What::End { .. } => Stage::Advance,
         },
         [None, None] => Stage::Advance,

@@ -4,8 +4,8 @@ use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, Source};
 use crate::world::{
-    Adaptive, Aov, Background, BuildQuality, DepthLimits, Pattern, PixelFilter, Sampler, Settings, Sharing,
-    Tonemap, Transport,
+    Adaptive, Aov, Background, BuildQuality, Caustics, DepthLimits, Pattern, PixelFilter, Sampler, Settings,
+    Sharing, Tonemap, Transport,
 };
 
 /// Image width and height in pixels.
@@ -105,6 +105,9 @@ pub(super) fn settings<'a>(
     if let Some(raw) = read.sharing {
         settings.sharing = sharing(source, raw)?;
     }
+    if let Some(raw) = read.caustics {
+        settings.caustics = caustics(source, raw)?;
+    }
     if let Some(raw) = read.adaptive {
         settings.adaptive = source.choice(raw, "adaptive", ADAPTIVE)?;
     }
@@ -179,6 +182,26 @@ fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> 
         return Err(source.expected(raw, "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share"));
     }
     Ok(Sharing::Groups(pixels))
+}
+
+/// `Auto`, `Off` or numbers of photons.
+fn caustics<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Caustics, LoadError> {
+    if source.variant(raw).is_some() {
+        return source.choice(raw, "caustics", &[("Auto", Caustics::Auto), ("Off", Caustics::Off)]);
+    }
+    let read: schema::Photons = source.fields(raw, "photons")?;
+    let number = |given: Option<Raw<'a>>, what: &str, usual: f32, most: f32| {
+        let Some(raw) = given else { return Ok(usual) };
+        let value = source.positive(raw, what)?;
+        if value > most {
+            return Err(source.expected(raw, &format!("{what} of at most {most}")));
+        }
+        Ok(value)
+    };
+    Ok(Caustics::Photons {
+        photons: number(read.photons, "photons", Caustics::PHOTONS, Caustics::MOST_PHOTONS)?,
+        radius: number(read.radius, "radius", Caustics::RADIUS, Caustics::LARGEST_RADIUS)?,
+    })
 }
 
 fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {

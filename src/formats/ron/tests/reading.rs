@@ -30,6 +30,7 @@ fn settings_are_read_and_default() {
             clamp: Some(20.0),
             sampler: Sampler::Independent,
             sharing: Sharing::Groups(16),
+            caustics: Caustics::Photons { photons: 2.5, radius: 1.4 },
             adaptive: Adaptive::On,
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
@@ -51,6 +52,8 @@ fn settings_are_read_and_default() {
     assert_eq!(settings("aov: [Depth, Depth, Variance]").aov, [Aov::Depth, Aov::Variance]);
     assert_eq!(settings("sharing: Off").sharing, Sharing::Off);
     assert_eq!(settings("sharing: Auto").sharing, Sharing::Auto);
+    assert_eq!(settings("caustics: Off").caustics, Caustics::Off);
+    assert_eq!(settings("caustics: (radius: 2)").caustics, Caustics::Photons { photons: 1.0, radius: 2.0 });
     assert_eq!(settings("sampler: Jittered").sampler, Sampler::Jittered);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));

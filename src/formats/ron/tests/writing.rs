@@ -79,7 +79,7 @@ fn the_text_is_one_to_read() {
     for line in [
         "    settings: (size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: 5, \
          min_throughput: 0.01, roulette_depth: None, \
-         clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, adaptive: On, seed: 7, \
+         clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, build_quality: High, copied_triangles: 1000, aov: [Normal, Depth]),",
@@ -388,6 +388,8 @@ fn settings() -> impl Strategy<Value = Settings> {
                 clamp,
                 sampler,
                 sharing,
+                caustics: [Caustics::Auto, Caustics::Off, Caustics::Photons { photons: 0.25, radius: 2.5 }]
+                    [(seed / 3) as usize % 3],
                 adaptive: [Adaptive::Off, Adaptive::On, Adaptive::Unbiased][seed as usize % 3],
                 aov,
             }

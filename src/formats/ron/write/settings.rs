@@ -2,7 +2,7 @@
 
 use super::Written;
 use super::number::{Keys, color, number, same};
-use crate::world::{Aov, Background, PixelFilter, Settings, Sharing, Transport};
+use crate::world::{Aov, Background, Caustics, PixelFilter, Settings, Sharing, Transport};
 
 /// `fitting` is the transport that a file gets if it does not name one.
 pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
@@ -16,6 +16,7 @@ pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
         clamp,
         sampler,
         sharing,
+        caustics,
         adaptive,
         transport,
         seed,
@@ -49,6 +50,14 @@ pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
     keys.push_unless(*sharing == default.sharing, "sharing", || {
         Ok(match sharing {
             Sharing::Groups(pixels) => pixels.to_string(),
+            other => format!("{other:?}"),
+        })
+    })?;
+    keys.push_unless(*caustics == default.caustics, "caustics", || {
+        Ok(match caustics {
+            Caustics::Photons { photons, radius } => {
+                format!("(photons: {}, radius: {})", number(*photons)?, number(*radius)?)
+            }
             other => format!("{other:?}"),
         })
     })?;

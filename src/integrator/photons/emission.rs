@@ -1,0 +1,454 @@
+//! How photons begin: at lamps, towards what makes caustics.
+//!
+//! An emitter is chosen by the light that it sends to all targets, a target by the size in which it is seen, a ray
+//! uniformly among those that are aimed at it. A ray may be aimed at several targets at once; what it carries is
+//! divided by the density of all ways to draw it (balance heuristic, Veach 1997), so overlaps count once.
+
+use std::num::Wrapping;
+
+use super::targets::Ball;
+use crate::math::{Color, Vec3, Vector};
+use crate::sampling::hash::{combine, mix};
+use crate::sampling::sobol;
+use crate::sampling::warp::concentric_disk;
+use crate::scene::CompiledScene;
+use crate::scene::emitters::kind;
+use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
+use crate::shading::environment;
+use crate::shading::principled::basis::Basis;
+use crate::simd::{Float, Int};
+use crate::world::Transport;
+
+const PI: f32 = std::f32::consts::PI;
+
+/// What sends photons to where.
+pub struct Emission {
+    targets: Vec<Ball>,
+    /// Of each emitter the probability that it or one before it is chosen.
+    cumulative: Vec<f64>,
+    /// Of each emitter the probability that it is chosen.
+    chances: Vec<f32>,
+    /// Of each emitter the number of photons of a sample per unit of its phase space, m⁻² sr⁻¹, rounded to a power of
+    /// two; infinite for what paths cannot find, 0 for what sends no photons.
+    densities: Vec<f32>,
+    /// Of each emitter the material of the body that it is in.
+    media: Vec<u32>,
+    /// The discs of all targets together, m².
+    discs: f32,
+    /// Photons of a sample.
+    count: u32,
+}
+
+/// A photon that has left its lamp.
+pub struct Emitted {
+    /// Where.
+    pub origin: Vector<f32>,
+    /// Where to.
+    pub direction: Vector<f32>,
+    /// In watts; per square metre of the first thing that it meets if it does not fall with distance.
+    pub flux: Color<f32>,
+    /// False if what arrives is the same at any distance.
+    pub falls: bool,
+    /// The material of the body that it begins in.
+    pub medium: u32,
+    /// See [`Emission::density`].
+    pub density: f32,
+}
+
+/// A ray as it leaves a lamp, with its radiance over the density of rays; and perhaps another density to remember.
+struct Ray {
+    origin: Vector<f32>,
+    direction: Vector<f32>,
+    light: Color<f32>,
+    density: Option<f32>,
+}
+
+impl Emission {
+    /// For some of a scene's emitters. None if none of them sends anything to the targets. `medium_at` returns the
+    /// material of the body around a place.
+    pub fn new(
+        scene: &CompiledScene,
+        transport: Transport,
+        targets: Vec<Ball>,
+        count: u32,
+        medium_at: &mut dyn FnMut(Vec3) -> u32,
+    ) -> Option<Self> {
+        let discs = targets.iter().map(Ball::disc).sum();
+        let emitters = scene.emitters.len();
+        let mut emission = Self {
+            targets,
+            cumulative: Vec::with_capacity(emitters),
+            chances: vec![0.0; emitters],
+            densities: vec![0.0; emitters],
+            media: vec![crate::math::NONE; emitters],
+            discs,
+            count,
+        };
+        // Under Whitted's transport only lights that are entities light anything.
+        let is_light = |emitter: u32| {
+            transport == Transport::Path || scene.lights.iter().any(|light| light.emitter == emitter)
+        };
+        let volume = |emitter: u32| {
+            if is_light(emitter) { emission.light_and_volume(scene, emitter) } else { (0.0, 0.0) }
+        };
+        let volumes: Vec<(f32, f32)> = (0..emitters as u32).map(volume).collect();
+        let total: f64 = volumes.iter().map(|(light, _)| f64::from(*light)).sum();
+        if total.is_nan() || total <= 0.0 || total.is_infinite() {
+            return None;
+        }
+        let mut sum = 0.0;
+        for (emitter, (light, volume)) in volumes.into_iter().enumerate() {
+            let chance = f64::from(light) / total;
+            sum += chance;
+            emission.cumulative.push(sum);
+            emission.chances[emitter] = chance as f32;
+            if chance > 0.0 {
+                let is_found = scene.emitters.flags[emitter] & crate::scene::emitters::flag::VISIBLE != 0;
+                let density = count as f32 * chance as f32 / volume.max(f32::MIN_POSITIVE);
+                emission.densities[emitter] = if is_found { power_of_two(density) } else { f32::INFINITY };
+                let (what, row) = scene.emitters.row(emitter as u32);
+                if !matches!(what, kind::DIRECTIONAL | kind::ENVIRONMENT) {
+                    emission.media[emitter] = medium_at(middle(what, row));
+                }
+            }
+        }
+        Some(emission)
+    }
+
+    /// About the light that an emitter sends to the targets, and the volume of the phase space of its rays.
+    fn light_and_volume(&self, scene: &CompiledScene, emitter: u32) -> (f32, f32) {
+        let (what, row) = scene.emitters.row(emitter);
+        let light = Color::new(row[10], row[11], row[12]).luminance();
+        let place = middle(what, row);
+        let angles: f32 = self.angles(scene, emitter, place).iter().sum();
+        match what {
+            kind::TRIANGLE | kind::QUAD => {
+                let volume = area(scene, emitter) * angles;
+                (light * volume, volume)
+            }
+            kind::SPHERE => {
+                let volume = PI * row[9] * row[9] * angles;
+                (light * volume, volume)
+            }
+            kind::DIRECTIONAL => (light * self.discs, f32::MIN_POSITIVE),
+            kind::ENVIRONMENT => {
+                let panorama = scene.environment.panorama.as_ref();
+                let light = panorama.map_or(0.0, |panorama| {
+                    panorama.irradiance * Color::<f32>::splat(panorama.factor).luminance()
+                });
+                (2.0 * light * self.discs, 4.0 * PI * self.discs)
+            }
+            _ => {
+                // Where light does not fall with distance, as much arrives as a metre away.
+                let nearest =
+                    self.targets.iter().map(|ball| (ball.center - place).length()).fold(f32::MAX, f32::min);
+                let farther = if row[9] > 0.0 { 1.0 } else { nearest * nearest };
+                (light * angles * farther, f32::MIN_POSITIVE)
+            }
+        }
+    }
+
+    /// The solid angles that are drawn from to aim at each target, from a place on an emitter.
+    fn angles(&self, scene: &CompiledScene, emitter: u32, place: Vec3) -> Angles {
+        let (what, row) = scene.emitters.row(emitter);
+        let mut angles = Angles::default();
+        for (ball, angle) in self.targets.iter().zip(&mut angles.0) {
+            let way = ball.center - place;
+            let distance = way.length();
+            let radius = ball.radius + if what == kind::SPHERE { row[9] } else { 0.0 };
+            *angle = 2.0 * PI * cone(distance, radius);
+            let reached = match what {
+                kind::TRIANGLE | kind::QUAD => {
+                    let flags = scene.emitters.flags[emitter as usize];
+                    let normal =
+                        Vec3::from_slice(&row[3..]).cross(Vec3::from_slice(&row[6..])).normalize_or_zero();
+                    let reversed = flags & crate::scene::emitters::flag::REVERSED != 0;
+                    let height = if reversed { -normal } else { normal }.dot(way);
+                    flags & crate::scene::emitters::flag::TWO_SIDED != 0 || height > -ball.radius
+                }
+                kind::SPOT if distance > radius => {
+                    // The cosine of the difference of two angles is less than that of the cone's.
+                    let (sine, axis) = (radius / distance, Vec3::from_slice(&row[3..]));
+                    let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+                    let off = (axis.dot(way) / distance).clamp(-1.0, 1.0);
+                    let off_sine = (1.0 - off * off).max(0.0).sqrt();
+                    off >= cosine || off * cosine + off_sine * sine >= row[6]
+                }
+                _ => true,
+            };
+            if !reached {
+                *angle = 0.0;
+            }
+        }
+        angles
+    }
+
+    /// What sends photons from its place in the list of emitters per unit of its phase space; see the field.
+    pub fn densities(&self) -> &[f32] {
+        &self.densities
+    }
+
+    /// The same of what lies infinitely far away, which is the last emitter, in each direction.
+    #[inline(always)]
+    pub fn sky_density<F: Float>(&self, scene: &CompiledScene, direction: Vector<F>, mask: F::Mask) -> F {
+        let chance = self.chances.last().copied().unwrap_or(0.0);
+        let scale = self.count as f32 * chance / self.discs.max(f32::MIN_POSITIVE);
+        let density = environment::pdf(&scene.environment, direction, mask) * F::splat(scale);
+        power_of_two_lanes(density)
+    }
+
+    /// Photons of a sample.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// The emitter that a number in [0, 1) chooses, and what is left of the number.
+    fn choose(&self, u: f32) -> (u32, f32) {
+        let u = f64::from(u);
+        let last = self.cumulative.len() - 1;
+        let at = self.cumulative.partition_point(|sum| *sum <= u).min(last);
+        let before = if at == 0 { 0.0 } else { self.cumulative[at - 1] };
+        let width = (self.cumulative[at] - before).max(f64::MIN_POSITIVE);
+        (at as u32, ((u - before) / width).clamp(0.0, 1.0 - f64::from(f32::EPSILON)) as f32)
+    }
+
+    /// Photon `number` of all samples together. None if it would carry nothing.
+    pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<Emitted> {
+        let draw = Draw::new(seed, number);
+        let (which, target) = draw.two(0);
+        let (emitter, _) = self.choose(which);
+        let (place, toward) = (draw.two(1), draw.two(2));
+        let (what, row) = scene.emitters.row(emitter);
+        let ray = match what {
+            kind::TRIANGLE | kind::QUAD => self.ray_of_plane(scene, emitter, target, place, toward),
+            kind::SPHERE => self.ray_of_sphere(scene, emitter, target, place, toward),
+            kind::DIRECTIONAL | kind::ENVIRONMENT => self.ray_of_sky(scene, emitter, target, place, toward),
+            _ => self.ray_of_point(scene, emitter, target, toward),
+        }?;
+        let chance = self.chances[emitter as usize];
+        let is_point = matches!(what, kind::POINT | kind::SPOT | kind::PHOTOMETRIC);
+        let flux = ray.light * (1.0 / (self.count as f32 * chance));
+        let is_something = flux.max_component() > 0.0 && flux.max_component() < f32::INFINITY;
+        is_something.then(|| Emitted {
+            origin: ray.origin,
+            direction: ray.direction,
+            flux,
+            falls: !is_point || row[9] > 0.0,
+            medium: self.media[emitter as usize],
+            density: ray.density.unwrap_or(self.densities[emitter as usize]),
+        })
+    }
+
+    fn ray_of_plane(
+        &self,
+        scene: &CompiledScene,
+        emitter: u32,
+        target: f32,
+        place: (f32, f32),
+        toward: (f32, f32),
+    ) -> Option<Ray> {
+        let point = point_of(scene, emitter, place);
+        let origin = vec3(point.position);
+        let angles = self.angles(scene, emitter, origin);
+        let (direction, density) = self.aim(&angles, origin, 0.0, target, toward)?;
+        let light = radiance_of(scene, emitter, &point, direction);
+        let cosine = point.normal.dot(direction).abs();
+        let light = light * (cosine * area(scene, emitter) / density);
+        // A ray that a lamp sends does not meet the lamp itself.
+        let off = if point.normal.dot(direction) < 0.0 { -point.normal } else { point.normal };
+        let scale = origin.abs().max_element() + area(scene, emitter).sqrt();
+        Some(Ray { origin: point.position + off * (scale * 4e-6), direction, light, density: None })
+    }
+
+    fn ray_of_sphere(
+        &self,
+        scene: &CompiledScene,
+        emitter: u32,
+        target: f32,
+        place: (f32, f32),
+        toward: (f32, f32),
+    ) -> Option<Ray> {
+        let row = scene.emitters.row(emitter).1;
+        let (center, radius) = (Vec3::from_slice(row), row[9]);
+        let angles = self.angles(scene, emitter, center);
+        let (direction, density) = self.aim(&angles, center, radius, target, toward)?;
+        // A disc across the direction, lifted to the sphere: all rays leave it outwards, with the same light.
+        let (x, y) = concentric_disk(place.0, place.1);
+        let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+        let normal = Basis::about(direction).world(Vector::new(x, y, z));
+        let light = radiance_of_sphere(scene, emitter, normal) * (PI * radius * radius / density);
+        let reach = radius + (center.abs().max_element() + radius) * 4e-6;
+        Some(Ray { origin: vector(center) + normal * reach, direction, light, density: None })
+    }
+
+    fn ray_of_point(
+        &self,
+        scene: &CompiledScene,
+        emitter: u32,
+        target: f32,
+        toward: (f32, f32),
+    ) -> Option<Ray> {
+        let origin = Vec3::from_slice(scene.emitters.row(emitter).1);
+        let angles = self.angles(scene, emitter, origin);
+        let (direction, density) = self.aim(&angles, origin, 0.0, target, toward)?;
+        let light = intensity(scene, emitter, direction) * (1.0 / density);
+        Some(Ray { origin: vector(origin), direction, light, density: None })
+    }
+
+    /// From infinitely far away: on a disc across a target.
+    fn ray_of_sky(
+        &self,
+        scene: &CompiledScene,
+        emitter: u32,
+        target: f32,
+        place: (f32, f32),
+        toward: (f32, f32),
+    ) -> Option<Ray> {
+        let is_sky = scene.emitters.kinds[emitter as usize] == kind::ENVIRONMENT;
+        let (to_light, light, density) = if is_sky {
+            let (to_light, pdf) = environment::sample(&scene.environment, toward, true);
+            let light = environment::radiance(&scene.environment, to_light, true);
+            let density = self.sky_density(scene, to_light, true);
+            (to_light, light * (1.0 / pdf.max(1e-30)), Some(density))
+        } else {
+            let sample = crate::shading::emitter::sample_light::<f32>(scene, emitter, Vector::zero(), toward);
+            (sample.direction, sample.radiance, None)
+        };
+        let direction = -to_light;
+        let mut rest = target * self.discs;
+        let chosen = self.targets.iter().position(|ball| {
+            rest -= ball.disc();
+            rest < 0.0
+        });
+        let ball = self.targets[chosen.unwrap_or(self.targets.len() - 1)];
+        let (x, y) = concentric_disk(place.0, place.1);
+        let basis = Basis::about(direction);
+        let across = (basis.x * x + basis.y * y) * ball.radius;
+        let through = ball.center + vec3(across);
+        let meets = |other: &&Ball| {
+            let way = other.center - through;
+            let along = vec3(direction) * way.dot(vec3(direction));
+            **other == ball || (way - along).length_squared() < other.radius * other.radius
+        };
+        let count = self.targets.iter().filter(meets).count();
+        // It begins outside of the scene: other things may be in its way.
+        let bounds = scene.bounds;
+        let back = (bounds.center() - through).length() + bounds.size().length();
+        let origin = vector(through) + to_light * back;
+        Some(Ray { origin, direction, light: light * (self.discs / count as f32), density })
+    }
+
+    /// A direction towards one of the targets, and the density of such directions per steradian. `radius` is that of
+    /// the emitter if rays begin anywhere on a disc across them.
+    fn aim(
+        &self,
+        angles: &Angles,
+        origin: Vec3,
+        radius: f32,
+        target: f32,
+        u: (f32, f32),
+    ) -> Option<(Vector<f32>, f32)> {
+        let total: f32 = angles.iter().sum();
+        let mut rest = target * total;
+        let mut chosen = None;
+        for (number, angle) in angles.iter().enumerate().filter(|(_, angle)| **angle > 0.0) {
+            chosen = Some(number);
+            rest -= angle;
+            if rest < 0.0 {
+                break;
+            }
+        }
+        let chosen = chosen?;
+        let ball = self.targets[chosen];
+        let way = ball.center - origin;
+        let part = cone(way.length(), ball.radius + radius);
+        let axis = way.normalize_or(Vec3::Y);
+        // The disc onto the cap, keeping areas: z = 1 − (1 − cos θ) r².
+        let (x, y) = concentric_disk(u.0, u.1);
+        let lift = part * (x * x + y * y);
+        let scale = (part * (2.0 - lift)).max(0.0).sqrt();
+        let local = Vector::new(x * scale, y * scale, 1.0 - lift);
+        let direction = Basis::about(vector(axis)).world(local).normalize();
+        let among = |(number, (ball, angle)): (usize, (&Ball, &f32))| {
+            let way = ball.center - origin;
+            let (along, reach) = (way.dot(vec3(direction)), ball.radius + radius);
+            let inside = way.length_squared() <= reach * reach;
+            let near = (way - vec3(direction) * along).length_squared() < reach * reach;
+            *angle > 0.0 && (number == chosen || inside || (along > 0.0 && near))
+        };
+        let count = self.targets.iter().zip(angles.iter()).enumerate().filter(|each| among(*each)).count();
+        Some((direction, count as f32 / total))
+    }
+}
+
+/// One number for each target.
+#[derive(Default)]
+struct Angles([f32; super::targets::MOST]);
+
+impl Angles {
+    fn iter(&self) -> std::slice::Iter<'_, f32> {
+        self.0.iter()
+    }
+}
+
+/// 1 − cosine of the angle that a ball takes up; 2 from within.
+fn cone(distance: f32, radius: f32) -> f32 {
+    if distance <= radius {
+        return 2.0;
+    }
+    let sine = radius / distance;
+    let square = sine * sine;
+    square / (1.0 + (1.0 - square).sqrt())
+}
+
+/// The middle of what has a place.
+fn middle(what: u32, row: &[f32; 13]) -> Vec3 {
+    let edges = Vec3::from_slice(&row[3..]) + Vec3::from_slice(&row[6..]);
+    let part = match what {
+        kind::TRIANGLE => 1.0 / 3.0,
+        kind::QUAD => 0.5,
+        _ => return Vec3::from_slice(row),
+    };
+    Vec3::from_slice(row) + edges * part
+}
+
+/// The next smaller power of two.
+fn power_of_two(x: f32) -> f32 {
+    power_of_two_lanes(x)
+}
+
+/// Clears all bits but those of the exponent.
+#[inline(always)]
+fn power_of_two_lanes<F: Float>(x: F) -> F {
+    (x.to_bits() & F::Int::splat(0x7f80_0000)).reinterpret()
+}
+
+/// Random numbers of one photon: points of sequences that go on through all photons of all samples.
+struct Draw {
+    seed: u32,
+    index: u32,
+}
+
+impl Draw {
+    fn new(seed: u64, number: u64) -> Self {
+        // After four thousand million photons other sequences begin.
+        let words = [seed as u32, (seed >> 32) as u32, (number >> 32) as u32];
+        let seed = words.into_iter().fold(Wrapping(0x7068), |hash, word| combine(hash, Wrapping(word)));
+        Self { seed: seed.0, index: number as u32 }
+    }
+
+    fn two(&self, which: u32) -> (f32, f32) {
+        sobol::two(
+            Wrapping(self.index),
+            mix(Wrapping(self.seed.wrapping_add(which.wrapping_mul(0x9e37_79b9)))),
+        )
+    }
+}
+
+fn vector(v: Vec3) -> Vector<f32> {
+    Vector::new(v.x, v.y, v.z)
+}
+
+fn vec3(v: Vector<f32>) -> Vec3 {
+    Vec3::new(v.x, v.y, v.z)
+}

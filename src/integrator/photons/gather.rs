@@ -1,0 +1,314 @@
+//! Photons at the vertices of paths: what they bring, and what is left to the paths.
+
+use super::Photons;
+use super::map::Around;
+use crate::integrator::begin;
+use crate::integrator::path::Path;
+use crate::integrator::path_tracing::ScatteringVertex;
+use crate::integrator::shadow::ShadowRay;
+use crate::math::{Color, NONE, Vector};
+use crate::shading::emitter;
+use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::draw::BsdfSample;
+use crate::shading::surface::{HitLanes, Surface};
+use crate::simd::{Float, Int, Mask};
+
+const PI: f32 = std::f32::consts::PI;
+/// A surface where photons end.
+pub trait Receiver<F: Float> {
+    /// Value · |cos| towards the viewer for light that comes from a direction, and the density with which the path would
+    /// have drawn that; 0 if it never does.
+    fn receive(&self, from: Vector<F>, mask: F::Mask) -> (Color<F>, F);
+    /// The diffuse lobe's part of that value, where paths are shared.
+    fn diffuse_part(&self, from: Vector<F>, value: Color<F>, mask: F::Mask) -> Color<F>;
+}
+
+/// The light of photons that leaves a vertex to the viewer.
+#[derive(Clone, Copy)]
+pub struct Gathered<F: Float> {
+    /// All of it.
+    pub light: Color<F>,
+    /// What leaves by the diffuse lobe; black unless that is asked for.
+    pub diffuse: Color<F>,
+}
+
+impl<F: Float> Gathered<F> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Self { light: Color::black(), diffuse: Color::black() }
+    }
+}
+
+impl<F: Float> Receiver<F> for Bsdf<F> {
+    #[inline(always)]
+    fn receive(&self, from: Vector<F>, mask: F::Mask) -> (Color<F>, F) {
+        self.evaluate(from, mask)
+    }
+
+    #[inline(always)]
+    fn diffuse_part(&self, from: Vector<F>, value: Color<F>, mask: F::Mask) -> Color<F> {
+        Bsdf::diffuse_part(self, from, value, mask)
+    }
+}
+
+/// Set in [`Path::landing`] once the path has met something that makes caustics.
+const BEHIND: u32 = 1 << 15;
+
+/// The first radius and the density of the direction, per unit of its cosine, in one word: the upper halves of two
+/// floats, which are never negative.
+#[inline(always)]
+fn packed<F: Float>(radius: F, density: F) -> F::Int {
+    (radius.to_bits() & F::Int::splat(0xffff_0000)) | density.to_bits().shr::<16>()
+}
+
+/// The first radius at a path's vertices, 0 as long as it has met nothing where photons end.
+#[inline(always)]
+fn stored_radius<F: Float>(landing: F::Int) -> F {
+    (landing & F::Int::splat(0xffff_0000)).reinterpret()
+}
+
+/// The density of the direction in which the path left where photons end, per unit of its cosine.
+#[inline(always)]
+fn direction_density<F: Float>(landing: F::Int) -> F {
+    (landing & F::Int::splat(0x7fff)).shl::<16>().reinterpret()
+}
+
+/// The word of a path that goes on, in a direction of density `pdf`, from a surface where photons end.
+#[inline(always)]
+fn leaving<F: Float>(surface: &Surface<F>, radius: F, direction: Vector<F>, pdf: F) -> F::Int {
+    let cosine = surface.geometric_normal.dot(direction).abs().max(F::splat(1e-6));
+    // A mirror's only direction: photons that end here do not find its light.
+    let density = F::select(pdf.gt(F::zero()), pdf / cosine, F::splat(f32::INFINITY));
+    packed(radius, density)
+}
+
+/// The word of a path that was scattered where photons do not end, within a body: what it finds next is its own.
+#[inline(always)]
+pub(in crate::integrator) fn elsewhere<F: Float>(landing: F::Int) -> F::Int {
+    packed(stored_radius::<F>(landing), F::splat(f32::INFINITY))
+}
+
+/// The word of a path that goes on behind something that makes caustics.
+#[inline(always)]
+fn behind<F: Float>(landing: F::Int) -> F::Int {
+    let met = !landing.eq(F::Int::splat(0));
+    F::Int::select(met, landing | F::Int::splat(BEHIND), landing)
+}
+
+/// The first radius at a vertex where photons end: that of the first such vertex of the path, where a radius is `width`
+/// metres for light that falls straight on it.
+#[inline(always)]
+pub(crate) fn first_radius<F: Float>(path: &Path<F>, width: F, surface: &Surface<F>) -> F {
+    let own = stored_radius::<F>(path.landing);
+    let cosine = path.direction.dot(surface.geometric_normal).abs().max(F::splat(0.1));
+    let fresh = width / cosine.sqrt();
+    // As it is stored.
+    let fresh = stored_radius::<F>(packed(fresh.max(F::splat(1e-30)), F::zero()));
+    F::select(own.gt(F::zero()), own, fresh)
+}
+
+/// The part of a photon's light that is not left to paths.
+#[inline(always)]
+pub(in crate::integrator) fn own_part<F: Float>(density: F, radius: F, pdf: F, cosine: F) -> F {
+    let found = density * radius * radius * F::splat(PI);
+    F::one() / (F::one() + pdf / (cosine * found).max(F::splat(1e-30)))
+}
+
+impl<F: Float> ScatteringVertex<'_, F> {
+    /// Divides light between the path and photons: returns what those bring that end here, and leaves to the light
+    /// sample, and to what the path finds later, what photons do not bring.
+    #[inline(always)]
+    pub(in crate::integrator) fn with_photons(
+        &self,
+        photons: Photons,
+        bsdf: &Bsdf<F>,
+        drawn: &BsdfSample<F>,
+        light: &mut ShadowRay<F>,
+        next: &mut Path<F>,
+    ) -> Gathered<F> {
+        let Self { frame, path, surface, here, width, .. } = *self;
+        let bends = next.scatterings.eq(path.scatterings);
+        if self.point.material.makes_caustics() {
+            let emitters = photons.plan.emission.densities();
+            let density = F::gather(emitters, light.emitter, light.mask);
+            let left = photons.left_to_path(path, density, F::Mask::from_bits(u32::MAX), light.mask);
+            light.contribution = light.contribution * left;
+            next.landing = F::Int::select(bends, behind::<F>(path.landing), path.landing);
+            return Gathered::nothing();
+        }
+        let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
+        let radius = first_radius(path, width, surface);
+        let word = leaving(surface, radius, drawn.direction, drawn.pdf);
+        next.landing = F::Int::select(bends, word, path.landing);
+        // What the camera sees directly has been drawn.
+        let mask = here & bsdf.scatters() & !path.branch.eq(F::Int::splat(0));
+        if !mask.any() {
+            return Gathered::nothing();
+        }
+        let lends = frame.sharing.is_some();
+        photons.gather((frame.max_depth, lends), path, surface, bsdf, radius, mask)
+    }
+}
+
+/// The sample of all lanes, if that is the same one.
+#[inline(always)]
+fn only_one<I: Int>(sample: I, mask: I::Mask) -> Option<u32> {
+    let first = emitter::lane(sample, mask);
+    (!(mask & !sample.eq(I::splat(first))).any()).then_some(first)
+}
+
+impl Photons<'_> {
+    /// For each lane its sample's factor on first radii, and the largest radius.
+    #[inline(always)]
+    fn radius<F: Float>(&self, sample: F::Int, first: F, mask: F::Mask) -> F {
+        if let Some(sample) = only_one(sample, mask) {
+            return self.of(sample).radii.of(first);
+        }
+        let (mut samples, mut radii) = ([0; 16], [0.0; 16]);
+        sample.store(&mut samples);
+        first.store(&mut radii);
+        for lane in 0..F::WIDTH {
+            if mask.bits() >> lane & 1 != 0 {
+                radii[lane] = self.of(samples[lane]).radii.of(radii[lane]);
+            }
+        }
+        F::load(&radii)
+    }
+
+    /// What is left to a path that has found an emitter of this density: 1 unless photons bring its light, too.
+    #[inline(always)]
+    pub(in crate::integrator) fn left_to_path<F: Float>(
+        &self,
+        path: &Path<F>,
+        density: F,
+        is_narrow: F::Mask,
+        mask: F::Mask,
+    ) -> F {
+        let landing = path.landing;
+        let is_behind = !(landing & F::Int::splat(BEHIND)).eq(F::Int::splat(0)) | is_narrow;
+        let shares = mask & is_behind & !landing.eq(F::Int::splat(0)) & density.gt(F::zero());
+        if !shares.any() || !self.plan.is_found_by_paths {
+            return F::one();
+        }
+        if self.samples.is_empty() {
+            return F::select(shares, F::zero(), F::one());
+        }
+        let radius = self.radius(path.sample, stored_radius(landing), shares);
+        let found = density * radius * radius * F::splat(PI);
+        let part = F::one() / (F::one() + found / direction_density::<F>(landing).max(F::splat(1e-30)));
+        F::select(shares, part, F::one())
+    }
+
+    /// What is left to a path of the light of an emitter that it has hit.
+    #[inline(always)]
+    pub(in crate::integrator) fn left_of_hit<F: Float>(
+        &self,
+        path: &Path<F>,
+        hit: &HitLanes<F>,
+        mask: F::Mask,
+    ) -> F {
+        let index = emitter::of_hit(&self.plan.frame.scene, hit, mask);
+        let found = mask & !index.eq(F::Int::splat(NONE));
+        let density = F::gather(self.plan.emission.densities(), index, found);
+        self.left_to_path(path, density, F::Mask::from_bits(0), found)
+    }
+
+    /// The light of the photons around a vertex that leaves it to the viewer. `first` is the first radius. Its
+    /// diffuse part is found if it is wanted.
+    #[inline(always)]
+    pub(in crate::integrator) fn gather<F: Float>(
+        &self,
+        (max_depth, wants_diffuse): (u32, bool),
+        path: &Path<F>,
+        surface: &Surface<F>,
+        receiver: &impl Receiver<F>,
+        first: F,
+        mask: F::Mask,
+    ) -> Gathered<F> {
+        if self.samples.is_empty() {
+            return Gathered::nothing();
+        }
+        let radius = self.radius(path.sample, first, mask);
+        let mut mask = mask;
+        if let Some(sample) = only_one(path.sample, mask) {
+            mask = self.of(sample).may_hold(surface.position, radius, mask);
+            if !mask.any() {
+                return Gathered::nothing();
+            }
+        }
+        let (mut samples, mut radii) = ([0; 16], [0.0; 16]);
+        let (mut place, mut normal) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
+        path.sample.store(&mut samples);
+        radius.store(&mut radii);
+        let (p, n) = (surface.position, surface.geometric_normal);
+        for (column, value) in place.iter_mut().zip([p.x, p.y, p.z]) {
+            value.store(column);
+        }
+        for (column, value) in normal.iter_mut().zip([n.x, n.y, n.z]) {
+            value.store(column);
+        }
+        let mut around: [Option<Around>; 16] = [const { None }; 16];
+        let mut left = 0u32;
+        for lane in 0..F::WIDTH {
+            if mask.bits() >> lane & 1 == 0 {
+                continue;
+            }
+            let place = Vector::new(place[0][lane], place[1][lane], place[2][lane]);
+            let normal = Vector::new(normal[0][lane], normal[1][lane], normal[2][lane]);
+            around[lane] = self.of(samples[lane]).around(place, normal, radii[lane]);
+            left |= u32::from(around[lane].is_some()) << lane;
+        }
+        if left == 0 {
+            return Gathered::nothing();
+        }
+        let (mut depths, mut free) = ([0; 16], [0; 16]);
+        path.depth.store(&mut depths);
+        path.scatterings.store(&mut free);
+        let mut sum = Gathered::nothing();
+        while left != 0 {
+            let mut found = 0;
+            let (mut from, mut flux) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
+            let (mut kernel, mut density) = ([0.0; 16], [1.0; 16]);
+            for lane in 0..F::WIDTH {
+                if left >> lane & 1 == 0 {
+                    continue;
+                }
+                let most = (max_depth + free[lane]).saturating_sub(depths[lane]);
+                let next = around[lane].as_mut().and_then(|all| all.next_within(most));
+                let Some((photon, part)) = next else {
+                    left &= !(1 << lane);
+                    continue;
+                };
+                found |= 1 << lane;
+                let direction = photon.from();
+                for (axis, value) in [direction.x, direction.y, direction.z].into_iter().enumerate() {
+                    from[axis][lane] = value;
+                    flux[axis][lane] = photon.flux[axis];
+                }
+                kernel[lane] = 2.0 * (1.0 - part);
+                density[lane] = photon.density();
+            }
+            if found == 0 {
+                break;
+            }
+            let now = F::Mask::from_bits(found);
+            let from = Vector::new(F::load(&from[0]), F::load(&from[1]), F::load(&from[2]));
+            let flux = Color::new(F::load(&flux[0]), F::load(&flux[1]), F::load(&flux[2]));
+            let (value, pdf) = receiver.receive(from, now);
+            let cosine = surface.geometric_normal.dot(from).abs().max(F::splat(1e-3));
+            let own = if self.plan.is_found_by_paths {
+                own_part(F::load(&density), radius, pdf, cosine)
+            } else {
+                F::one()
+            };
+            let scale = F::load(&kernel) * own / (cosine * radius * radius * F::splat(PI));
+            let light = Color::select(now, value * flux * scale, Color::black());
+            sum.light = sum.light + light;
+            if wants_diffuse {
+                sum.diffuse = sum.diffuse + light * receiver.diffuse_part(from, value, now);
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,297 @@
+//! The photons of one sample of all pixels, found by place.
+
+use std::num::Wrapping;
+
+use crate::math::Vector;
+use crate::shading::facing::{from_square, to_square};
+use crate::simd::{Float, Int, Mask};
+
+/// Where a photon has ended: 32 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Photon {
+    /// In world space.
+    pub position: [f32; 3],
+    /// In watts.
+    pub flux: [f32; 3],
+    /// Where it came from, on an unfolded octahedron: 16 bits for each coordinate.
+    direction: u32,
+    /// The normal of the surface, on the side where it arrived: 8 bits for each coordinate; its bounces, at most 255;
+    /// the exponent of its density.
+    rest: u32,
+}
+
+impl Photon {
+    /// The most bounces of a photon.
+    pub const MOST_BOUNCES: u32 = 255;
+
+    /// `from`: unit vector to where it came from. `density` is a power of two: see `Emission`.
+    pub fn new(
+        position: Vector<f32>,
+        flux: [f32; 3],
+        from: Vector<f32>,
+        normal: Vector<f32>,
+        bounces: u32,
+        density: f32,
+    ) -> Self {
+        let [x, y] = packed(from, 65_535.0);
+        let [nx, ny] = packed(normal, 255.0);
+        let exponent = density.to_bits() >> 23 & 0xff;
+        Self {
+            position: [position.x, position.y, position.z],
+            flux,
+            direction: x | y << 16,
+            rest: nx | ny << 8 | bounces.min(Self::MOST_BOUNCES) << 16 | exponent << 24,
+        }
+    }
+
+    /// Unit vector to where it came from.
+    pub fn from(&self) -> Vector<f32> {
+        unpacked([self.direction & 0xffff, self.direction >> 16], 65_535.0)
+    }
+
+    /// Unit normal of the surface, to two degrees.
+    pub fn normal(&self) -> Vector<f32> {
+        unpacked([self.rest & 0xff, self.rest >> 8 & 0xff], 255.0)
+    }
+
+    /// How many bounces it has behind it.
+    pub fn bounces(&self) -> u32 {
+        self.rest >> 16 & 0xff
+    }
+
+    /// Photons of a sample per unit of its lamp's phase space.
+    pub fn density(&self) -> f32 {
+        f32::from_bits((self.rest >> 24) << 23)
+    }
+}
+
+fn packed(v: Vector<f32>, steps: f32) -> [u32; 2] {
+    let (x, y) = to_square(v);
+    [x, y].map(|c| ((c * 0.5 + 0.5) * steps + 0.5).clamp(0.0, steps) as u32)
+}
+
+fn unpacked(words: [u32; 2], steps: f32) -> Vector<f32> {
+    let [x, y] = words.map(|c| c as f32 * (2.0 / steps) - 1.0);
+    from_square(x, y)
+}
+
+/// What becomes of radii at one sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Radii {
+    /// How much smaller they are than at the first sample.
+    pub shrink: f32,
+    /// The largest one, in metres, three times the usual one: larger ones would be in too many cells.
+    pub most: f32,
+}
+
+impl Radii {
+    /// The radius for this sample where the first one's would be this.
+    #[inline(always)]
+    pub fn of<F: Float>(&self, first: F) -> F {
+        (first * F::splat(self.shrink)).min(F::splat(self.most))
+    }
+}
+
+/// Photons in cells of a grid that is as large as space, by a hash of the cell.
+#[derive(Default)]
+pub struct Map {
+    /// 1 over the width of a cell.
+    per_cell: f32,
+    /// What becomes of radii at its sample.
+    pub radii: Radii,
+    /// Buckets − 1.
+    mask: u32,
+    /// A bit for each of some more hashes of cells, set where photons are: most cells are empty, and this is small enough
+    /// to be in the nearest cache.
+    filled: Vec<u32>,
+    /// Where each bucket begins, and the end.
+    starts: Vec<u32>,
+    photons: Vec<Photon>,
+}
+
+/// The width of a cell over the largest radius: four usual radii. Twice as narrow ones hold fewer photons that are too
+/// far away, but there are twice as many of them around a place, and most are empty.
+const CELL: f32 = 4.0 / 3.0;
+
+/// A cell's column, row and layer.
+type Cell = [i32; 3];
+
+impl Map {
+    /// Of photons in their order.
+    pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, radii: Radii) -> Self {
+        let cell = (radii.most * CELL).max(f32::MIN_POSITIVE);
+        let count = photons.clone().count();
+        let mask = (count as u32).next_power_of_two().max(2) - 1;
+        let mut map = Self { per_cell: 1.0 / cell, radii, mask, ..Self::default() };
+        map.filled = vec![0; ((mask as usize + 1) * BITS).div_ceil(32)];
+        for photon in photons.clone() {
+            let bit = map.hash(map.cell(photon.position)) & map.last_bit();
+            map.filled[bit as usize / 32] |= 1 << (bit % 32);
+        }
+        // By counting: photons of a bucket keep their order.
+        let mut starts = vec![0u32; mask as usize + 2];
+        for photon in photons.clone() {
+            starts[map.bucket(map.cell(photon.position)) as usize + 1] += 1;
+        }
+        for at in 1..starts.len() {
+            starts[at] += starts[at - 1];
+        }
+        let mut next = starts.clone();
+        map.photons = vec![Photon::default(); count];
+        for photon in photons {
+            let at = &mut next[map.bucket(map.cell(photon.position)) as usize];
+            map.photons[*at as usize] = *photon;
+            *at += 1;
+        }
+        map.starts = starts;
+        map
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.photons[..]) + size_of_val(&self.starts[..]) + size_of_val(&self.filled[..])
+    }
+
+    fn cell(&self, position: [f32; 3]) -> Cell {
+        position.map(|c| self.column(c).0 as i32)
+    }
+
+    fn hash(&self, [x, y, z]: Cell) -> u32 {
+        let hash = |c: i32, prime: u32| Wrapping(c as u32) * Wrapping(prime);
+        let mixed = hash(x, PRIMES[0]) ^ hash(y, PRIMES[1]) ^ hash(z, PRIMES[2]);
+        (mixed >> 15).0 ^ mixed.0
+    }
+
+    /// The number of the last bit of `filled`; there are a power of two.
+    fn last_bit(&self) -> u32 {
+        self.filled.len() as u32 * 32 - 1
+    }
+
+    /// The places around which cells are not all empty: what [`Map::around`] finds out one by one.
+    #[inline(always)]
+    pub fn may_hold<F: Float>(&self, place: Vector<F>, radius: F, mask: F::Mask) -> F::Mask {
+        let zero = F::Int::splat(0);
+        let mut holds = F::Mask::from_bits(0);
+        let x = [self.column(place.x - radius), self.column(place.x + radius)];
+        let y = [self.column(place.y - radius), self.column(place.y + radius)];
+        let z = [self.column(place.z - radius), self.column(place.z + radius)];
+        let last = F::Int::splat(self.last_bit());
+        for corner in 0..8 {
+            let (x, y, z) = (x[corner & 1], y[corner >> 1 & 1], z[corner >> 2]);
+            let [first, second, third] = PRIMES;
+            let mixed = (x * F::Int::splat(first)) ^ (y * F::Int::splat(second)) ^ (z * F::Int::splat(third));
+            let bit = (mixed.shr::<15>() ^ mixed) & last;
+            let word = F::Int::gather(&self.filled, bit.shr::<5>(), mask);
+            let one = F::Int::gather(&POWERS, bit & F::Int::splat(31), mask);
+            holds = holds | (mask & !(word & one).eq(zero));
+        }
+        holds
+    }
+
+    /// Cells along one axis.
+    #[inline(always)]
+    fn column<F: Float>(&self, place: F) -> F::Int {
+        (place * F::splat(self.per_cell)).clamp(-1e9, 1e9).floor().to_int()
+    }
+
+    fn bucket(&self, cell: Cell) -> u32 {
+        self.hash(cell) & self.mask
+    }
+
+    /// All photons around a place on a surface with this normal, in an order that depends on nothing else; none if all
+    /// cells there are empty.
+    pub fn around(&self, place: Vector<f32>, normal: Vector<f32>, radius: f32) -> Option<Around<'_>> {
+        let position = [place.x, place.y, place.z];
+        let low = self.cell(position.map(|c| c - radius));
+        let high = self.cell(position.map(|c| c + radius));
+        let last = self.last_bit();
+        // A cell is wider than any radius: there are at most two along each axis.
+        let (mut cells, mut count) = ([[0; 3]; 8], 0);
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                for x in low[0]..=high[0] {
+                    let bit = self.hash([x, y, z]) & last;
+                    if self.filled[bit as usize / 32] >> (bit % 32) & 1 != 0 && count < cells.len() {
+                        cells[count] = [x, y, z];
+                        count += 1;
+                    }
+                }
+            }
+        }
+        let around = Around { map: self, place, normal, radius, cells, count, cell: 0, at: 0, end: 0 };
+        (count > 0).then_some(around)
+    }
+}
+
+/// Factors that spread cells over buckets.
+const PRIMES: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
+/// 2⁰ to 2³¹.
+const POWERS: [u32; 32] = {
+    let mut powers = [1; 32];
+    let mut i = 1;
+    while i < 32 {
+        powers[i] = powers[i - 1] << 1;
+        i += 1;
+    }
+    powers
+};
+/// Bits for each bucket.
+const BITS: usize = 2;
+
+/// Photons around a place.
+pub struct Around<'a> {
+    map: &'a Map,
+    place: Vector<f32>,
+    normal: Vector<f32>,
+    radius: f32,
+    cells: [Cell; 8],
+    count: usize,
+    /// The next one of the cells.
+    cell: usize,
+    /// Photons of the present one.
+    at: u32,
+    end: u32,
+}
+
+/// What is more inclined than this belongs to another surface: a cosine.
+const ALIKE: f32 = 0.8;
+/// What lies farther off the plane, in radii, does so, too.
+const FLAT: f32 = 0.3;
+
+impl<'a> Around<'a> {
+    /// The next photon with at most so many bounces, and the square of its distance over that of the radius.
+    pub fn next_within(&mut self, most: u32) -> Option<(&'a Photon, f32)> {
+        self.find(|(photon, _)| photon.bounces() <= most)
+    }
+}
+
+impl<'a> Iterator for Around<'a> {
+    /// A photon and the square of its distance over that of the radius.
+    type Item = (&'a Photon, f32);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            while self.at < self.end {
+                let photon = &self.map.photons[self.at as usize];
+                self.at += 1;
+                let [x, y, z] = photon.position;
+                let way = Vector::new(x, y, z) - self.place;
+                let part = way.dot(way) / (self.radius * self.radius);
+                if part < 1.0
+                    && way.dot(self.normal).abs() < FLAT * self.radius
+                    && photon.normal().dot(self.normal) > ALIKE
+                    // Cells of the same hash share a bucket.
+                    && self.map.cell(photon.position) == self.cells[self.cell - 1]
+                {
+                    return Some((photon, part));
+                }
+            }
+            if self.cell == self.count {
+                return None;
+            }
+            let bucket = self.map.bucket(self.cells[self.cell]) as usize;
+            (self.at, self.end) = (self.map.starts[bucket], self.map.starts[bucket + 1]);
+            self.cell += 1;
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Where photons are aimed: balls around everything that makes caustics.
+
+use crate::bvh::SPHERE;
+use crate::math::{NONE, Vec3};
+use crate::scene::{CompiledScene, Geometry};
+use crate::world::Transport;
+
+/// The most balls. A ray of light is compared with each of them.
+pub(super) const MOST: usize = 32;
+/// A ball is divided if the discs of its parts together take up less than this fraction of its own.
+const WORTH: f32 = 0.7;
+
+/// A ball that encloses something that makes caustics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// In world space.
+    pub center: Vec3,
+    /// In metres.
+    pub radius: f32,
+}
+
+impl Ball {
+    /// The area of its shadow in parallel light.
+    pub fn disc(&self) -> f32 {
+        std::f32::consts::PI * self.radius * self.radius
+    }
+}
+
+/// A box of something that makes caustics, as its least and greatest corner.
+type Piece = [Vec3; 2];
+
+/// Pieces with the ball around them.
+struct Cluster {
+    ball: Ball,
+    pieces: Vec<Piece>,
+}
+
+/// Balls around all that makes caustics.
+pub fn targets(scene: &CompiledScene, transport: Transport) -> Vec<Ball> {
+    let mut pieces = pieces(scene, transport);
+    if pieces.is_empty() {
+        return Vec::new();
+    }
+    let mut clusters = vec![Cluster::new(std::mem::take(&mut pieces))];
+    // The largest one that is worth dividing comes first.
+    let mut whole: Vec<Cluster> = Vec::new();
+    while let Some(at) = largest(&clusters) {
+        let cluster = clusters.swap_remove(at);
+        if clusters.len() + whole.len() + 2 > MOST {
+            whole.push(cluster);
+            break;
+        }
+        match cluster.divided() {
+            Ok(parts) => clusters.extend(parts),
+            Err(cluster) => whole.push(cluster),
+        }
+    }
+    whole.extend(clusters);
+    whole.into_iter().map(|cluster| cluster.ball).collect()
+}
+
+fn largest(clusters: &[Cluster]) -> Option<usize> {
+    let places = 0..clusters.len();
+    places.max_by(|a, b| clusters[*a].ball.radius.total_cmp(&clusters[*b].ball.radius))
+}
+
+impl Cluster {
+    fn new(pieces: Vec<Piece>) -> Self {
+        let all = pieces.iter().copied().reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
+        let [low, high] = all.unwrap_or([Vec3::ZERO; 2]);
+        let center = 0.5 * (low + high);
+        // A box's corner may be nearer than half of the whole diagonal.
+        let farthest = |[a, b]: &Piece| (*a - center).abs().max((*b - center).abs()).length();
+        let radius = pieces.iter().map(farthest).fold(0.0, f32::max);
+        // Light that grazes it is aimed at it, too.
+        Self { ball: Ball { center, radius: radius * 1.001 }, pieces }
+    }
+
+    /// Two parts of it, if these are worth it.
+    fn divided(self) -> Result<[Self; 2], Self> {
+        if self.pieces.len() < 2 {
+            return Err(self);
+        }
+        let middle = |[a, b]: &Piece| 0.5 * (*a + *b);
+        let all = self.pieces.iter().map(|piece| [middle(piece); 2]);
+        let [low, high] = all.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]).unwrap_or_default();
+        let size = high - low;
+        let axis = if size.x >= size.y.max(size.z) {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let cut = 0.5 * (low[axis] + high[axis]);
+        let (left, right): (Vec<_>, Vec<_>) =
+            self.pieces.iter().copied().partition(|piece| middle(piece)[axis] < cut);
+        if left.is_empty() || right.is_empty() {
+            return Err(self);
+        }
+        let parts = [Self::new(left), Self::new(right)];
+        let together: f32 = parts.iter().map(|part| part.ball.disc()).sum();
+        if together < WORTH * self.ball.disc() { Ok(parts) } else { Err(self) }
+    }
+}
+
+/// Boxes of all triangles, spheres and instances whose material makes caustics.
+fn pieces(scene: &CompiledScene, transport: Transport) -> Vec<Piece> {
+    let geometry = &*scene.geometry;
+    let makes: Vec<bool> =
+        scene.materials.iter().map(|material| material.makes_caustics_under(transport)).collect();
+    if !makes.contains(&true) {
+        return Vec::new();
+    }
+    let does = |primitive: u32, instance: u32| makes[geometry.material_of(primitive, instance) as usize];
+    let mut pieces = Vec::new();
+    for triangle in 0..geometry.world_triangles {
+        if does(triangle, NONE) {
+            pieces.push(box_of(geometry, triangle));
+        }
+    }
+    for sphere in 0..geometry.world_spheres {
+        if does(sphere | SPHERE, NONE) {
+            pieces.push(box_of(geometry, sphere | SPHERE));
+        }
+    }
+    // A subtree may have several materials: which of them an instance shows, nothing says in few steps.
+    let all = geometry.triangles.len() as u32;
+    let any_behind = (geometry.world_triangles..all).any(|triangle| does(triangle, NONE));
+    for (number, instance) in scene.bvh.instances.iter().enumerate() {
+        let own = geometry.instance_materials[number];
+        if if own == NONE { any_behind } else { makes[own as usize] } {
+            let bounds = &instance.root.bounds;
+            pieces.push(placed(&geometry.instances[number], bounds.min, bounds.max));
+        }
+    }
+    pieces
+}
+
+/// The box around a primitive, in the space of its tree.
+fn box_of(geometry: &Geometry, primitive: u32) -> Piece {
+    if primitive & SPHERE != 0 {
+        let [x, y, z, radius] = geometry.spheres[(primitive & !SPHERE) as usize];
+        let (center, radius) = (Vec3::new(x, y, z), Vec3::splat(radius.abs()));
+        return [center - radius, center + radius];
+    }
+    let corners = geometry.triangles[primitive as usize];
+    let [a, b, c] = corners.map(|corner| Vec3::from(geometry.positions[corner as usize]));
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
+/// The box around a box that an instance has placed.
+fn placed(rows: &[f32; 24], low: Vec3, high: Vec3) -> Piece {
+    let row = |i: usize| Vec3::new(rows[4 * i], rows[4 * i + 1], rows[4 * i + 2]);
+    let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let at = |i: usize| row(i).dot(center) + rows[4 * i + 3];
+    let reach = |i: usize| row(i).abs().dot(half);
+    let center = Vec3::new(at(0), at(1), at(2));
+    let reach = Vec3::new(reach(0), reach(1), reach(2));
+    [center - reach, center + reach]
+}

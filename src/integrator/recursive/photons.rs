@@ -1,0 +1,95 @@
+//! Photons, one after another.
+
+use std::ops::Range;
+
+use super::{Recursion, Tile};
+use crate::integrator::Statistics;
+use crate::integrator::observe::Observer;
+use crate::integrator::path::Path;
+use crate::integrator::photons::map::Photon;
+use crate::integrator::photons::{Landed, Plan, trace};
+use crate::integrator::shadow::connect;
+use crate::integrator::straight::arriving;
+use crate::math::Color;
+use crate::shading::HitLanes;
+use crate::shading::surface::material_of;
+use crate::simd::Level;
+use crate::world::Transport;
+
+impl Recursion {
+    /// Traces some of a sample's photons, one after another.
+    pub fn trace_photons(
+        &mut self,
+        plan: &Plan,
+        level: Level,
+        (sample, numbers): (u32, Range<u32>),
+        landed: &mut Landed,
+        statistics: &mut Statistics,
+        observer: &mut dyn Observer,
+    ) {
+        let Self { stack, crossings, forks, .. } = self;
+        let (frame, photons, looks, asked, stopped) = (&plan.frame, None, false, 0, false);
+        let mut tile = Tile {
+            frame,
+            photons,
+            level,
+            statistics,
+            stack,
+            crossings,
+            forks,
+            looks,
+            observer,
+            asked,
+            stopped,
+        };
+        let first = u64::from(sample) * u64::from(plan.count());
+        for number in numbers {
+            if tile.stopped {
+                return;
+            }
+            if let Some(photon) = plan.emission.emit(&frame.scene, frame.seed, first + u64::from(number)) {
+                tile.follow_photon(plan, trace::path(frame, sample, number, &photon), landed);
+            }
+        }
+    }
+}
+
+impl Tile<'_> {
+    /// Follows a photon to its end.
+    fn follow_photon(&mut self, plan: &Plan, mut path: Path<f32>, landed: &mut Landed) {
+        let radii = plan.radii(path.sample.0);
+        loop {
+            self.statistics.rays.photon += 1;
+            let hit = self.meet(&path);
+            if hit.is_miss() {
+                return;
+            }
+            let lane = HitLanes::one(&hit);
+            let outcome = match self.frame.transport {
+                Transport::Whitted => trace::hit_whitted(plan, &path, &lane, true),
+                Transport::Path => {
+                    let material = material_of(&self.frame.scene.geometry, &lane, true).0;
+                    trace::hit(plan, radii, &path, &lane, material, true)
+                }
+            };
+            if outcome.lands {
+                let mut light = Color::black();
+                if outcome.to_camera.mask {
+                    self.statistics.rays.shadow += 1;
+                    let Self { frame, level, .. } = *self;
+                    let found = arriving(frame, level, &path, &outcome.to_camera, self.stack, self.crossings);
+                    light = found.map_or(light, |found| connect(light, found));
+                }
+                let Color { r, g, b } = outcome.flux;
+                let bounces = path.depth.0 - path.scatterings.0;
+                let (from, density) = (-path.direction, trace::density(&path));
+                let photon = Photon::new(outcome.position, [r, g, b], from, outcome.normal, bounces, density);
+                landed.add(path.pixel.0, photon, outcome.place, light);
+            }
+            if !outcome.goes_on {
+                return;
+            }
+            path = outcome.next;
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Photons as one more set of queues: emit → intersect → scatter → shadow (to the camera) → land, with the kernels of
+//! the camera's paths.
+
+use std::num::Wrapping;
+use std::ops::Range;
+use std::time::Instant;
+
+use super::path_stages::{EndQueue, PhotonStage};
+use super::queue::Columns;
+use super::{Clock, Wave};
+use crate::integrator::observe::Observer;
+use crate::integrator::photons::map::Photon;
+use crate::integrator::photons::{Landed, Plan, trace};
+use crate::integrator::sharing::Sink;
+use crate::integrator::{Stage, Statistics};
+use crate::math::{Color, NONE, Rgb, Vector};
+use crate::simd::{Level, dispatch};
+use crate::world::Transport;
+
+/// Photons that leave the scene are of no use to anybody.
+struct Nowhere;
+
+impl Sink for Nowhere {
+    fn deposit(&mut self, _: u32, _: u32, _: Rgb) {}
+}
+
+impl Wave {
+    /// Traces some of a sample's photons, by their numbers.
+    pub fn trace_photons(
+        &mut self,
+        plan: &Plan,
+        level: Level,
+        (sample, numbers): (u32, Range<u32>),
+        landed: &mut Landed,
+        statistics: &mut Statistics,
+        observer: &mut dyn Observer,
+    ) {
+        let clock = &mut Clock { statistics, last: Instant::now(), observer };
+        let mut ended =
+            self.ended.take().unwrap_or_else(|| EndQueue(Columns::new(self.paths.columns.capacity())));
+        let mut numbers = numbers;
+        while !self.is_stopped(clock) {
+            self.emit(plan, sample, &mut numbers, clock);
+            if self.paths.columns.is_empty() {
+                break;
+            }
+            self.intersect(&plan.frame, level, clock);
+            self.retire(&plan.frame, None, level, &mut Nowhere, clock);
+            self.scatter_photons(plan, level, sample, &mut ended, clock);
+            self.shadows(&plan.frame, level, clock);
+            self.land(&mut ended, landed);
+            self.paths.columns.clear();
+            self.paths.fill_from(&mut self.reflect);
+            clock.stage(Stage::Photons);
+        }
+        self.ended = Some(ended);
+    }
+
+    /// New photons into the free places of the wave.
+    fn emit(&mut self, plan: &Plan, sample: u32, numbers: &mut Range<u32>, clock: &mut Clock) {
+        let first = u64::from(sample) * u64::from(plan.count());
+        let (scene, seed) = (&plan.frame.scene, plan.frame.seed);
+        while self.paths.columns.room() > 0
+            && let Some(number) = numbers.next()
+        {
+            if let Some(photon) = plan.emission.emit(scene, seed, first + u64::from(number)) {
+                let path = trace::path(&plan.frame, sample, number, &photon);
+                self.paths.append::<f32>(true, &path, Wrapping(NONE));
+            }
+        }
+        clock.statistics.rays.photon += self.paths.columns.len() as u64;
+        clock.stage(Stage::Photons);
+    }
+
+    fn scatter_photons(
+        &mut self,
+        plan: &Plan,
+        level: Level,
+        sample: u32,
+        ended: &mut EndQueue,
+        clock: &mut Clock,
+    ) {
+        if plan.frame.transport == Transport::Path {
+            self.groups.sort(self.hits.materials(self.paths.columns.len()));
+        }
+        for column in self.paths.radiance_mut() {
+            column.fill(0.0);
+        }
+        let stage = PhotonStage {
+            plan,
+            radii: plan.radii(sample),
+            paths: &self.paths,
+            hits: &self.hits,
+            groups: &self.groups,
+            next: &mut self.reflect,
+            shadow: &mut self.shadow,
+            ended,
+        };
+        dispatch(level, stage);
+        clock.stage(Stage::Photons);
+    }
+
+    /// Takes photons out that have ended, with what has arrived at the camera.
+    fn land(&mut self, ended: &mut EndQueue, landed: &mut Landed) {
+        let [r, g, b] = self.paths.radiance();
+        let queue = &ended.0;
+        for i in 0..queue.len() {
+            let vector = |first: usize| {
+                let [x, y, z] = [0, 1, 2].map(|axis| queue.floats(first + axis)[i]);
+                Vector::new(x, y, z)
+            };
+            let flux = [3, 4, 5].map(|column| queue.floats(column)[i]);
+            let [number, bounces, density, from] = [0, 1, 2, 3].map(|column| queue.integers(column)[i]);
+            let density = f32::from_bits(density);
+            let photon = Photon::new(vector(0), flux, vector(6), vector(9), bounces, density);
+            let from = from as usize;
+            let place = (queue.floats(12)[i], queue.floats(13)[i]);
+            landed.add(number, photon, place, Color::new(r[from], g[from], b[from]));
+        }
+        ended.0.clear();
+    }
+}

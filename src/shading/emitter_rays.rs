@@ -1,0 +1,91 @@
+//! Rays that leave emitters: what photons begin with. One ray at a time.
+
+use std::num::Wrapping;
+
+use super::emitter::{self, patterned_light, planar_place};
+use super::surface::{HitLanes, sphere_uv};
+use crate::bvh::SPHERE;
+use crate::math::{Color, NONE, Vector};
+use crate::scene::CompiledScene;
+use crate::scene::emitters::{flag, kind};
+
+/// A place on an emitter of some area.
+pub struct EmitterPoint {
+    /// In world space.
+    pub position: Vector<f32>,
+    /// Unit normal of its front.
+    pub normal: Vector<f32>,
+    /// Which part of each edge it is from the corner.
+    uv: (f32, f32),
+}
+
+/// A vector of an emitter's row.
+fn vector(row: &[f32; 13], at: usize) -> Vector<f32> {
+    Vector::new(row[at], row[at + 1], row[at + 2])
+}
+
+/// The area of a triangle, a parallelogram, a disc; 0 of all else.
+pub fn area(scene: &CompiledScene, emitter: u32) -> f32 {
+    let (what, row) = scene.emitters.row(emitter);
+    let part = match what {
+        kind::TRIANGLE => 0.5,
+        kind::QUAD if scene.emitters.flags[emitter as usize] & flag::ROUND != 0 => {
+            std::f32::consts::FRAC_PI_4
+        }
+        kind::QUAD => 1.0,
+        _ => 0.0,
+    };
+    vector(row, 3).cross(vector(row, 6)).length() * part
+}
+
+/// A point of a flat emitter, uniform by area.
+pub fn point_of(scene: &CompiledScene, emitter: u32, u: (f32, f32)) -> EmitterPoint {
+    let (what, row) = scene.emitters.row(emitter);
+    let flags = scene.emitters.flags[emitter as usize];
+    let (a, b) = planar_place(what == kind::TRIANGLE, flags & flag::ROUND != 0, u);
+    let (e1, e2) = (vector(row, 3), vector(row, 6));
+    let normal = e1.cross(e2).normalize();
+    EmitterPoint {
+        position: vector(row, 0) + e1 * a + e2 * b,
+        normal: if flags & flag::REVERSED != 0 { -normal } else { normal },
+        uv: (a, b),
+    }
+}
+
+/// The radiance that a point of a flat emitter sends along a direction.
+pub fn radiance_of(
+    scene: &CompiledScene,
+    emitter: u32,
+    point: &EmitterPoint,
+    direction: Vector<f32>,
+) -> Color<f32> {
+    let flags = scene.emitters.flags[emitter as usize];
+    if flags & flag::TWO_SIDED == 0 && point.normal.dot(direction) <= 0.0 {
+        return Color::black();
+    }
+    let primitive = scene.emitters.primitive[emitter as usize];
+    radiance_at(scene, emitter, primitive, point.uv)
+}
+
+/// The radiance of the outside of an emitting sphere at a unit normal.
+pub fn radiance_of_sphere(scene: &CompiledScene, emitter: u32, normal: Vector<f32>) -> Color<f32> {
+    let primitive = scene.emitters.primitive[emitter as usize];
+    let uv = sphere_uv(&scene.geometry, Wrapping(primitive ^ SPHERE), normal, true);
+    radiance_at(scene, emitter, primitive, uv)
+}
+
+fn radiance_at(scene: &CompiledScene, emitter: u32, primitive: u32, uv: (f32, f32)) -> Color<f32> {
+    if scene.emitters.flags[emitter as usize] & (flag::TEXTURED | flag::COVERED) == 0 {
+        let light = vector(scene.emitters.row(emitter).1, 10);
+        return Color::new(light.x, light.y, light.z);
+    }
+    let primitive = Wrapping(primitive);
+    let hit = HitLanes { t: 0.0, u: uv.0, v: uv.1, primitive, instance: Wrapping(NONE) };
+    patterned_light(scene, Wrapping(emitter), &hit, uv, true)
+}
+
+/// The intensity of a point, a spot or a lamp with a profile along a direction: what a light sample a metre away finds.
+pub fn intensity(scene: &CompiledScene, emitter: u32, direction: Vector<f32>) -> Color<f32> {
+    let place = vector(scene.emitters.row(emitter).1, 0);
+    emitter::sample_light(scene, emitter, place + direction, (0.0, 0.0)).radiance
+}

@@ -1,0 +1,240 @@
+//! Light through glass and off mirrors, as photons bring it: known answers, and what paths find.
+
+use rayfront::internals::integrator::Schedule;
+use rayfront::render::Options;
+use rayfront::world::{Caustics, Sharing, Transport, World};
+
+use crate::support::{Picture, film, world};
+
+/// A scene with a box filter, many bounces and this many samples.
+fn scene(samples: u32, entities: &str) -> World {
+    world(&format!(
+        "(settings: (size: (32, 24), samples: {samples}, max_depth: 16, transport: Path, filter: Box),
+          entities: [{entities}])"
+    ))
+}
+
+fn mean(picture: &Picture) -> f64 {
+    let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum();
+    sum / picture.pixels.len() as f64
+}
+
+/// A dark floor, so that light falls on it once.
+const FLOOR: &str = r#"(shape: Plane(corners: ((-50, 0, 50), (50, 0, 50), (50, 0, -50), (-50, 0, -50))),
+                        material: (diffuse: 0.001)),"#;
+/// A camera that looks at the floor, and one that sees it in a mirror.
+const CAMERA: &str =
+    "(camera: Pinhole(vertical_fov_degrees: 12), transform: LookAt(from: (2, 1, 0), to: (0, 0, 0))),";
+const IN_MIRROR: &str = r#"
+    (camera: Pinhole(vertical_fov_degrees: 8), transform: LookAt(from: (2, 1, 0), to: (-1, 0.5, 0))),
+    (shape: Plane(corners: ((-1, -1, 3), (-1, -1, -3), (-1, 1.5, -3), (-1, 1.5, 3))), material: (kr: 1, diffuse: 0)),"#;
+/// A pane, and lamps of all kinds above.
+const PANE: &str = r#"(shape: Mesh("cube.ply"), material: (ior: 1.5), transform: (translate: (0, 2, 0), scale: (9, 0.2, 9))),"#;
+const LAMPS: [&str; 7] = [
+    "(light: Directional(irradiance: 5), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
+    "(light: Directional(irradiance: 5, angle_degrees: 8), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
+    "(light: Point(power_w: 10000), transform: (translate: (0, 10, 0))),",
+    "(light: Point(power_w: 100, falloff: Constant), transform: (translate: (0, 10, 0))),",
+    "(light: Spot(power_w: 10000, inner_degrees: 20, outer_degrees: 40), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
+    "(light: Area(power_w: 1000, size_m: 0.5, visible: true), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
+    "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 1000), transform: (translate: (0, 10, 0))),",
+];
+
+/// Light that falls straight on a pane goes through it with (1 − R) / (1 + R), all its reflections counted. Nothing of
+/// that is light that paths could find, but for lamps that they can hit.
+#[test]
+fn panes_let_through_what_fresnel_says_from_lamps_of_all_kinds() {
+    let passes = (1.0 - 0.04) / (1.0 + 0.04);
+    for lamp in LAMPS {
+        for camera in [CAMERA, IN_MIRROR] {
+            let bare = mean(&Picture::of(&scene(256, &format!("{camera}{FLOOR}{lamp}"))));
+            let mut covered = scene(128, &format!("{camera}{FLOOR}{PANE}{lamp}"));
+            covered.settings.caustics = Caustics::Photons { photons: 24.0, radius: 1.4 };
+            // A pane shifts light that comes from one point, and brings it nearer by a third of its thickness.
+            let nearer = if lamp.contains("Directional") || lamp.contains("Constant") { 1.0 } else { 1.014 };
+            let found = mean(&Picture::of(&covered)) / bare;
+            assert!((found / (passes * nearer) - 1.0).abs() < 0.012, "{lamp} {camera}: {found}");
+            // Whitted's transport has the same photons.
+            if lamp.contains("Directional(irradiance: 5)") {
+                covered.settings.transport = Transport::Whitted;
+                let mut bare = scene(4, &format!("{camera}{FLOOR}{lamp}"));
+                bare.settings.transport = Transport::Whitted;
+                let found = mean(&Picture::of(&covered)) / mean(&Picture::of(&bare));
+                assert!((found / passes - 1.0).abs() < 0.012, "{camera}: {found} under Whitted's transport");
+            }
+        }
+    }
+}
+
+/// A ball and a ring-like bowl under a lamp that is large enough to be found by chance: smooth and rough.
+fn ball(samples: u32, material: &str) -> World {
+    scene(
+        samples,
+        &format!(
+            r#"(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 3, 4), to: (0, 0.3, 0))),
+            (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.6)),
+            (shape: Plane(corners: ((-9, 0, -2), (9, 0, -2), (9, 9, -2), (-9, 9, -2))),
+             material: Principled(base_color: (0.8, 0.5, 0.3), metallic: 0, roughness: 0.5)),
+            (shape: Sphere(radius_m: 0.7), material: {material}, transform: (translate: (0.2, 0.9, 0.2))),
+            (shape: Sphere(radius_m: 0.5), material: (diffuse: 0, emission: 20), transform: (translate: (-1.5, 3.5, 0.5))),"#
+        ),
+    )
+}
+
+/// Compares means of blocks of 4 × 4 pixels.
+fn assert_alike(found: &Picture, expected: &Picture, most: f64, what: &str) {
+    let whole = mean(expected);
+    assert!((mean(found) / whole - 1.0).abs() < 0.012, "{what}: {} and {whole} on average", mean(found));
+    let block = |picture: &Picture, bx: usize, by: usize| {
+        let pixels = (0..16).map(|i| picture.at(4 * bx + i % 4, 4 * by + i / 4));
+        pixels.map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum::<f64>() / 16.0
+    };
+    for (bx, by) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {
+        let (a, b) = (block(found, bx, by), block(expected, bx, by));
+        assert!((a - b).abs() < most * (b + 0.3 * whole), "{what}, block {bx} {by}: {a}, not {b}");
+    }
+}
+
+#[test]
+fn photons_bring_what_paths_find_by_chance() {
+    for material in [
+        "(ior: 1.5)",
+        "(kr: (0.9, 0.7, 0.5), diffuse: 0)",
+        "Principled(metallic: 1, roughness: 0.3, base_color: (0.9, 0.8, 0.6))",
+        "Principled(metallic: 0, roughness: 0.2, transmission: 1, ior: 1.4, volume: (attenuation_color: (0.9, 0.4, 0.2), attenuation_distance_m: 1))",
+        "Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, dispersion: 1, volume: ())",
+    ] {
+        let mut by_chance = ball(8192, material);
+        by_chance.settings.caustics = Caustics::Off;
+        let by_chance = Picture::of(&by_chance);
+        let mut with_photons = ball(512, material);
+        assert_alike(&Picture::of(&with_photons), &by_chance, 0.06, material);
+        with_photons.settings.sharing = Sharing::Off;
+        assert_alike(&Picture::of(&with_photons), &by_chance, 0.06, &format!("{material}, nothing shared"));
+    }
+}
+
+/// The same with few photons and with many, and with other radii: nothing but noise and blur depends on them.
+#[test]
+fn the_number_of_photons_does_not_change_the_mean() {
+    let usual = Picture::of(&ball(256, "(ior: 1.5)"));
+    for (photons, radius) in [(0.1, 1.4), (4.0, 1.4), (1.0, 0.5), (1.0, 4.0)] {
+        let mut other = ball(256, "(ior: 1.5)");
+        other.settings.caustics = Caustics::Photons { photons, radius };
+        assert_alike(&Picture::of(&other), &usual, 0.08, &format!("{photons} photons, radius {radius}"));
+    }
+}
+
+#[test]
+fn a_lamp_that_moves_a_little_moves_its_caustic() {
+    let at = |x: f64| {
+        let text = format!(
+            r#"(camera: Orthographic(height_m: 1.2), transform: LookAt(from: (0, 5, 0.001), to: (0, 0, 0))),
+            (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.5)),
+            (shape: Sphere(radius_m: 0.3), material: (ior: 1.5), transform: (translate: (0, 0.5, 0))),
+            (light: Point(power_w: 100), transform: (translate: ({x}, 3, 0))),"#
+        );
+        let picture = Picture::of(&scene(64, &text));
+        let (mut sum, mut weighted) = (0.0, 0.0);
+        for (i, pixel) in picture.pixels.iter().enumerate() {
+            // What is brighter than the lamp alone could make it.
+            let light = f64::from(pixel.g) - 0.3;
+            if light > 0.0 {
+                sum += light;
+                weighted += light * (i % picture.width) as f64;
+            }
+        }
+        weighted / sum
+    };
+    // A pixel is 5 cm wide. Through the middle of the ball, the spot goes the other way by a sixth of what the lamp does.
+    let (middle, aside) = (at(0.0), at(0.05));
+    let moved = (aside - middle).abs();
+    assert!((0.1..0.5).contains(&moved), "the spot is at column {aside}, and was at {middle}");
+}
+
+/// Every kind of lamp, lens and filter, absorbing, rough and dispersing glass, mirrors, instances, fog.
+const EVERYTHING: &str = r#"(
+    settings: (size: (24, 18), samples: 5, max_depth: 12, transport: Path, copied_triangles: 0,
+               filter: Gaussian(radius: 1.6), background: (0.1, 0.2, 0.3)),
+    materials: {
+        "glass": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, dispersion: 2,
+                            volume: (attenuation_color: (0.9, 0.5, 0.3), attenuation_distance_m: 1)),
+        "rough": Principled(metallic: 0, roughness: 0.35, transmission: 1, volume: ()),
+        "gold": Principled(metallic: 1, roughness: 0.1, base_color: (1, 0.8, 0.3)),
+        "pane": Principled(metallic: 0, roughness: 0, transmission: 1),
+        "fog": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1,
+                          volume: (attenuation_color: 0.7, attenuation_distance_m: 2, multiscatter_color: 0.8)),
+        "paper": (diffuse: Image("noise.png"), specular: 0.1),
+    },
+    entities: [
+        (camera: ThinLens(vertical_fov_degrees: 50, lens_radius_m: 0.05, focus_distance_m: 4),
+         transform: LookAt(from: (0.3, 2, 5), to: (0, 0.5, 0))),
+        (shape: Sphere(radius_m: 0.7), material: "glass", transform: (translate: (-0.8, 0.9, 0.5))),
+        (shape: Mesh("ball.ply"), material: "rough", transform: (translate: (0.9, 0.6, 0.8), scale: 0.5)),
+        (shape: Mesh("ball.ply"), material: "glass", transform: (translate: (2, 0.6, 0), scale: (0.4, 0.5, -0.3))),
+        (shape: Mesh("bowl.ply"), material: "gold", transform: (translate: (0, 0.1, -1), scale: 0.8)),
+        (shape: Mesh("cube.ply"), material: "fog", transform: (translate: (0.5, 1, -0.5), scale: (3, 2, 2))),
+        (shape: Plane(corners: ((-1, 0.2, 2), (0, 0.2, 2), (0, 1.5, 1.6), (-1, 1.5, 1.6))), material: "pane"),
+        (shape: Plane(corners: ((-6, 0, 6), (6, 0, 6), (6, 0, -6), (-6, 0, -6))), material: "paper"),
+        (shape: Plane(corners: ((-6, 0, -3), (6, 0, -3), (6, 6, -3), (-6, 6, -3))), material: "paper"),
+        (light: Point(power_w: (150, 140, 130)), transform: (translate: (1, 4, 3))),
+        (light: Point(power_w: 0.8, falloff: Constant), transform: (translate: (-4, 3, 0))),
+        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35),
+         transform: LookAt(from: (-2, 4, 3), to: (0, 0, 0))),
+        (light: Directional(irradiance: (0.2, 0.25, 0.3), angle_degrees: 3), transform: LookAt(from: (1, 2, 0.5), to: (0, 0, 0))),
+        (light: Area(power_w: 30, size_m: 0.5), transform: LookAt(from: (2, 3, -1), to: (0, 0, 0))),
+        (light: Area(power_w: 30, size_m: 0.3, outline: Disc, visible: true), transform: LookAt(from: (-2, 3, -1), to: (0, 0, 0))),
+        (shape: Sphere(radius_m: 0.1), material: (diffuse: 0, emission: (20, 10, 5)), transform: (translate: (0, 3, 1))),
+        (shape: Mesh("tetrahedron.ply"), material: (diffuse: 0, emission: 30), transform: (translate: (1.5, 2.5, 1), scale: 0.05)),
+    ],
+)"#;
+
+#[test]
+fn photons_are_the_same_in_all_ways_to_render() {
+    for transport in [Transport::Path, Transport::Whitted] {
+        for sharing in [Sharing::Auto, Sharing::Off] {
+            let mut world = world(EVERYTHING);
+            (world.settings.transport, world.settings.sharing) = (transport, sharing);
+            world.settings.caustics = Caustics::Photons { photons: 1.5, radius: 2.0 };
+            let expected = film(&world, Options::default());
+            let usual = Options::default();
+            for options in [
+                Options { schedule: Schedule::Recursive, ..usual },
+                Options { wave: 7, ..usual },
+                Options { tile: 5, ..usual },
+                Options { level: rayfront::internals::simd::Level::PORTABLE, tile: 16, ..usual },
+                Options { variance: true, ..usual },
+            ] {
+                assert!(film(&world, options) == expected, "{transport:?} {sharing:?} {options:?}");
+            }
+            let other = rayfront::render::on_threads(3, || film(&world, usual)).expect("three threads");
+            assert!(other == expected, "{transport:?} {sharing:?}: three threads");
+            world.settings.caustics = Caustics::Off;
+            assert!(film(&world, usual) != expected, "photons are of some use");
+        }
+    }
+}
+
+#[test]
+fn photons_are_the_same_for_parts_of_images_and_of_samples() {
+    use rayfront::compile::compile;
+    use rayfront::internals::film::{Film, Region};
+    use rayfront::render::Session;
+    let world = world(EVERYTHING);
+    let whole = film(&world, Options::default());
+    let scene = compile(&world, None).expect("a scene");
+    let mut sum = Film::new(whole.region(), whole.unit());
+    for samples in [0..2, 2..3, 3..5] {
+        let mut session =
+            Session::new(scene.clone(), &world.settings, Options::default()).with_samples(samples);
+        session.advance(u32::MAX);
+        sum.merge(session.film());
+    }
+    assert!(sum == whole, "three parts of the samples");
+    let region = Region { x0: 5, y0: 3, x1: 13, y1: 16 };
+    let part = film(&world, Options { region: Some(region), ..Options::default() });
+    for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
+        let [own, other] = [&part, &whole].map(|film| film.pixels()[film.region().index(x, y)]);
+        assert!(own == other, "pixel {x} {y} of a part");
+    }
+}
