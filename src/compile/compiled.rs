@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::made::Made;
 use super::{
-    camera, emitters, environment, geometry, idle, ignored, lights, materials, misplaced, sound, textures,
+    camera, emitters, environment, geometry, idle, ignored, lights, materials, misplaced, open_surfaces,
+    sound, textures,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -18,6 +19,7 @@ pub struct Compiled {
     pub scene: Arc<CompiledScene>,
     textures: Made<textures::Inputs, Arc<Textures>>,
     environment: Made<environment::Inputs, Arc<Environment>>,
+    open_surfaces: Made<open_surfaces::Inputs, Vec<open_surfaces::Sheet>>,
     geometry: Made<geometry::Inputs, geometry::CompiledGeometry>,
     emitters: Made<emitters::Inputs, emitters::CompiledEmitters>,
 }
@@ -57,8 +59,14 @@ pub fn compile_after(
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
-    let mut sheets = materials::Sheets::new(&mut materials, &mut material_names);
-    let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &mut sheets)?;
+    let open_surfaces = Made::again(
+        before.map(|before| &before.open_surfaces),
+        open_surfaces::Inputs::new(world, &order, &transforms),
+        |inputs| Ok::<_, CompileError>(open_surfaces::find(inputs)),
+    )?;
+    let open = open_surfaces.made.iter().map(|sheet| (sheet.entity, sheet)).collect();
+    let mut sheets = materials::Sheets::new(&mut materials, &mut material_names, world.settings.transport);
+    let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &open, &mut sheets)?;
     let sheets = sheets.end();
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
     let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
@@ -105,6 +113,7 @@ pub fn compile_after(
         warnings: Vec::new(),
     };
     scene.warnings = warnings(&scene, world);
+    scene.warnings.extend(open_surfaces::told(&open_surfaces.made));
     let left_out = emitters.made.left_out;
     if left_out > 0 && world.settings.transport == Transport::Path {
         scene.warnings.push(format!(
@@ -113,7 +122,7 @@ pub fn compile_after(
             emitters::MOST_PLACED
         ));
     }
-    Ok(Compiled { scene: Arc::new(scene), textures, environment, geometry, emitters })
+    Ok(Compiled { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
 }
 
 /// Sets from which side each surface is there, by its material.

@@ -488,8 +488,9 @@ mod tests {
         let order = world.in_order();
         let placed = transforms::to_world(&world, &order).expect("transforms");
         let (mut records, mut names) = materials::compile(&world.assets, world.settings.transport);
-        let sheets = &mut materials::Sheets::new(&mut records, &mut names);
-        let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), sheets).expect("shapes");
+        let sheets = &mut materials::Sheets::new(&mut records, &mut names, world.settings.transport);
+        let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), &HashMap::new(), sheets);
+        let inputs = inputs.expect("shapes");
         let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");
         let surfaces = Surfaces {
             geometry: &compiled.geometry,

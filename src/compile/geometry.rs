@@ -15,7 +15,8 @@ use hecs::Entity;
 
 use super::lights::Panel;
 use super::made::{self, Same, bits};
-use super::materials::Sheets;
+use super::materials::{Sheets, in_place_of};
+use super::open_surfaces::Sheet;
 use crate::bvh::build::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
@@ -51,6 +52,15 @@ struct PlacedShape {
     shape: Shape,
     matrix: DAffine3,
     material: Option<MaterialId>,
+    /// Records of sheets in place of the mesh's own materials.
+    replaced: Vec<[MaterialId; 2]>,
+}
+
+impl PlacedShape {
+    /// The record of triangles that have a material of their mesh.
+    fn record(&self, own: MaterialId) -> MaterialId {
+        self.material.unwrap_or_else(|| in_place_of(own, &self.replaced))
+    }
 }
 
 impl PartialEq for PlacedShape {
@@ -61,7 +71,8 @@ impl PartialEq for PlacedShape {
             (Shape::Mesh(a), Shape::Mesh(b)) => a == b,
             (a, b) => a == b && bits(a) == bits(b),
         };
-        (self.entity, self.material, matrix(self)) == (other.entity, other.material, matrix(other))
+        (self.entity, self.material, &self.replaced, matrix(self))
+            == (other.entity, other.material, &other.replaced, matrix(other))
             && same_shape
     }
 }
@@ -73,19 +84,23 @@ impl Inputs {
         order: &[Entity],
         transforms: &WorldTransforms,
         panels: Vec<Panel>,
+        open: &HashMap<u32, &Sheet>,
         sheets: &mut Sheets,
     ) -> Result<Inputs, CompileError> {
         let mut shapes = Vec::new();
         for &entity in order {
             let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
             let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
+            let replaced =
+                open.get(&entity.id()).map_or(Vec::new(), |sheet| sheets.all_thin(&sheet.materials));
+            material = material.map(|own| in_place_of(own, &replaced));
             if let Shape::Plane { corners } = &*shape {
                 check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
                 // Its corners go around either way, as its author liked: a sheet is seen from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
             let (shape, matrix) = ((*shape).clone(), transforms[&entity]);
-            shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material });
+            shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material, replaced });
         }
         let settings = &world.settings;
         Ok(Inputs {
@@ -113,7 +128,8 @@ pub(super) fn compile(
     let copied = choose_copied(inputs, &uses);
     let _claim = check_size(inputs, &uses, &copied)?;
     builder.reserve(inputs, &uses, &copied);
-    for PlacedShape { entity, shape, matrix, material: own } in &inputs.shapes {
+    for placed_shape in &inputs.shapes {
+        let PlacedShape { entity, shape, matrix, material: own, replaced } = placed_shape;
         let (entity, own) = (*entity, *own);
         let part = |material: MaterialId| Part { entity, ..plain_part(material) };
         match shape {
@@ -136,14 +152,16 @@ pub(super) fn compile(
             }
             Shape::Mesh(id) if copied[id.0 as usize] => {
                 let first = builder.geometry.triangles.len() as u32;
-                builder.mesh(inputs.mesh(*id), matrix, |own_material| part(own.unwrap_or(own_material)));
+                builder
+                    .mesh(inputs.mesh(*id), matrix, |own_material| part(placed_shape.record(own_material)));
                 if uses[id.0 as usize] > 1 {
                     copies.push(first..builder.geometry.triangles.len() as u32);
                 }
             }
             Shape::Mesh(id) => {
                 let material = own.unwrap_or(MaterialId(NONE));
-                placed.push((InstancedTree::Mesh(*id), *matrix, material, entity));
+                let replaced = if own.is_none() { &replaced[..] } else { &[] };
+                placed.push((InstancedTree::Mesh(*id, replaced), *matrix, material, entity));
             }
         }
     }
@@ -264,8 +282,9 @@ fn fan_mesh(corners: &[Vec3]) -> Mesh {
 
 /// What instances place.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum InstancedTree {
-    Mesh(MeshId),
+enum InstancedTree<'a> {
+    /// A mesh, and records in place of its own materials.
+    Mesh(MeshId, &'a [[MaterialId; 2]]),
     UnitSphere,
 }
 
@@ -367,7 +386,7 @@ impl GeometryBuilder {
     fn finish(
         mut self,
         inputs: &Inputs,
-        placed: Vec<(InstancedTree, DAffine3, MaterialId, u32)>,
+        placed: Vec<(InstancedTree<'_>, DAffine3, MaterialId, u32)>,
         before: Option<&CompiledScene>,
     ) -> (Geometry, Vec<Range<u32>>, Arc<Bvh>) {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
@@ -445,7 +464,9 @@ impl GeometryBuilder {
             InstancedTree::UnitSphere => {
                 self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT))
             }
-            InstancedTree::Mesh(id) => self.mesh(inputs.mesh(id), &DAffine3::IDENTITY, plain_part),
+            InstancedTree::Mesh(id, replaced) => {
+                self.mesh(inputs.mesh(id), &DAffine3::IDENTITY, |own| plain_part(in_place_of(own, replaced)));
+            }
         }
         let (t, s) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         [triangles..t, spheres..s]

@@ -36,22 +36,27 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
 }
 
-/// Materials for sheets, which have no front: a material that has one gets a second record, without it.
+/// Records for sheets beside those that materials have: they have no front, and may be thin where materials have a
+/// volume.
 pub(super) struct Sheets<'a> {
     pub materials: &'a mut Vec<Material>,
     pub names: &'a mut Vec<String>,
-    /// By the first records' ids.
-    known: HashMap<MaterialId, MaterialId>,
-    /// The first records of those that were added, in order.
+    pub transport: Transport,
+    /// How many of the records are materials' own.
+    own: usize,
+    /// By the records that they are made from, and optical depths.
+    known: HashMap<(MaterialId, Option<[u32; 3]>), MaterialId>,
+    /// The materials of those that were added, in order.
     added: Vec<u32>,
 }
 
 impl<'a> Sheets<'a> {
-    pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>) -> Self {
-        Self { materials, names, known: HashMap::new(), added: Vec::new() }
+    pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>, transport: Transport) -> Self {
+        let own = materials.len();
+        Self { materials, names, transport, own, known: HashMap::new(), added: Vec::new() }
     }
 
-    /// The first records of the last ones, which are for sheets.
+    /// The materials of the last records, which are for sheets.
     pub fn end(self) -> Vec<u32> {
         self.added
     }
@@ -62,13 +67,53 @@ impl<'a> Sheets<'a> {
         if !record.hides_back && !record.one_sided_emission {
             return id;
         }
-        *self.known.entry(id).or_insert_with(|| {
-            self.materials.push(Material { hides_back: false, one_sided_emission: false, ..record });
+        self.add(id, None, Material { hides_back: false, one_sided_emission: false, ..record })
+    }
+
+    /// The materials of sheets of such thickness in place of some materials.
+    pub fn all_thin(&mut self, materials: &[(MaterialId, f32)]) -> Vec<[MaterialId; 2]> {
+        materials.iter().map(|(id, thickness)| [*id, self.thin(*id, *thickness)]).collect()
+    }
+
+    /// The material of a sheet of a thickness in metres, of what is within a body of this material. (What is scattered
+    /// in it counts as passing: it is thin.)
+    fn thin(&mut self, id: MaterialId, thickness: f32) -> MaterialId {
+        let record = self.materials[id.0 as usize];
+        let Medium { extinction, albedo, .. } = record.medium;
+        let depth = std::array::from_fn(|i| extinction[i] * (1.0 - albedo[i]) * thickness);
+        let Classic { kt, ior, .. } = record.classic;
+        let left = |i: usize| kt[i] * libm::exp(-f64::from(depth[i])) as f32;
+        let sheet = Material {
+            thin: true,
+            dispersion: 0.0,
+            encloses: false,
+            medium: Medium::CLEAR,
+            sheet_depth: depth,
+            classic: Classic {
+                kt: std::array::from_fn(left),
+                ior: if ior > 0.0 { 1.0 } else { 0.0 },
+                ..record.classic
+            },
+            ..record
+        };
+        let straight = self.transport == Transport::Path && sheet.lets_straight_on();
+        self.add(id, Some(depth.map(f32::to_bits)), Material { straight, ..sheet })
+    }
+
+    fn add(&mut self, id: MaterialId, depth: Option<[u32; 3]>, record: Material) -> MaterialId {
+        *self.known.entry((id, depth)).or_insert_with(|| {
+            self.materials.push(record);
             self.names.push(self.names[id.0 as usize].clone());
-            self.added.push(id.0);
+            let of = (id.0 as usize).checked_sub(self.own).map_or(id.0, |place| self.added[place]);
+            self.added.push(of);
             MaterialId(self.materials.len() as u32 - 1)
         })
     }
+}
+
+/// What replaces a material: it or another one.
+pub(super) fn in_place_of(own: MaterialId, replaced: &[[MaterialId; 2]]) -> MaterialId {
+    replaced.iter().find(|[of, _]| *of == own).map_or(own, |[_, sheet]| *sheet)
 }
 
 pub(super) fn color(input: ColorInput) -> ColorParam {
@@ -175,6 +220,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         straight: false,
         encloses: volume.is_some(),
         medium: volume.map_or(Medium::CLEAR, medium),
+        sheet_depth: [0.0; 3],
         diffuse_transmission: scalar(m.diffuse_transmission),
         diffuse_transmission_color: color(m.diffuse_transmission_color),
         coat: scalar(m.clearcoat),
@@ -292,6 +338,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         straight: false,
         encloses: m.ior.is_some(),
         medium: Medium::CLEAR,
+        sheet_depth: [0.0; 3],
         diffuse_transmission: none,
         diffuse_transmission_color: white,
         coat: if layer.is_black() { none } else { one },

@@ -15,6 +15,7 @@ mod lights;
 mod made;
 mod materials;
 mod misplaced;
+mod open_surfaces;
 mod photometric;
 mod sky;
 mod sound;
@@ -25,5 +26,6 @@ pub use camera::camera_names;
 pub use compiled::compile;
 pub(crate) use compiled::{Compiled, NO_LIGHT, compile_after, shines};
 pub(crate) use lights::light_names;
+pub(crate) use open_surfaces::thin_sheets;
 #[cfg(feature = "python")]
 pub(crate) use sound::{check_mesh, check_settings};

@@ -199,6 +199,8 @@ pub struct Material {
     pub encloses: bool,
     /// What the body does to light within it.
     pub medium: Medium,
+    /// Optical depth of a thin sheet for light that meets it straight on.
+    pub sheet_depth: [f32; 3],
     /// The part of diffuse light that leaves on the other side, and its colour.
     pub diffuse_transmission: ScalarParam,
     /// Its colour.

@@ -259,6 +259,10 @@ pub struct Volume {
     /// The mean cosine of the angle by which light is scattered, −0.99 to 0.99 (Henyey and Greenstein's g): above 0
     /// it mostly keeps its direction.
     pub scatter_anisotropy: f32,
+    /// How thick the material is where its surface is open, and so encloses nothing: there it is a thin sheet, which
+    /// absorbs by this thickness and bends no light. In metres before the entity's transform; at 0 an open surface
+    /// counts as the boundary of a body, which lies behind it.
+    pub thickness: f32,
 }
 
 impl Volume {
@@ -271,6 +275,7 @@ impl Volume {
         attenuation_distance: f32::INFINITY,
         multiscatter_color: Rgb::BLACK,
         scatter_anisotropy: 0.0,
+        thickness: 0.0,
     };
 }
 

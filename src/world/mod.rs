@@ -5,6 +5,7 @@
 use std::hash::{Hash, Hasher};
 
 pub(crate) mod assets;
+pub(crate) mod boundary;
 pub(crate) mod bounds;
 pub(crate) mod components;
 pub(crate) mod kept;

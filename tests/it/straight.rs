@@ -44,7 +44,20 @@ fn lamps_shine_through_all_panes_on_the_way() {
     let (square, cosine) = (5.0f64, 2.0 / 5.0f64.sqrt());
     let plain = 0.8 / PI * 100.0 / (4.0 * PI) / square * cosine;
     assert_near(floor(FEW, LAMP), [plain; 3], 1e-4, "nothing between");
+    let within = (1.0 - (1.0 - cosine * cosine) / 2.25).sqrt();
+    let left = |depth: f64| [0.9f64, 0.5, 0.2].map(|c| c.powf(depth / within) * (1.0 - reflected(cosine)));
+    let sheet = "material: Principled(metallic: 0, roughness: 0, transmission: 1, volume: (
+                     attenuation_color: (0.9, 0.5, 0.2), attenuation_distance_m: 0.04, thickness_m: 0.02))";
+    let meshes = format!(
+        "(shape: Mesh(\"square.ply\"), transform: (translate: (0, 0.7, 0), scale: (9, 3, 9)), {sheet}),
+         (shape: Mesh(\"square.ply\"), transform: (translate: (0, 0.7, 20), scale: (9, -1, 9)), {sheet}),"
+    );
+    let plane = format!(
+        "(shape: Plane(corners: ((-5, 0.8, -5), (-5, 0.8, 5), (5, 0.8, 5), (5, 0.8, -5))), {sheet}),"
+    );
     let panes = [
+        ("a sheet of a volume", &plane[..], left(0.5)),
+        ("a sheet that its transform makes thicker", &meshes[..], left(1.5)),
         (
             "a pane",
             "(shape: Plane(corners: ((-5, 1, -5), (5, 1, -5), (5, 1, 5), (-5, 1, 5))),

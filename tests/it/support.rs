@@ -20,8 +20,15 @@ impl AssetFiles for MadeUp {
         match path.file_stem().and_then(|stem| stem.to_str()) {
             Some("tetrahedron") => Ok(tetrahedron().into()),
             Some("cube") => Ok(cube().into()),
+            Some("square") => Ok(square().into()),
+            Some("inward cube") => Ok(Mesh { triangles: inwards(&cube()), ..cube() }.into()),
             Some("bowl") => Ok(bowl().into()),
             Some("ball") => Ok(icosphere(3, |_| 1.0).into()),
+            Some("nicked ball") => {
+                let mut ball = icosphere(3, |_| 1.0);
+                ball.triangles.truncate(ball.triangles.len() - 2);
+                Ok(ball.into())
+            }
             _ => {
                 Err(LoadError::Invalid { file: path.into(), reason: "no such mesh has been made up".into() })
             }
@@ -153,6 +160,21 @@ fn cube() -> Mesh {
     Mesh {
         positions: (0..8).map(corner).collect(),
         triangles: sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// The triangles of a mesh from behind.
+fn inwards(mesh: &Mesh) -> Vec<[u32; 3]> {
+    mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+}
+
+/// Of side 1 about the origin, at right angles to y.
+fn square() -> Mesh {
+    let corners = [(-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)];
+    Mesh {
+        positions: corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     }
 }

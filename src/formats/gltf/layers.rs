@@ -83,6 +83,7 @@ impl Import<'_> {
                 distance if distance > 0.0 => distance,
                 _ => f32::INFINITY,
             },
+            thickness: volume.thickness_factor,
             ..Volume::CLEAR
         });
         let scatter: Option<read::VolumeScatter> =

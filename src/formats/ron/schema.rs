@@ -153,6 +153,8 @@ pub(super) struct Volume<'a> {
     pub attenuation_distance_m: Option<Raw<'a>>,
     pub multiscatter_color: Option<Raw<'a>>,
     pub scatter_anisotropy: Option<Raw<'a>>,
+    #[serde(alias = "thickness")]
+    pub thickness_m: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

@@ -21,8 +21,11 @@ pub mod tables;
 mod tests;
 pub mod thin_film;
 
+use std::f32::consts::LOG2_E;
+
 use super::ShadingPoint;
 use super::sampled::{color, scalar, texel};
+use crate::math::elementary::exp2;
 use crate::math::{Color, NONE};
 use crate::simd::Float;
 use dispersion::Spectrum;
@@ -85,6 +88,9 @@ impl<F: Float> ShadingPoint<'_, F> {
             p.back = tint * (scattered * part);
             p.diffuse = p.diffuse * (one - part);
         }
+        if m.sheet_depth != [0.0; 3] {
+            self.weaken_by_sheet(&mut p);
+        }
         if has.coat {
             p.coat.weight = scalar(&m.coat, textures, &self.at, self.mask).clamp(0.0, 1.0);
             p.coat.roughness = scalar(&m.coat_roughness, textures, &self.at, self.mask).clamp(0.0, 1.0);
@@ -125,6 +131,21 @@ impl<F: Float> ShadingPoint<'_, F> {
             sheen: !m.sheen_color.is_black(),
             film: m.film.is_some(),
         }
+    }
+
+    /// Takes away what a thin sheet absorbs on the refracted way through it (Beer and Lambert).
+    #[inline(always)]
+    fn weaken_by_sheet(&self, p: &mut Parameters<F>) {
+        let one = F::one();
+        let cos = p.frame.z.dot(self.to_viewer);
+        // The direction within, by Snell's law.
+        let ratio = F::splat(1.0 / self.material.ior.max(1.0));
+        let sin_square = (one - cos * cos).max(F::zero()) * ratio * ratio;
+        let way = one / (one - sin_square).max(F::splat(0.01)).sqrt();
+        let [r, g, b] = self.material.sheet_depth.map(|depth| exp2(way * F::splat(-depth * LOG2_E)));
+        let left = Color::new(r, g, b);
+        p.through = p.through * left;
+        p.back = p.back * left;
     }
 
     /// Reflectance and roughness of the mirror lobe, and what it leaves to the diffuse one.

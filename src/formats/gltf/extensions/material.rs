@@ -33,7 +33,7 @@ pub(in super::super) struct Transmission {
     pub transmission_texture: Option<Slot>,
 }
 
-/// `KHR_materials_volume`. The thickness is ignored: rays find it themselves.
+/// `KHR_materials_volume`. The thickness counts for open surfaces; rays find that of bodies themselves.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct Volume {

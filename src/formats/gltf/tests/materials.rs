@@ -141,6 +141,7 @@ fn glass_has_an_inside_if_it_is_thick() {
     assert_eq!(solid.transmission, ScalarInput::constant(0.75));
     let volume = solid.volume.unwrap();
     assert_eq!((volume.attenuation_color, volume.attenuation_distance), (Rgb::new(1.0, 0.5, 0.0), 2.0));
+    assert_eq!(volume.thickness, 1.0);
     assert_eq!(glass(0.0).volume, None);
     let clear = material(json!({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1}}}));
     assert_eq!(clear.volume.unwrap().attenuation_distance, f32::INFINITY);

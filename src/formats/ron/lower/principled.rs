@@ -141,6 +141,9 @@ impl<'a> Lowering<'_, 'a> {
                 return Err(source.out_of_range(raw, "scatter_anisotropy", "from -0.99 to 0.99"));
             }
         }
+        if let Some(raw) = read.thickness_m {
+            volume.thickness = source.at_least_zero(raw, "thickness_m")?;
+        }
         Ok(volume)
     }
 

@@ -25,7 +25,7 @@ const ALL: &str = r#"
     normal: (texture: Image("n.png"), scale: 0.5), emission: (10, 5, 0), double_sided: true, unlit: true,
     ior: 1.33, specular: 0.5, specular_color: (1, 0.5, 2),
     transmission: Texture(image: "b.png", channel: Blue, factor: 0.75, uv_set: 1),
-    volume: (attenuation_color: (0.5, 0.75, 1), attenuation_distance_m: 0.125), dispersion: 0.5,
+    volume: (attenuation_color: (0.5, 0.75, 1), attenuation_distance_m: 0.125, thickness_m: 0.25), dispersion: 0.5,
     diffuse_transmission: 0.25, diffuse_transmission_color: (1, 0.5, 0.25),
     clearcoat: 1, clearcoat_roughness: 0.125, clearcoat_normal: Image("n.png"),
     sheen_color: 0.5, sheen_roughness: 0.25,
@@ -56,8 +56,12 @@ fn every_key_is_read() {
     let (transmission, channel) = material.transmission.texture.unwrap();
     assert_eq!((channel, material.transmission.factor), (Channel::Blue, 0.75));
     assert_eq!((texture(&world, transmission).uv_set, texture(&world, transmission).factor), (1, Rgb::WHITE));
-    let volume =
-        Volume { attenuation_color: Rgb::new(0.5, 0.75, 1.0), attenuation_distance: 0.125, ..Volume::CLEAR };
+    let volume = Volume {
+        attenuation_color: Rgb::new(0.5, 0.75, 1.0),
+        attenuation_distance: 0.125,
+        thickness: 0.25,
+        ..Volume::CLEAR
+    };
     assert_eq!(material.volume, Some(volume));
     assert_eq!(material.diffuse_transmission, scalar(0.25));
     assert_eq!((material.clearcoat, material.clearcoat_roughness), (scalar(1.0), scalar(0.125)));

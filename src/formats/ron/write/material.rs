@@ -125,8 +125,13 @@ impl Writer<'_> {
 
     fn volume(&mut self, volume: &Option<Volume>) -> Written<()> {
         let Some(volume) = volume else { return Ok(()) };
-        let Volume { attenuation_color, attenuation_distance, multiscatter_color, scatter_anisotropy } =
-            volume;
+        let Volume {
+            attenuation_color,
+            attenuation_distance,
+            multiscatter_color,
+            scatter_anisotropy,
+            thickness,
+        } = volume;
         let mut keys = Keys::default();
         let is_default = same(&attenuation_color.to_array(), &Rgb::WHITE.to_array());
         keys.push_unless(is_default, "attenuation_color", || color(*attenuation_color))?;
@@ -136,6 +141,7 @@ impl Writer<'_> {
         keys.push_unless(is_default, "multiscatter_color", || color(*multiscatter_color))?;
         let is_default = *scatter_anisotropy == 0.0;
         keys.push_unless(is_default, "scatter_anisotropy", || number(*scatter_anisotropy))?;
+        keys.push_unless(*thickness == 0.0, "thickness_m", || number(*thickness))?;
         self.keys.push("volume", keys.finish(""));
         Ok(())
     }

@@ -1,0 +1,350 @@
+//! Surfaces that have a volume and a thickness: whether they enclose a body, or are thin sheets.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use hecs::Entity;
+
+use super::made::Same;
+use crate::error::words;
+use crate::math::{DAffine3, Vec3};
+use crate::world::boundary::{Edges, Joined, MOST_TESTED, area, inside, is_crack, joined, six_volumes};
+use crate::world::transforms::{WorldTransforms, point};
+use crate::world::{Material, MaterialId, Mesh, Shape, World};
+
+/// The winding number below which a surface is a sheet: half-way between a flat one and a body.
+const BODY: f64 = 0.75;
+/// The winding number above which its holes are too small for a shell.
+const HARDLY_OPEN: f64 = 0.99;
+
+/// All surfaces that have a volume, where any of them has a thickness.
+#[derive(PartialEq)]
+pub(super) struct Inputs(Vec<Surface>);
+
+/// The part of an entity's shape that has a volume.
+struct Surface {
+    entity: u32,
+    name: String,
+    corners: Corners,
+    matrix: DAffine3,
+    /// Its materials that have a volume, and their thickness before the transform.
+    materials: Vec<(MaterialId, f32)>,
+    /// Whether these are the mesh's own, of which it may have others.
+    own: bool,
+}
+
+#[derive(PartialEq)]
+enum Corners {
+    Mesh(Same<Mesh>),
+    /// A convex polygon.
+    Fan(Vec<Vec3>),
+}
+
+impl PartialEq for Surface {
+    /// To the bit.
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
+        (self.entity, &self.name, &self.corners, &self.materials, self.own, bits(self))
+            == (other.entity, &other.name, &other.corners, &other.materials, other.own, bits(other))
+    }
+}
+
+/// A surface that encloses nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sheet {
+    /// The number of its entity.
+    pub entity: u32,
+    /// What people call it.
+    name: String,
+    /// Its materials that have a volume, and the thickness of each in the world.
+    pub materials: Vec<(MaterialId, f32)>,
+    open: usize,
+    edges: usize,
+}
+
+impl Inputs {
+    /// The surfaces of a world.
+    pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Inputs {
+        let thickness = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
+            Material::Principled(ref material) => material.volume.map(|volume| volume.thickness),
+            Material::BlinnPhong(_) => None,
+        };
+        let ids = 0..world.assets.materials.len() as u32;
+        if !ids.clone().any(|id| thickness(MaterialId(id)).is_some_and(|thickness| thickness > 0.0)) {
+            return Inputs(Vec::new());
+        }
+        let surface = |entity: Entity| {
+            let shape = world.entities.get::<&Shape>(entity).ok()?;
+            let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+            let corners = match &*shape {
+                Shape::Sphere { .. } => return None,
+                Shape::Triangle { vertices, .. } => Corners::Fan(vertices.to_vec()),
+                Shape::Plane { corners } => Corners::Fan(corners.to_vec()),
+                Shape::Mesh(id) => Corners::Mesh(Same(world.assets.meshes.get(id.0 as usize)?.clone())),
+            };
+            let of_triangles = match (&corners, given) {
+                (Corners::Mesh(mesh), None) => &mesh.0.triangle_materials[..],
+                _ => &[],
+            };
+            let mut ids: Vec<_> = of_triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
+            let own = !ids.is_empty();
+            ids.extend(given);
+            ids.sort_unstable();
+            ids.dedup();
+            let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, thickness(id)?))).collect();
+            let (name, matrix) = (world.name_of(entity), transforms[&entity]);
+            let surface = Surface { entity: entity.id(), name, corners, matrix, materials, own };
+            Some(surface).filter(|surface| !surface.materials.is_empty())
+        };
+        Inputs(order.iter().filter_map(|entity| surface(*entity)).collect())
+    }
+}
+
+impl Surface {
+    fn positions(&self) -> &[Vec3] {
+        match &self.corners {
+            Corners::Mesh(mesh) => &mesh.0.positions,
+            Corners::Fan(corners) => corners,
+        }
+    }
+
+    fn triangles(&self) -> Vec<[u32; 3]> {
+        match &self.corners {
+            Corners::Mesh(mesh) if !self.own => mesh.0.triangles.clone(),
+            Corners::Mesh(mesh) => {
+                let has_volume = |id: &MaterialId| self.materials.iter().any(|(other, _)| other == id);
+                let pairs = mesh.0.triangles.iter().zip(&mesh.0.triangle_materials);
+                pairs.filter(|(_, id)| has_volume(id)).map(|(triangle, _)| *triangle).collect()
+            }
+            Corners::Fan(corners) => (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
+        }
+    }
+
+    /// Its triangles in world space, front sides out.
+    fn in_world(&self) -> Vec<[Vec3; 3]> {
+        let positions: Vec<Vec3> = self.positions().iter().map(|p| point(&self.matrix, *p)).collect();
+        let mirrored = self.matrix.matrix3.determinant() < 0.0;
+        let corners = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+        let triangles = self.triangles().into_iter().map(corners);
+        triangles.map(|triangle| triangle.map(|vertex| positions[vertex as usize])).collect()
+    }
+
+    /// Equal for surfaces that have the same edges before their transforms.
+    fn key(&self) -> Option<(*const Mesh, Vec<MaterialId>)> {
+        let own = || self.materials.iter().filter(|_| self.own).map(|(id, _)| *id).collect();
+        match &self.corners {
+            Corners::Mesh(mesh) => Some((Arc::as_ptr(&mesh.0), own())),
+            Corners::Fan(_) => None,
+        }
+    }
+}
+
+/// A surface with a rim.
+struct Rimmed<'a> {
+    surface: &'a Surface,
+    edges: usize,
+    /// In world space.
+    open: Vec<[Vec3; 2]>,
+}
+
+/// The surfaces that are thin sheets, in the order of their entities.
+pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
+    let mut known: HashMap<_, (usize, Vec<[Vec3; 2]>)> = HashMap::new();
+    let mut rimmed = Vec::new();
+    for surface in &inputs.0 {
+        let edges = || {
+            let triangles = surface.triangles();
+            if triangles.len() > MOST_TESTED {
+                return (0, Vec::new());
+            }
+            let Edges { count, open } = Edges::of(surface.positions(), triangles.into_iter());
+            (count, open)
+        };
+        let (edges, open) = match surface.key() {
+            Some(key) => known.entry(key).or_insert_with(edges).clone(),
+            None => edges(),
+        };
+        if !is_crack(open.len(), edges) {
+            let open = open.iter().map(|edge| edge.map(|end| point(&surface.matrix, end))).collect();
+            rimmed.push(Rimmed { surface, edges, open });
+        }
+    }
+    let mut sheets = Vec::new();
+    let rims: Vec<&[[Vec3; 2]]> = rimmed.iter().map(|rimmed| &rimmed.open[..]).collect();
+    for Joined { members, rim } in joined(&rims) {
+        let members: Vec<&Rimmed> = members.iter().map(|member| &rimmed[*member]).collect();
+        let edges = members.iter().map(|member| member.edges).sum();
+        if !is_crack(rim.len(), edges) {
+            sheets.extend(sheets_of(&members, &rim));
+        }
+    }
+    let place = |sheet: &Sheet| inputs.0.iter().position(|surface| surface.entity == sheet.entity);
+    sheets.sort_by_key(place);
+    sheets
+}
+
+/// The members of a group with a rim, if they are sheets.
+fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
+    let triangles: Vec<Vec<[Vec3; 3]>> = members.iter().map(|member| member.surface.in_world()).collect();
+    let areas: Vec<f64> =
+        triangles.iter().map(|triangles| triangles.iter().map(|triangle| area(*triangle)).sum()).collect();
+    let scales: Vec<f64> =
+        members.iter().zip(&areas).map(|(member, area)| normal_scale(member.surface, *area)).collect();
+    let all = triangles.concat();
+    let (count, whole): (usize, f64) = (all.len(), areas.iter().sum());
+    if count > MOST_TESTED || whole <= 0.0 {
+        return Vec::new();
+    }
+    let thickness = |member: &Rimmed, scale: f64| -> Vec<(MaterialId, f32)> {
+        let of = member.surface.materials.iter();
+        of.map(|(id, thickness)| (*id, (f64::from(*thickness) * scale) as f32)).collect()
+    };
+    let materials: Vec<_> =
+        members.iter().zip(&scales).map(|(member, scale)| thickness(member, *scale)).collect();
+    let thinnest = materials.iter().flatten().map(|(_, thickness)| *thickness).fold(f32::INFINITY, f32::min);
+    // Where the author does not say how thick it is, it is no sheet.
+    if thinnest <= 0.0 {
+        return Vec::new();
+    }
+    let middle = rim.as_flattened().iter().sum::<Vec3>() / (2 * rim.len()) as f32;
+    // The mean length of what lies within a body (Cauchy): 4 V / A.
+    let within = 4.0 / 6.0 * six_volumes(middle, all.iter().copied()).abs() / whole;
+    // Holes in what the author says is much thinner than it is large open a shell.
+    let is_thin = f64::from(thinnest) < 0.5 * within;
+    if inside(&all) >= if is_thin { HARDLY_OPEN } else { BODY } {
+        return Vec::new();
+    }
+    let sheet = |(member, materials): (&&Rimmed, Vec<(MaterialId, f32)>)| Sheet {
+        entity: member.surface.entity,
+        name: member.surface.name.clone(),
+        materials,
+        open: member.open.len(),
+        edges: member.edges,
+    };
+    members.iter().zip(materials).map(sheet).collect()
+}
+
+/// How much longer a transform makes what stands on a surface, which has such an area in the world.
+fn normal_scale(surface: &Surface, in_world: f64) -> f64 {
+    let corners = |triangle: [u32; 3]| triangle.map(|vertex| surface.positions()[vertex as usize]);
+    let before: f64 = surface.triangles().into_iter().map(|triangle| area(corners(triangle))).sum();
+    surface.matrix.matrix3.determinant().abs() * before / in_world.max(f64::MIN_POSITIVE)
+}
+
+/// The numbers of the entities whose surfaces with a volume are thin sheets.
+pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTransforms) -> HashSet<u32> {
+    find(&Inputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
+}
+
+/// The sentence about surfaces that are rendered as sheets.
+pub(super) fn told(sheets: &[Sheet]) -> Option<String> {
+    const MOST: usize = 4;
+    let one = |Sheet { name, materials, open, edges, .. }: &Sheet| {
+        let thickness = materials.iter().map(|(_, thickness)| *thickness).fold(0.0, f32::max);
+        let thickness = (f64::from(thickness) * 1e6).round() / 1e6;
+        format!("{} ({thickness} m, {open} of {edges} edges open)", words(name))
+    };
+    let names: Vec<String> = sheets.iter().take(MOST).map(one).collect();
+    let more = sheets.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!sheets.is_empty()).then(|| {
+        format!(
+            "open surfaces with a volume enclose nothing, and are thin sheets that absorb by their thickness and bend no \
+             light: {}{more} (close them to make bodies)",
+            names.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compile::compile;
+    use crate::math::{Quat, Rgb};
+    use crate::world::boundary::tests::torus;
+    use crate::world::{Camera, Principled, ScalarInput, Transform, Volume};
+
+    const FLAT: [[f32; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+    fn mesh(triangles: &[[Vec3; 3]]) -> Mesh {
+        let count = triangles.len() as u32;
+        Mesh {
+            positions: triangles.as_flattened().to_vec(),
+            triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Mesh::default()
+        }
+    }
+
+    /// The sides of a cube of 2 m, each of two triangles.
+    fn cube() -> Vec<[Vec3; 3]> {
+        let turned = |turn: Quat| FLAT.map(|[x, y]| turn * Vec3::new(x, y, 1.0));
+        let quarter = std::f32::consts::FRAC_PI_2;
+        let around = (0..4).map(|i| Quat::from_rotation_y(i as f32 * quarter));
+        let ends = [1.0, -1.0].map(|sign| Quat::from_rotation_x(sign * quarter));
+        let sides = around.chain(ends).map(turned);
+        // Turns round.
+        let whole = |corners: [Vec3; 4]| corners.map(|corner| corner.round());
+        sides.map(whole).flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()
+    }
+
+    /// Which of some meshes, each with a place and a scale, are sheets of such thickness.
+    fn sheets(thickness: f32, shapes: &[(&[[Vec3; 3]], Vec3)]) -> Vec<(u32, f32)> {
+        let mut world = World::default();
+        let one = ScalarInput::constant(1.0);
+        let volume = Volume { thickness, attenuation_color: Rgb::splat(0.5), ..Volume::CLEAR };
+        let glass = Principled { transmission: one, volume: Some(volume), ..Principled::default() };
+        let glass = world.assets.add_material(None, Material::Principled(Box::new(glass)));
+        for (triangles, scale) in shapes {
+            let id = world.assets.add_mesh(mesh(triangles));
+            let (translation, rotation) = (Vec3::X, Quat::from_rotation_z(0.3));
+            let place = Transform::Trs { translation, rotation, scale: *scale };
+            world.entities.spawn((Shape::Mesh(id), glass, place));
+        }
+        world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));
+        let order = world.in_order();
+        let transforms = crate::world::transforms::to_world(&world, &order).unwrap();
+        let found = find(&Inputs::new(&world, &order, &transforms));
+        let told = compile(&world, None).unwrap().warnings.concat();
+        assert_eq!(told.contains("thin sheets"), !found.is_empty(), "{told}");
+        found.iter().map(|sheet| (sheet.entity, sheet.materials[0].1)).collect()
+    }
+
+    #[test]
+    fn open_surfaces_are_sheets_and_bodies_with_small_holes_are_not() {
+        let (cube, ring) = (cube(), torus(40, 20));
+        let one = Vec3::ONE;
+        assert_eq!(sheets(0.1, &[(&cube, one), (&ring, one)]), []);
+        assert_eq!(sheets(0.1, &[(&cube[..2], one), (&cube, one)]), [(0, 0.1)], "a pane");
+        assert_eq!(sheets(0.0, &[(&cube[..2], one)]), [], "nobody knows how thick");
+        assert_eq!(sheets(0.1, &[(&cube[..10], one)]), [(0, 0.1)], "a box without a lid");
+        assert_eq!(sheets(2.0, &[(&cube[..10], one)]), [], "as thick as that box");
+        assert_eq!(sheets(0.1, &[(&ring[..ring.len() - 4], one)]), [], "a small hole");
+        assert_eq!(sheets(0.1, &[(&ring[..ring.len() / 2], one)]), [(0, 0.1)], "half a ring");
+    }
+
+    #[test]
+    fn surfaces_that_close_each_other_are_a_body() {
+        let (cube, one) = (cube(), Vec3::ONE);
+        let sides: Vec<_> = cube.chunks(2).map(|side| (side, one)).collect();
+        assert_eq!(sheets(0.1, &sides), []);
+        assert_eq!(sheets(0.1, &sides[..5]).len(), 5);
+        assert_eq!(sheets(0.1, &[(&cube[..4], one), (&cube[4..], one)]), []);
+        // Side by side: of one sheet.
+        let beside: Vec<_> = cube[..2].iter().map(|t| t.map(|corner| corner + 2.0 * Vec3::X)).collect();
+        assert_eq!(sheets(0.1, &[(&cube[..2], one), (&beside, one)]).len(), 2);
+    }
+
+    #[test]
+    fn a_sheet_is_as_thick_as_its_transform_makes_it() {
+        let pane = &cube()[..2];
+        for (scale, expected) in [
+            (Vec3::splat(3.0), 0.3),
+            (Vec3::new(1.0, 1.0, 3.0), 0.3),
+            (Vec3::new(5.0, 2.0, 1.0), 0.1),
+            (Vec3::new(-1.0, 1.0, 1.0), 0.1),
+        ] {
+            let [(_, found)] = sheets(0.1, &[(pane, scale)])[..] else { panic!("no sheet") };
+            assert!((found / expected - 1.0).abs() < 1e-5, "{scale}: {found}");
+        }
+    }
+}
