@@ -7,6 +7,7 @@
 
 mod camera;
 mod exposure;
+mod glass;
 mod lamps;
 mod materials;
 mod media;
@@ -80,6 +81,7 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     camera::check(&checked, &mut findings);
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);
+    glass::check(&checked, all, &mut findings);
     media::check(&checked, &mut findings);
     panes::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);

@@ -106,6 +106,21 @@ impl Surfaces for Sided<'_> {
     }
 }
 
+/// Boundaries of bodies, but for those of one entity.
+struct OtherBodies<'a> {
+    scene: &'a CompiledScene,
+    but: u32,
+}
+
+impl Surfaces for OtherBodies<'_> {
+    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
+        let Hit { primitive, instance, .. } = crossing.hit;
+        let geometry = &self.scene.geometry;
+        let encloses = self.scene.materials[geometry.material_of(primitive, instance) as usize].encloses;
+        encloses && geometry.entity_of(primitive, instance) != self.but
+    }
+}
+
 /// Rays through a scene, one by one.
 pub struct Tracer<'a> {
     scene: &'a CompiledScene,
@@ -142,10 +157,29 @@ impl<'a> Tracer<'a> {
         })
     }
 
+    /// The number of another entity that is a body and has its boundary at a point of an entity's surface, parallel to
+    /// it and no farther away than `near`.
+    pub fn body_at(&mut self, at: Vec3, normal: Vec3, near: f32, of: u32) -> Option<u32> {
+        let scene = self.scene;
+        let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
+        let (origin, direction) = (vector(at - normal * near), vector(normal));
+        let ray = Ray { origin, direction, t_min: 0.0, t_max: 2.0 * near };
+        let others = OtherBodies { scene, but: of };
+        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::new(&others, 0), &mut self.stack);
+        let is_parallel =
+            |hit: &Hit| self.normal(hit).is_none_or(|n| n.normalize_or_zero().dot(normal).abs() > 0.999);
+        (!hit.is_miss() && is_parallel(&hit)).then(|| scene.geometry.entity_of(hit.primitive, hit.instance))
+    }
+
     fn is_back(&self, hit: &Hit, direction: Vec3) -> bool {
+        self.normal(hit).is_some_and(|normal| normal.dot(direction) > 0.0)
+    }
+
+    /// A triangle's normal on its front side, of any length; none for spheres.
+    fn normal(&self, hit: &Hit) -> Option<Vec3> {
         let geometry = &self.scene.geometry;
         if hit.primitive & bvh::SPHERE != 0 {
-            return false;
+            return None;
         }
         let corner = |vertex: u32| Vec3::from_array(geometry.positions[vertex as usize]);
         let [a, b, c] = geometry.triangles[hit.primitive as usize].map(corner);
@@ -160,7 +194,7 @@ impl<'a> Tracer<'a> {
             }
             _ => normal,
         };
-        normal.dot(direction) * sign > 0.0
+        Some(normal * sign)
     }
 }
 

@@ -47,6 +47,19 @@ fn scene(entities: &[&str]) -> String {
     format!("(settings: (transport: Path), entities: [{}])", entities.join(", "))
 }
 
+/// A pane before the camera.
+const PANE: &str = r#"(name: "pane", shape: Plane(corners: ((-3, 3, 3), (-3, -1, 3), (3, -1, 3), (3, 3, 3))),
+    material: Principled(metallic: 0, roughness: 0, transmission: 1,
+                         volume: (attenuation_color: 0.5, attenuation_distance_m: 0.02)))"#;
+
+/// A mesh of glass.
+fn glass(mesh: &str, scale: f32, more: &str) -> String {
+    format!(
+        "(name: \"glass\", shape: Mesh(\"{mesh}\"), transform: (translate: (0, 0, 0), scale: {scale}),
+          material: Principled(metallic: 0, roughness: 0, transmission: 1, {more}))"
+    )
+}
+
 /// A name, the scene, and parts of the sentence that it gets.
 fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
     let lamp = |text: &str| format!("(name: \"lamp\", {text})");
@@ -325,6 +338,39 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
                 "(light: Environment(radiance: 0.1))",
             ]),
             vec!["sun", "the glass of \"window\" keeps its light from", "without a volume"],
+        ),
+        (
+            "glass with a hole",
+            scene(&[EYE, FLOOR, LAMP, &glass("nicked ball.ply", 1.0, "volume: ()")]),
+            vec!["glass: it has holes", "of its"],
+        ),
+        (
+            "glass that is turned inside out",
+            scene(&[EYE, FLOOR, LAMP, &glass("inward cube.ply", 1.0, "volume: ()")]),
+            vec!["glass: its faces are wound inwards", "Recalculate Outside"],
+        ),
+        (
+            "water that shares a wall with its glass",
+            scene(&[
+                EYE,
+                FLOOR,
+                LAMP,
+                &glass("cube.ply", 1.0, "volume: ()"),
+                &glass("cube.ply", 1.0, "ior: 1.33, volume: ()")
+                    .replace("\"glass\"", "\"water\"")
+                    .replace("(0, 0, 0)", "(1, 0.2, 0.1)"),
+            ]),
+            vec!["glass: ", "% of its surface is also that of \"water\"", "a little into the other"],
+        ),
+        (
+            "a pane of a volume with nothing behind it",
+            scene(&[EYE, BALL, FLOOR, LAMP, PANE]),
+            vec!["pane: it encloses nothing (4 of its 5 edges are open)", "thickness_m: 0.01"],
+        ),
+        (
+            "a pane of a volume that is so thick",
+            scene(&[EYE, BALL, FLOOR, LAMP, &PANE.replace("volume: (", "volume: (thickness_m: 0.02, ")]),
+            vec!["thin sheets", "pane (0.02 m, 4 of 5 edges open)"],
         ),
         (
             "fog that no light gets into",

@@ -1,0 +1,226 @@
+//! Glass that is not a body: with holes, turned inside out, or sharing surfaces with other glass.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::probes::{Tracer, directions};
+use super::{Checked, Finding};
+use crate::bvh::Presence;
+use crate::compile::thin_sheets;
+use crate::error::words;
+use crate::math::{Aabb, Vec3};
+use crate::world::boundary::{Edges, Joined, area, inside, is_crack, joined, six_volumes};
+use crate::world::{MaterialId, Shape, transforms};
+
+/// The most triangles of glass that are looked at before rendering, and in all.
+const MOST: [usize; 2] = [1 << 18, 1 << 20];
+/// The winding number of bodies, however many holes they have, is above this: see `compile/open_surfaces.rs`.
+const BODY: f64 = 0.75;
+/// The part of the rays behind a sheet that must meet nothing for the space behind to be no body.
+const LOST: f32 = 0.5;
+/// Points of a body at which others are looked for, and the part of them that must be shared.
+const POINTS: usize = 256;
+const SHARED: f32 = 0.01;
+/// How far apart surfaces that are shared may be, compared with the size of the body.
+const NEAR: f32 = 1e-5;
+
+/// The surfaces of an entity that are boundaries of bodies, in the world, front sides out.
+struct Glass {
+    entity: u32,
+    triangles: Vec<[Vec3; 3]>,
+    edges: usize,
+    open: Vec<[Vec3; 2]>,
+    bounds: Aabb,
+}
+
+pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
+    let scene = checked.scene;
+    if !scene.materials.iter().any(|material| material.encloses) {
+        return;
+    }
+    let Some(glass) = glass(checked, MOST[usize::from(all)]) else { return };
+    let rims: Vec<&[[Vec3; 2]]> = glass.iter().map(|one| &one.open[..]).collect();
+    let groups = joined(&rims);
+    let mut inwards = Vec::new();
+    for Joined { members, rim } in &groups {
+        let members: Vec<&Glass> = members.iter().map(|member| &glass[*member]).collect();
+        let edges: usize = members.iter().map(|member| member.edges).sum();
+        let triangles: Vec<[Vec3; 3]> =
+            members.iter().flat_map(|member| member.triangles.iter().copied()).collect();
+        if !is_crack(rim.len(), edges) {
+            findings.extend(holes(checked, &members, &triangles, rim.len(), edges));
+        } else if is_inside_out(&members, &triangles, &glass) {
+            inwards.push(members[0].entity);
+        }
+    }
+    for entity in inwards {
+        findings.push(Finding::new(
+            Some(&checked.name(entity)),
+            "its faces are wound inwards, so that its glass is all around it and not in it",
+            "turn its triangles around: Recalculate Outside in Blender",
+        ));
+    }
+    shared(checked, &glass, &groups, findings);
+}
+
+/// All glass of triangles, but for thin sheets; none if there are too many triangles.
+fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
+    let Checked { world, scene, .. } = checked;
+    let order = world.in_order();
+    let transforms = transforms::to_world(world, &order).ok()?;
+    let sheets = thin_sheets(world, &order, &transforms);
+    let encloses = |id: &MaterialId| scene.materials.get(id.0 as usize).is_some_and(|record| record.encloses);
+    let (mut all, mut left) = (Vec::new(), most);
+    for entity in order.into_iter().filter(|entity| !sheets.contains(&entity.id())) {
+        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+        let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+        let id = given.unwrap_or(MaterialId::DEFAULT);
+        let (positions, triangles): (&[Vec3], Vec<[u32; 3]>) = match &*shape {
+            Shape::Sphere { .. } => continue,
+            Shape::Triangle { vertices, .. } => (vertices, vec![[0, 1, 2]]),
+            Shape::Plane { corners } => (corners, vec![[0, 1, 2], [0, 2, 3]]),
+            Shape::Mesh(mesh) => {
+                let mesh = world.assets.meshes.get(mesh.0 as usize)?;
+                let own = |at: usize| given.or(mesh.triangle_materials.get(at).copied()).unwrap_or(id);
+                let those = mesh.triangles.iter().enumerate().filter(|(at, _)| encloses(&own(*at)));
+                (&mesh.positions, those.map(|(_, triangle)| *triangle).collect())
+            }
+        };
+        if triangles.is_empty() || !(matches!(*shape, Shape::Mesh(_)) || encloses(&id)) {
+            continue;
+        }
+        left = left.checked_sub(triangles.len())?;
+        let matrix = &transforms[&entity];
+        let mirrored = matrix.matrix3.determinant() < 0.0;
+        let place = |vertex: u32| transforms::point(matrix, positions[vertex as usize]);
+        let edges = Edges::of(positions, triangles.iter().copied());
+        let in_world = triangles.iter().map(|triangle| {
+            let [a, b, c] = triangle.map(place);
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        });
+        let triangles: Vec<[Vec3; 3]> = in_world.collect();
+        all.push(Glass {
+            entity: entity.id(),
+            edges: edges.count,
+            open: edges.open.iter().map(|edge| edge.map(|end| transforms::point(matrix, end))).collect(),
+            bounds: Aabb::around(triangles.as_flattened().iter().copied()),
+            triangles,
+        });
+    }
+    Some(all)
+}
+
+/// The finding about glass with such a rim.
+fn holes(
+    checked: &Checked,
+    members: &[&Glass],
+    triangles: &[[Vec3; 3]],
+    open: usize,
+    edges: usize,
+) -> Option<Finding> {
+    let name = checked.name(members[0].entity);
+    if inside(triangles) >= BODY {
+        let what = format!(
+            "it has holes: {open} of its {edges} edges belong to only one triangle, and light that leaves through them counts as still within its glass"
+        );
+        return Some(Finding::new(Some(&name), what, "close it: Fill Holes in Blender"));
+    }
+    let mut tracer = Tracer::new(checked.scene);
+    let (mut rays, mut lost) = (0, 0);
+    for (at, normal) in points(triangles) {
+        for way in directions(8).filter(|way| way.dot(normal) < -0.3) {
+            rays += 1;
+            lost += u32::from(tracer.first(at, way, f32::INFINITY).is_none());
+        }
+    }
+    // A surface of water, over its ground, is open, too.
+    (lost as f32 > LOST * rays as f32).then(|| {
+        let what = format!(
+            "it encloses nothing ({open} of its {edges} edges are open), so that all that lies behind it is within its glass"
+        );
+        let remedy = "close it; or make it a thin sheet: thickness_m: 0.01 in its volume, or no volume (or ior) at all";
+        Finding::new(Some(&name), what, remedy)
+    })
+}
+
+/// Whether closed glass has its outside within.
+fn is_inside_out(members: &[&Glass], triangles: &[[Vec3; 3]], all: &[Glass]) -> bool {
+    let bounds = members.iter().fold(Aabb::EMPTY, |bounds, member| bounds.union(member.bounds));
+    let size = f64::from(bounds.size().length());
+    if six_volumes(bounds.center(), triangles.iter().copied()) >= -1e-6 * size.powi(3) {
+        return false;
+    }
+    // The wall of a hollow in other glass is as it must be.
+    let holds =
+        |other: &Glass| other.bounds.min.cmplt(bounds.min).all() && other.bounds.max.cmpgt(bounds.max).all();
+    !all.iter().any(holds)
+}
+
+/// Findings about glass that shares its surface with other glass.
+fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Vec<Finding>) {
+    let group = |number: usize| groups.iter().position(|group| group.members.contains(&number));
+    let number_of = |entity: u32| all.iter().position(|glass| glass.entity == entity);
+    let mut told: Vec<[Option<usize>; 2]> = Vec::new();
+    let near = |glass: &Glass| NEAR * glass.bounds.size().length();
+    let touch = |a: &Glass, b: &Glass| {
+        let near = near(a).max(near(b));
+        a.entity != b.entity
+            && (a.bounds.min - b.bounds.max).max_element().max((b.bounds.min - a.bounds.max).max_element())
+                <= near
+    };
+    if !all.iter().any(|one| all.iter().any(|other| touch(one, other))) {
+        return;
+    }
+    // The tree asks whether a surface is there, so that it can pass the entity's own.
+    let mut scene = checked.scene.clone();
+    let placed = vec![None; scene.bvh.instances.len()];
+    Arc::make_mut(&mut scene.bvh).set_presence(|_| Presence::Asked, &placed);
+    let mut tracer = Tracer::new(&scene);
+    for (number, glass) in all.iter().enumerate() {
+        if !all.iter().any(|other| touch(glass, other)) {
+            continue;
+        }
+        let near = near(glass);
+        let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+        for (at, normal) in points(&glass.triangles) {
+            if let Some(other) = tracer.body_at(at, normal, near, glass.entity) {
+                *counts.entry(other).or_default() += 1;
+            }
+        }
+        for (other, count) in counts {
+            let pair = [Some(number), number_of(other)];
+            let groups = pair.map(|one| one.and_then(group));
+            let known = told.contains(&pair) || told.contains(&[pair[1], pair[0]]);
+            let part = count as f32 / POINTS as f32;
+            if part < SHARED || known || groups[0] == groups[1] {
+                continue;
+            }
+            told.push(pair);
+            let what = format!(
+                "{:.0} % of its surface is also that of \"{}\": rounding decides which of both a ray meets first",
+                100.0 * part,
+                words(&checked.name(other))
+            );
+            let remedy = "let one reach a little into the other, or leave a gap";
+            findings.push(Finding::new(Some(&checked.name(glass.entity)), what, remedy));
+        }
+    }
+}
+
+/// Points of triangles, evenly by area, with the normals there.
+fn points(triangles: &[[Vec3; 3]]) -> Vec<(Vec3, Vec3)> {
+    let step = triangles.iter().map(|triangle| area(*triangle)).sum::<f64>() / POINTS as f64;
+    let (mut points, mut passed) = (Vec::with_capacity(POINTS), 0.0);
+    for triangle in triangles {
+        passed += area(*triangle);
+        let [a, b, c] = *triangle;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        while points.len() < POINTS && passed > (points.len() as f64 + 0.5) * step {
+            // A square's points (R2, Roberts 2018), folded.
+            let [u, v] = [0.754_877_7, 0.569_840_3].map(|step| (0.5 + step * points.len() as f32).fract());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            points.push((a + (b - a) * u + (c - a) * v, normal));
+        }
+    }
+    points
+}
