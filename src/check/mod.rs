@@ -6,6 +6,7 @@
 //! blame.
 
 mod camera;
+mod depth;
 mod exposure;
 mod glass;
 mod lamps;
@@ -82,6 +83,7 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);
     glass::check(&checked, all, &mut findings);
+    depth::check(&checked, frame, &mut findings);
     media::check(&checked, &mut findings);
     panes::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);
