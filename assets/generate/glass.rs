@@ -62,13 +62,14 @@ pub fn ice_cube() -> Solid {
 /// The surface of a pool of 4 × 4 m about the origin, with waves: a closed body that is `depth` metres deep.
 pub fn pool(depth: f64) -> Solid {
     const SIDE: u32 = 128;
+    // Waves of this height focus light about a metre below them.
     const WAVES: [(f64, f64, f64, f64); 6] = [
-        (0.016, 2.6, 1.1, 0.3),
-        (0.011, -1.9, 3.1, 1.1),
-        (0.007, 4.7, -2.3, 2.2),
-        (0.005, 3.1, 6.3, 0.7),
-        (0.003, -7.9, 4.1, 3.9),
-        (0.002, 9.7, 7.3, 5.1),
+        (0.012, 2.6, 1.1, 0.3),
+        (0.011, -5.3, 7.1, 1.1),
+        (0.009, 8.7, -3.3, 2.2),
+        (0.006, 7.1, 10.3, 0.7),
+        (0.004, -13.9, 5.1, 3.9),
+        (0.003, 12.7, 11.3, 5.1),
     ];
     let mut solid = Solid::default();
     let at = |i: u32| 4.0 * f64::from(i) / f64::from(SIDE) - 2.0;

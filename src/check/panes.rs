@@ -5,9 +5,9 @@ use super::{Checked, Finding, is_smooth};
 use crate::compile::light_names;
 use crate::error::words;
 use crate::math::Vec3;
-use crate::scene::LightSamples;
 use crate::scene::emitters::{flag, kind};
-use crate::world::Transport;
+use crate::scene::{LightSamples, Material};
+use crate::world::{Caustics, Transport};
 
 /// The part of what a lamp would light that a pane must keep dark to be told.
 const MANY: f32 = 0.1;
@@ -23,25 +23,42 @@ enum Whereabouts {
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { world, scene, .. } = checked;
-    // Light that is bent by glass is found there by hitting lamps alone.
-    if world.settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
+    // Light that is bent by glass comes by photons, or is found by hitting lamps.
+    let settings = &world.settings;
+    let has_photons = settings.caustics != Caustics::Off;
+    let is_pane = |material: &Material| is_pane(material) && !(has_photons && material.makes_caustics());
+    if settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
         return;
     }
     let mut tracer = Tracer::to_lights(scene);
     for (light, name) in scene.lights.iter().zip(light_names(world)).take(MOST) {
-        let Some((pane, part)) = pane_before(checked, &mut tracer, light) else { continue };
+        let Some((pane, part)) = pane_before(checked, &mut tracer, light, &is_pane) else { continue };
         let pane = words(&checked.name(pane));
         let part = 100.0 * part;
         findings.push(Finding::new(
             Some(&name),
             format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: no ray can hit this lamp"),
-            "make the glass a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume",
+            remedy(has_photons),
         ));
     }
 }
 
+/// What to do.
+fn remedy(has_photons: bool) -> &'static str {
+    if has_photons {
+        "make the glass clear (transmission: 1, without a texture), or a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
+    } else {
+        "--caustics auto, or make the glass a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
+    }
+}
+
 /// The first pane between a lamp that cannot be hit and what is seen, and for which part of it.
-fn pane_before(checked: &Checked, tracer: &mut Tracer, light: &LightSamples) -> Option<(u32, f32)> {
+fn pane_before(
+    checked: &Checked,
+    tracer: &mut Tracer,
+    light: &LightSamples,
+    is_pane: &dyn Fn(&Material) -> bool,
+) -> Option<(u32, f32)> {
     let scene = checked.scene;
     let (kind, row) = scene.emitters.row(light.emitter);
     if scene.emitters.flags[light.emitter as usize] & flag::VISIBLE != 0 {
@@ -76,6 +93,6 @@ fn pane_before(checked: &Checked, tracer: &mut Tracer, light: &LightSamples) -> 
 }
 
 /// Smooth glass that bends light.
-fn is_pane(material: &crate::scene::Material) -> bool {
+fn is_pane(material: &Material) -> bool {
     !material.straight && !material.thin && material.transmission.factor > 0.5 && is_smooth(material)
 }

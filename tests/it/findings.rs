@@ -334,10 +334,15 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
                 FLOOR,
                 SUN,
                 r#"(name: "window", shape: Mesh("cube.ply"), transform: (translate: (3, 4, 0), scale: (0.02, 10, 8)),
-                    material: Principled(metallic: 0, roughness: 0, transmission: 1, volume: ()))"#,
+                    material: Principled(metallic: 0, roughness: 0, transmission: 0.9, volume: ()))"#,
                 "(light: Environment(radiance: 0.1))",
             ]),
-            vec!["sun", "the glass of \"window\" keeps its light from", "without a volume"],
+            vec![
+                "sun",
+                "the glass of \"window\" keeps its light from",
+                "transmission: 1",
+                "without a volume",
+            ],
         ),
         (
             "glass with a hole",
