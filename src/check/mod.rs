@@ -5,6 +5,7 @@
 //! authors want them. So most rules first ask whether something is wrong with what is seen, and then what is to
 //! blame.
 
+mod bodies;
 mod camera;
 mod depth;
 mod exposure;
@@ -79,6 +80,7 @@ pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
     }
     let checked = Checked { world, scene, probes: Probes::new(frame) };
     let mut findings: Vec<Finding> = checked.probes.slowness().into_iter().collect();
+    bodies::check(&checked, &mut findings);
     camera::check(&checked, &mut findings);
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::made::Made;
 use super::{
-    camera, emitters, environment, geometry, idle, ignored, lights, materials, misplaced, open_surfaces,
-    sound, textures,
+    camera, contacts, emitters, environment, geometry, idle, ignored, lights, materials, misplaced,
+    open_surfaces, sound, textures,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -67,14 +67,18 @@ pub fn compile_after(
     let open = open_surfaces.made.iter().map(|sheet| (sheet.entity, sheet)).collect();
     let mut sheets = materials::Sheets::new(&mut materials, &mut material_names, world.settings.transport);
     let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &open, &mut sheets)?;
-    let sheets = sheets.end();
+    let mut sheets = sheets.end();
+    let bodies = materials::number_bodies(&mut materials, world.settings.transport);
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
     let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
         let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
         bvh = tree;
         Ok::<_, CompileError>(made)
     })?;
-    set_presence(&mut bvh, &geometry.made.geometry, &materials, before.map(|before| &*before.scene));
+    let records =
+        contacts::Records { materials: &mut materials, names: &mut material_names, added: &mut sheets };
+    let joined = contacts::join(geometry.made.geometry.clone(), records);
+    set_presence(&mut bvh, &joined, &materials, before.map(|before| &*before.scene));
     let environment = Made::again(
         before.map(|before| &before.environment),
         environment::Inputs::new(world, &order, &transforms),
@@ -82,11 +86,11 @@ pub fn compile_after(
     )?;
     let emitters = Made::again(
         before.map(|before| &before.emitters),
-        emitters::Inputs::new(&geometry.made.geometry, &textures.made, &environment.made, &materials, &lamps),
+        emitters::Inputs::new(&joined, &textures.made, &environment.made, &materials, &lamps),
         |_| {
-            let geometry::CompiledGeometry { geometry, placed, copies } = &geometry.made;
+            let geometry::CompiledGeometry { placed, copies, .. } = &geometry.made;
             let surfaces = emitters::Surfaces {
-                geometry,
+                geometry: &joined,
                 materials: &materials,
                 textures: &textures.made,
                 placed,
@@ -99,9 +103,10 @@ pub fn compile_after(
     let mut scene = CompiledScene {
         camera,
         aperture,
-        geometry: geometry.made.geometry.clone(),
+        geometry: joined,
         bvh,
         materials,
+        bodies,
         material_names,
         sheets,
         textures: textures.made.clone(),

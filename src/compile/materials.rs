@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::classic;
 use crate::math::{NONE, Rgb};
 use crate::scene::Material;
+use crate::scene::bodies::{Bodies, Body};
 use crate::scene::material::{
     BumpParam, Classic, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam,
 };
@@ -34,6 +35,19 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
     let records = records.map(finish);
     let ids = (0..assets.materials.len() as u32).map(MaterialId);
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
+}
+
+/// Numbers what the materials enclose, as light meets it under a transport.
+pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) -> Bodies {
+    Bodies::number(materials, |material| {
+        let &Material { encloses, priority, dispersion, straight, classic: Classic { ior, .. }, .. } =
+            material;
+        let (index, is_there) = match transport {
+            Transport::Path => (material.index(), encloses),
+            Transport::Whitted => (ior, encloses && ior > 0.0),
+        };
+        is_there.then_some(Body { material: 0, priority, index, dispersion, straight })
+    })
 }
 
 /// Records for sheets beside those that materials have: they have no front, and may be thin where materials have a
@@ -219,6 +233,10 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         dispersion: if solid { m.dispersion } else { 0.0 },
         straight: false,
         encloses: volume.is_some(),
+        body: 0,
+        beside: 0,
+        hidden: false,
+        priority: volume.map_or(0, |volume| volume.priority),
         medium: volume.map_or(Medium::CLEAR, medium),
         sheet_depth: [0.0; 3],
         diffuse_transmission: scalar(m.diffuse_transmission),
@@ -337,6 +355,10 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         dispersion: 0.0,
         straight: false,
         encloses: m.ior.is_some(),
+        body: 0,
+        beside: 0,
+        hidden: false,
+        priority: m.priority,
         medium: Medium::CLEAR,
         sheet_depth: [0.0; 3],
         diffuse_transmission: none,

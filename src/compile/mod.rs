@@ -4,6 +4,7 @@
 mod camera;
 mod classic;
 pub(crate) mod compiled;
+mod contacts;
 mod emitters;
 mod environment;
 mod geometry;

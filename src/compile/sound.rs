@@ -191,6 +191,7 @@ fn textures_of(material: &Material) -> Vec<Option<TextureId>> {
             kr,
             kt: _,
             ior: _,
+            priority: _,
             emission,
         }) => [diffuse, specular, kr, emission].map(color).to_vec(),
         Material::Principled(principled) => {

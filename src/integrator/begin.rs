@@ -56,7 +56,7 @@ pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> 
         pdf: F::zero(),
         width: F::splat(at_lens) * footprint,
         spread: F::splat(per_metre) * footprint,
-        medium: F::Int::splat(frame.around),
+        bodies: F::Int::splat(frame.around),
         facing: F::Int::splat(NONE),
         scatterings: F::Int::splat(0),
         travelled: F::zero(),

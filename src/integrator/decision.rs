@@ -50,7 +50,7 @@ pub enum Fate {
     },
     /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
-    /// It goes straight on behind the surface, as if that were a filter: no bounce.
+    /// It goes straight on behind the surface, as if that were a filter, or not there: no bounce.
     Straight,
     /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
     Absorbed,
@@ -106,6 +106,10 @@ pub fn decide(
         let left = photons.map_or(1.0, |photons| photons.left_of_hit(path, hit, true));
         decision.emission_share = emission_share(frame, path, hit, true) * left;
     }
+    let boundary = path_tracing::boundary(scene, path, &surface, record, true);
+    if boundary.gone {
+        return Decision { fate: Fate::Straight, ..decision };
+    }
     let last = is_last(frame, path);
     if last && !record.straight {
         return decision;
@@ -113,19 +117,19 @@ pub fn decide(
     if record.unlit {
         return Decision { fate: Fate::Unlit, ..decision };
     }
-    let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, key, true);
+    let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, &boundary.outside, key, true);
     if !last && !scene.emitters.is_empty() && bsdf.scatters() {
         let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
         decision.light = Some((lit.emitter.0, lit.share));
     }
     let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
-    let bodies = medium::Bodies::new(path.medium, &surface, record, material);
+    let is_straight = boundary.is_straight(record);
     let (here, t) = (!last, hit.t);
     let vertex = path_tracing::ScatteringVertex {
         frame,
         photons,
         path,
-        bodies,
+        boundary,
         surface: &surface,
         point: &point,
         key,
@@ -136,7 +140,7 @@ pub fn decide(
     };
     with_photons(&vertex, &bsdf, &drawn, &mut decision);
     let left = path.throughput * drawn.weight;
-    let straight = record.straight && path_tracing::goes_straight(&drawn);
+    let straight = record.straight && path_tracing::goes_straight(&drawn) && is_straight;
     decision.fate = if last && !straight {
         Fate::Last
     } else if !drawn.valid {

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::bounces::Limits;
 use super::sharing::Grouping;
 use crate::film::Unit;
-use crate::math::NONE;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
+use crate::scene::bodies::Body;
 use crate::scene::{CompiledScene, Material, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
@@ -51,9 +51,9 @@ pub struct Frame {
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
     pub unit: Unit,
-    /// The material of the body that the camera is in (path transport), or [`NONE`] if that does nothing to light.
+    /// The bodies that the camera is in ([`crate::scene::Bodies`]).
     pub around: u32,
-    /// n² of that body: see [`crate::scene::Material::index_square`].
+    /// n² of the one that fills its place, under the path transport: see [`crate::scene::Material::index_square`].
     pub around_square: f32,
 }
 
@@ -66,7 +66,7 @@ impl Frame {
         Self { size, sharing: None, adaptive: Adaptive::Off, ..self.clone() }
     }
 
-    /// A scene with the settings to render it by, and the material of the body that its camera is in, or [`NONE`].
+    /// A scene with the settings to render it by, and the bodies that its camera is in.
     pub fn new(scene: Arc<CompiledScene>, settings: &Settings, around: u32) -> Self {
         let lobes = match settings.transport {
             Transport::Whitted => LobeTables::NONE,
@@ -74,7 +74,9 @@ impl Frame {
         };
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
         // Ways through a body take from what is lent.
-        let sharing = Grouping::of(&scene.materials, settings).filter(|_| around == NONE);
+        let acts = |body: &Body| scene.materials[body.material as usize].fills();
+        let sharing =
+            Grouping::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
         let makes_caustics = |material: &Material| material.makes_caustics_under(settings.transport);
         // Whitted's images have no noise, and get none unless it is asked for.
         let is_wanted = settings.transport == Transport::Path || settings.caustics != Caustics::Auto;
@@ -82,7 +84,10 @@ impl Frame {
             && settings.max_depth > 0
             && !scene.emitters.is_empty()
             && scene.materials.iter().any(makes_caustics);
-        let around_square: f32 = scene.materials.get(around as usize).map_or(1.0, Material::index_square);
+        let around_square = match settings.transport {
+            Transport::Whitted => 1.0,
+            Transport::Path => scene.bodies.filling(around).map_or(1.0, |body| body.index * body.index),
+        };
         // A camera in a body sees more light than there is outside.
         let (brightest, usual) = scene.levels();
         let unit = Unit::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));

@@ -11,8 +11,9 @@ use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, Key};
 use crate::scene::Material;
+use crate::scene::bodies::NOWHERE;
 use crate::scene::material::Medium;
-use crate::shading::Surface;
+use crate::shading::boundary::is_lit;
 use crate::shading::emitter;
 use crate::shading::principled::basis::Basis;
 use crate::simd::{Float, Int, Mask, Outlined};
@@ -37,11 +38,11 @@ pub struct Flight<F: Float> {
 pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Flight<F> {
     let none = F::Mask::from_bits(0);
     let mut flight = Flight { throughput: path.throughput, scattered: none, t };
-    let mut todo = mask & !path.medium.eq(F::Int::splat(NONE));
+    let mut todo = mask & !path.bodies.eq(F::Int::splat(NOWHERE));
     // Infinity times an extinction of zero would be NaN.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (Material { medium, .. }, same) = first(frame, path.medium, todo);
+        let (Material { medium, .. }, same) = first(frame, path.bodies, todo);
         todo = todo & !same;
         if medium.is_clear() {
             continue;
@@ -66,15 +67,15 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
 pub fn passed<F: Float>(
     frame: &Frame,
     throughput: Color<F>,
-    medium: F::Int,
+    bodies: F::Int,
     t: F,
     mask: F::Mask,
 ) -> Color<F> {
     let mut throughput = throughput;
-    let mut todo = mask & !medium.eq(F::Int::splat(NONE));
+    let mut todo = mask & !bodies.eq(F::Int::splat(NOWHERE));
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (body, same) = first(frame, medium, todo);
+        let (body, same) = first(frame, bodies, todo);
         todo = todo & !same;
         if !body.medium.is_clear() {
             throughput = Color::select(same, throughput * transmittance(&body.medium, t), throughput);
@@ -87,18 +88,18 @@ pub fn passed<F: Float>(
 /// of its camera: where light begins in another one, its radiance changes on the way with the squares of their indices
 /// ([`Material::index_square`]). Throughput need not change at each boundary for that.
 #[inline(always)]
-pub(super) fn emitted<F: Float>(frame: &Frame, media: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {
-    let within = mask & !media.eq(F::Int::splat(NONE));
+pub(super) fn emitted<F: Float>(frame: &Frame, bodies: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {
+    let within = mask & !bodies.eq(F::Int::splat(NOWHERE));
     if !within.any() {
         return light;
     }
-    F::outlined(EmittedWithin { frame, media, light, within })
+    F::outlined(EmittedWithin { frame, bodies, light, within })
 }
 
 /// Light that is emitted within bodies, which are seldom there.
 struct EmittedWithin<'a, F: Float> {
     frame: &'a Frame,
-    media: F::Int,
+    bodies: F::Int,
     light: Color<F>,
     within: F::Mask,
 }
@@ -107,9 +108,9 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
     type Output = Color<F>;
     #[inline(always)]
     fn run(self) -> Color<F> {
-        let Self { frame, media, mut light, within: mut todo } = self;
+        let Self { frame, bodies, mut light, within: mut todo } = self;
         while todo.any() {
-            let (body, same) = first(frame, media, todo);
+            let (body, same) = first(frame, bodies, todo);
             todo = todo & !same;
             let scale = 1.0 / body.index_square();
             light = Color::select(same, light * F::splat(scale), light);
@@ -118,25 +119,14 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
     }
 }
 
-/// The material of the first lane's body, and the lanes that are in the same one.
+/// The material around the body that fills the first lane's place, and the lanes in whose places there is the same.
 #[inline(always)]
-fn first<I: Int>(frame: &Frame, media: I, todo: I::Mask) -> (&Material, I::Mask) {
-    let material = emitter::lane(media, todo);
-    (&frame.scene.materials[material as usize], todo & media.eq(I::splat(material)))
-}
-
-/// The lanes, among some that are within bodies, to which rays from lights come straight.
-#[inline(always)]
-pub(super) fn is_lit<I: Int>(frame: &Frame, media: I, mask: I::Mask) -> I::Mask {
-    let (mut lit, mut todo) = (I::Mask::from_bits(0), mask);
-    while todo.any() {
-        let (body, same) = first(frame, media, todo);
-        todo = todo & !same;
-        if body.straight {
-            lit = lit | same;
-        }
-    }
-    lit
+fn first<I: Int>(frame: &Frame, bodies: I, todo: I::Mask) -> (&Material, I::Mask) {
+    let scene = &frame.scene;
+    let first = emitter::lane(bodies, todo);
+    let top = scene.bodies.top_mask();
+    let material = scene.bodies.filling(first).map_or(0, |body| body.material);
+    (&scene.materials[material as usize], todo & (bodies & I::splat(top)).eq(I::splat(first & top)))
 }
 
 /// e^(−σₜ t) (Beer and Lambert).
@@ -214,14 +204,13 @@ pub fn scattered<F: Float>(
 fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> (Vector<F>, F) {
     let (mut cos, mut pdf) = (F::one(), F::zero());
     let mut todo = flight.scattered;
+    let lit = is_lit(&frame.scene.bodies, path.bodies, flight.scattered);
     while todo.any() {
-        let (body, same) = first(frame, path.medium, todo);
+        let (body, same) = first(frame, path.bodies, todo);
         todo = todo & !same;
         let g = body.medium.anisotropy;
         cos = F::select(same, cosine(g, u), cos);
-        if body.straight {
-            pdf = F::select(same, henyey_greenstein(g, cos), pdf);
-        }
+        pdf = F::select(same & lit, henyey_greenstein(g, cos), pdf);
     }
     let sin = (F::one() - cos * cos).max(F::zero()).sqrt();
     let (y, x) = sin_cos_turns(turns);
@@ -231,10 +220,10 @@ fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns
 /// The phase function of the body that each lane is in, per steradian, by the cosine between the directions of light
 /// before and after: both what is scattered there and the density with which it is drawn.
 #[inline(always)]
-pub(super) fn phase<F: Float>(frame: &Frame, media: F::Int, cos: F, mask: F::Mask) -> F {
+pub(super) fn phase<F: Float>(frame: &Frame, bodies: F::Int, cos: F, mask: F::Mask) -> F {
     let (mut value, mut todo) = (F::zero(), mask);
     while todo.any() {
-        let (body, same) = first(frame, media, todo);
+        let (body, same) = first(frame, bodies, todo);
         todo = todo & !same;
         value = F::select(same, henyey_greenstein(body.medium.anisotropy, cos), value);
     }
@@ -259,31 +248,6 @@ fn cosine<F: Float>(g: f32, u: F) -> F {
     let (own, square) = (F::splat(g), F::splat(g * g));
     let ratio = F::splat(1.0 - g * g) / (one - own + two * own * u);
     ((one + square - ratio * ratio) / (two * own)).clamp(-1.0, 1.0)
-}
-
-/// The bodies on both sides of a surface, if they do anything to light.
-pub(super) struct Bodies<F: Float> {
-    /// That on the viewer's side, or [`NONE`].
-    near: F::Int,
-    /// The body on the other side.
-    far: F::Int,
-}
-
-impl<F: Float> Bodies<F> {
-    #[inline(always)]
-    pub fn new(near: F::Int, surface: &Surface<F>, record: &Material, material: u32) -> Self {
-        if !record.encloses {
-            return Self { near, far: near };
-        }
-        let inside = F::Int::splat(if record.fills() { material } else { NONE });
-        Self { near, far: F::Int::select(surface.inside, F::Int::splat(NONE), inside) }
-    }
-
-    /// The body that light travels in next, depending on whether it passed through the surface.
-    #[inline(always)]
-    pub fn beyond(&self, through: F::Mask) -> F::Int {
-        F::Int::select(through, self.far, self.near)
-    }
 }
 
 #[cfg(test)]

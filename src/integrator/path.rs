@@ -25,7 +25,8 @@ pub struct Path<F: Float> {
     /// Bounces so far.
     pub depth: F::Int,
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
-    /// found it (the camera's, a mirror's). As [`Path::medium`] for the path transport alone.
+    /// found it (the camera's, a mirror's). Only for the path
+    /// transport.
     pub pdf: F,
     /// The way that the surface it has left was facing (`shading::facing`), or [`crate::math::NONE`]. Only for the
     /// path transport.
@@ -34,8 +35,8 @@ pub struct Path<F: Float> {
     pub width: F,
     /// How much wider it becomes with every metre.
     pub spread: F,
-    /// The material of the body that the path is in, or [`crate::math::NONE`] where that does nothing to light.
-    pub medium: F::Int,
+    /// The bodies that the path is in ([`crate::scene::Bodies`]).
+    pub bodies: F::Int,
     /// How many of its vertices so far do not count as bounces: within bodies, and where it went straight through.
     pub scatterings: F::Int,
     /// How far it had come, when its ray began, since its direction was drawn: 0 unless it went straight through
@@ -77,7 +78,7 @@ impl<F: Float> Path<F> {
             facing: F::Int::select(mask, yes.facing, no.facing),
             width: F::select(mask, yes.width, no.width),
             spread: F::select(mask, yes.spread, no.spread),
-            medium: F::Int::select(mask, yes.medium, no.medium),
+            bodies: F::Int::select(mask, yes.bodies, no.bodies),
             scatterings: F::Int::select(mask, yes.scatterings, no.scatterings),
             travelled: F::select(mask, yes.travelled, no.travelled),
             landing: F::Int::select(mask, yes.landing, no.landing),

@@ -7,9 +7,9 @@
 //! gives off, then what its light sends.
 
 use super::Frame;
-use super::bounces;
+use super::bounces::{self, SCATTERED};
 use super::ends::{is_last, roulette};
-use super::medium::{self, Bodies};
+use super::medium;
 use super::mis::{chance_of, choose, emission_share, heuristic};
 use super::path::Path;
 use super::photons::Photons;
@@ -20,12 +20,14 @@ use super::within::LitWithin;
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::{Dimension, Key};
-use crate::scene::Material;
+use crate::scene::{CompiledScene, Material};
+use crate::shading::boundary::{Between, Boundary};
 use crate::shading::emitter::{EmitterSample, SHADOW_END};
 use crate::shading::facing::facing;
 use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::dispersion::Dispersive;
 use crate::shading::principled::draw::BsdfSample;
-use crate::shading::principled::parameters::Has;
+use crate::shading::principled::parameters::{Has, Outside};
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment};
 use crate::simd::{Float, Int, Mask, Outlined};
@@ -112,7 +114,16 @@ pub fn hit<F: Float>(
     }
     let radiance = given_off(frame, photons, path, hit, &point, arrives);
     out.radiance = Color::select(arrives, radiance, path.radiance);
+    let boundary = boundary(scene, path, &surface, record, arrives);
+    let gone = arrives & boundary.gone;
+    let elsewhere = flight.scattered | gone;
+    if gone.any() {
+        let (next, again) = unhindered(path, &surface, &boundary, record, hit.t, width);
+        out.next = Path::select(gone, &next, &out.next);
+        out.goes_on = out.goes_on | (gone & again);
+    }
     // The last ray only looks for emitters, because the light sampled before relies on its share.
+    let arrives = arrives & !gone;
     let here = arrives & !is_last(frame, path);
     // What goes straight through is no bounce.
     let draws = if record.straight { arrives } else { here };
@@ -123,7 +134,7 @@ pub fn hit<F: Float>(
         frame,
         photons,
         path,
-        bodies: Bodies::new(path.medium, &surface, record, material),
+        boundary,
         surface: &surface,
         point: &point,
         key,
@@ -138,8 +149,8 @@ pub fn hit<F: Float>(
     } else {
         F::outlined(Scatter::<F, false>(&vertex))
     };
-    if flight.scattered.any() {
-        // Other lanes already have their direction.
+    if elsewhere.any() {
+        // These lanes already have their direction.
         out.shadow = ShadowRay::select(draws, &scattered.shadow, &out.shadow);
         out.next = Path::select(draws, &scattered.next, &out.next);
     } else {
@@ -158,6 +169,46 @@ pub fn hit<F: Float>(
         out.radiance = Color::select(here, out.radiance + limited(frame, path, light), out.radiance);
     }
     out
+}
+
+/// What lies on both sides of a surface of that material.
+#[inline(always)]
+pub(super) fn boundary<F: Float>(
+    scene: &CompiledScene,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    record: &Material,
+    mask: F::Mask,
+) -> Boundary<F> {
+    Boundary::new(&scene.bodies, path.bodies, &Between::of(record), surface.inside, mask)
+}
+
+/// Paths that go on where there is no boundary, and whether they do. Where rays to lights pass the surface, too, what
+/// the path finds next is weighted against the light sample of the vertex before; all other rays end at it.
+#[inline(always)]
+pub(super) fn unhindered<F: Float>(
+    path: &Path<F>,
+    surface: &Surface<F>,
+    boundary: &Boundary<F>,
+    record: &Material,
+    t: F,
+    width: F,
+) -> (Path<F>, F::Mask) {
+    let one = F::Int::splat(1);
+    let next = Path {
+        origin: leave(surface.position, surface.geometric_normal, surface.offset, path.direction),
+        radiance: Color::black(),
+        depth: path.depth + one,
+        scatterings: path.scatterings + one,
+        pdf: if record.straight { path.pdf } else { F::zero() },
+        travelled: path.travelled + t,
+        // Photons that end behind it are not seen directly: no ray to the camera passes it.
+        branch: if record.straight { path.branch } else { path.branch | F::Int::splat(SCATTERED) },
+        width,
+        bodies: boundary.beyond(F::Mask::from_bits(u32::MAX)),
+        ..*path
+    };
+    (next, path.scatterings.lt(F::Int::splat(medium::MOST)) & path.throughput.max_component().gt(F::zero()))
 }
 
 /// Where a path meets a material, and its ray is `width` metres wide. What light goes straight through is looked up
@@ -183,7 +234,7 @@ pub(super) struct ScatteringVertex<'a, F: Float> {
     /// The photons that end there, if there are any.
     pub photons: Option<Photons<'a>>,
     pub path: &'a Path<F>,
-    pub bodies: Bodies<F>,
+    pub boundary: Boundary<F>,
     pub surface: &'a Surface<F>,
     pub point: &'a ShadingPoint<'a, F>,
     pub key: Key<F::Int>,
@@ -222,8 +273,9 @@ impl<F: Float> ScatteringVertex<'_, F> {
     #[inline(always)]
     fn scatter(&self, has: Has) -> Scattered<F> {
         let Self { frame, path, surface, point, key, here, draws, .. } = *self;
-        let bsdf = bsdf(has, frame, path, point, key, draws);
-        let mut light = to_light(frame, path, surface, &self.bodies, &bsdf, key, here);
+        let boundary = &self.boundary;
+        let bsdf = bsdf(has, frame, path, point, &boundary.outside, key, draws);
+        let mut light = to_light(frame, path, surface, boundary, &bsdf, key, here);
         let drawn = drawn(frame, path, &bsdf, key, draws);
         let (mut next, goes_on) = self.onward(&drawn);
         next.facing = faces(frame, surface, &bsdf);
@@ -244,7 +296,7 @@ impl<F: Float> ScatteringVertex<'_, F> {
     #[inline(always)]
     pub fn onward(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
         let Self { frame, path, surface, key, width, .. } = *self;
-        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.bodies, drawn, key, width);
+        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.boundary, drawn, key, width);
         if self.point.material.straight {
             self.go_straight_on(drawn, &mut next, &mut goes_on);
         }
@@ -256,7 +308,7 @@ impl<F: Float> ScatteringVertex<'_, F> {
     #[inline(always)]
     fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, goes_on: &mut F::Mask) {
         let Self { path, here, .. } = *self;
-        let passes = goes_straight(drawn);
+        let passes = goes_straight(drawn) & self.boundary.is_straight(self.point.material);
         let again = path.scatterings.lt(F::Int::splat(medium::MOST));
         *goes_on = *goes_on & ((passes & again) | (here & !passes));
         next.direction = Vector::select(passes, path.direction, next.direction);
@@ -282,16 +334,20 @@ pub(super) fn bsdf<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     point: &ShadingPoint<F>,
+    outside: &Outside<F>,
     key: Key<F::Int>,
     mask: F::Mask,
 ) -> Bsdf<F> {
-    let mut parameters = point.parameters(has);
+    let mut parameters = point.parameters(has, outside);
+    let Material { ior, dispersion, .. } = *point.material;
+    let disperses = !outside.is_air && (mask & outside.dispersion.gt(F::zero())).any();
+    let has = Has { dispersion: has.dispersion | (has.solid && disperses), ..has };
     if has.dispersion {
         // One number for the whole path: it always chooses the same colour, and wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));
         let u = draw_2d(frame.sampler, frame.samples, key, dimension);
-        let Material { ior, dispersion, .. } = *point.material;
-        parameters.split(ior, dispersion, point.surface.inside, path.throughput, u);
+        let boundary = Dispersive { ior, dispersion, outside, inside: point.surface.inside };
+        parameters.split(&boundary, path.throughput, u);
     }
     Bsdf::new(has, parameters, frame.lobes, point.to_viewer, mask)
 }
@@ -317,7 +373,7 @@ fn given_off<F: Float>(
     if let Some(photons) = photons {
         light = light * photons.left_of_hit(path, hit, mask);
     }
-    let found = medium::emitted(frame, path.medium, path.throughput * light, mask);
+    let found = medium::emitted(frame, path.bodies, path.throughput * light, mask);
     path.radiance + limited(frame, path, found)
 }
 
@@ -371,7 +427,7 @@ fn to_light<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
-    bodies: &Bodies<F>,
+    boundary: &Boundary<F>,
     bsdf: &Bsdf<F>,
     key: Key<F::Int>,
     here: F::Mask,
@@ -386,10 +442,10 @@ fn to_light<F: Float>(
         sampled_light(frame, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let medium = bodies.beyond(through);
+    let bodies = boundary.beyond(through);
     // Nothing that is infinitely far away is in a body, however open that is.
     let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
-    let contribution = medium::emitted(frame, medium, path.throughput * light, somewhere);
+    let contribution = medium::emitted(frame, bodies, path.throughput * light, somewhere);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {
@@ -400,7 +456,7 @@ fn to_light<F: Float>(
         },
         contribution,
         emitter,
-        medium,
+        bodies,
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };
     (shadow, value)
@@ -440,7 +496,7 @@ fn reflected<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     surface: &Surface<F>,
-    bodies: &Bodies<F>,
+    boundary: &Boundary<F>,
     drawn: &BsdfSample<F>,
     key: Key<F::Int>,
     width: F,
@@ -468,7 +524,7 @@ fn reflected<F: Float>(
         pdf,
         width,
         spread,
-        medium: bodies.beyond(through),
+        bodies: boundary.beyond(through),
         travelled: zero,
         ..*path
     };

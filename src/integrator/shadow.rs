@@ -1,6 +1,7 @@
 //! Rays to lights, of both transports.
 
 use crate::math::{Color, NONE, Ray, Vector};
+use crate::scene::bodies::NOWHERE;
 use crate::simd::{Float, Int, Mask};
 
 /// A ray to a light and what arrives along it if nothing is between.
@@ -12,8 +13,8 @@ pub struct ShadowRay<F: Float> {
     pub contribution: Color<F>,
     /// The emitter that it leads to, whose surface does not block it.
     pub emitter: F::Int,
-    /// The material of the body that it begins in, if that does anything to light, or [`NONE`].
-    pub medium: F::Int,
+    /// The bodies that it begins in ([`crate::scene::Bodies`]).
+    pub bodies: F::Int,
     /// Lanes in which there is something to gain.
     pub mask: F::Mask,
 }
@@ -28,7 +29,7 @@ impl<F: Float> ShadowRay<F> {
             ray: Ray { origin: Vector::zero(), direction: up, t_min: zero, t_max: zero },
             contribution: Color::black(),
             emitter: F::Int::splat(NONE),
-            medium: F::Int::splat(NONE),
+            bodies: F::Int::splat(NOWHERE),
             mask: F::Mask::from_bits(0),
         }
     }
@@ -46,7 +47,7 @@ impl<F: Float> ShadowRay<F> {
             },
             contribution: Color::select(mask, yes.contribution, no.contribution),
             emitter: F::Int::select(mask, yes.emitter, no.emitter),
-            medium: F::Int::select(mask, yes.medium, no.medium),
+            bodies: F::Int::select(mask, yes.bodies, no.bodies),
             mask: (mask & yes.mask) | (!mask & no.mask),
         }
     }

@@ -7,13 +7,14 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Frame;
-use super::medium::{Bodies, passed};
+use super::medium::passed;
 use super::path::Path;
 use super::path_tracing::{bsdf, limited};
 use super::presence::{Shadow, Traced};
 use super::shadow::ShadowRay;
 use crate::bvh::{Asker, Crossing, Stack, any_ray};
 use crate::math::Color;
+use crate::shading::boundary::{Between, Boundary};
 use crate::shading::emitter::SHADOW_END;
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
@@ -54,7 +55,7 @@ pub fn arriving(
     if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
         return None;
     }
-    Some(limited(frame, path, left(frame, path, shadow, in_order(room.all()))))
+    left(frame, path, shadow, in_order(room.all())).map(|light| limited(frame, path, light))
 }
 
 /// The crossings from the ray's beginning to its end, each once: a triangle that was cut may have been met in several
@@ -68,19 +69,33 @@ fn in_order(crossed: &mut Vec<Crossing>) -> &[Crossing] {
     crossed
 }
 
-/// What is left of the light behind all of them, and of the bodies in between.
-fn left(frame: &Frame, path: &Path<f32>, shadow: &ShadowRay<f32>, crossed: &[Crossing]) -> Color<f32> {
+/// What is left of the light behind all of them, and of the bodies in between; none if one of them bends it, because
+/// of the body that it lies in.
+fn left(
+    frame: &Frame,
+    path: &Path<f32>,
+    shadow: &ShadowRay<f32>,
+    crossed: &[Crossing],
+) -> Option<Color<f32>> {
     let (scene, ShadowRay { ray, contribution, .. }) = (&frame.scene, shadow);
-    let (mut light, mut medium, mut begin) = (*contribution, shadow.medium, 0.0);
+    let (mut light, mut bodies, mut begin) = (*contribution, shadow.bodies, 0.0);
     for Crossing { hit, .. } in crossed {
         let lane = HitLanes::one(hit);
         let material = material_of(&scene.geometry, &lane, true).0;
         let surface = Surface::new(&scene.geometry, ray, &lane, true);
         let point = ShadingPoint::new(scene, material, &lane, &surface, ray.direction, 0.0, true);
-        let bsdf = bsdf(point.has(), frame, path, &point, path.only_key(frame.seed), true);
-        light = passed(frame, light, medium, hit.t - begin, true) * bsdf.straight();
-        medium = Bodies::new(medium, &surface, point.material, material).beyond(true);
+        light = passed(frame, light, bodies, hit.t - begin, true);
+        let between = Between::of(point.material);
+        let boundary = Boundary::<f32>::new(&scene.bodies, bodies, &between, surface.inside, true);
+        if !boundary.gone {
+            if !boundary.is_straight(point.material) {
+                return None;
+            }
+            let key = path.only_key(frame.seed);
+            light = light * bsdf(point.has(), frame, path, &point, &boundary.outside, key, true).straight();
+        }
+        bodies = boundary.beyond(true);
         begin = hit.t;
     }
-    passed(frame, light, medium, ray.t_max / SHADOW_END - begin, true)
+    Some(passed(frame, light, bodies, ray.t_max / SHADOW_END - begin, true))
 }

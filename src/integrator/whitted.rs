@@ -8,15 +8,18 @@
 
 use super::Frame;
 use super::begin;
+use super::medium::MOST;
 use super::path::Path;
 use super::photons::Photons;
 use super::photons::gather::{Receiver, first_radius};
 use super::shadow::ShadowRay;
-use crate::math::{Color, NONE, Ray, Vector};
+use crate::math::{Color, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::hash::combine;
 use crate::sampling::pattern::point_of_many;
+use crate::scene::bodies::NOWHERE;
 use crate::shading::blinn_phong::BlinnPhong;
+use crate::shading::boundary::Boundary;
 use crate::shading::classic::Shaded;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
@@ -60,6 +63,10 @@ pub struct Scatter<F: Float> {
     pub refract_throughput: Color<F>,
     /// Lanes that go there.
     pub refracts: F::Mask,
+    /// The bodies that what is seen through is in.
+    pub behind: F::Int,
+    /// Where there is no boundary, so that this is no bounce.
+    pub gone: F::Mask,
     /// How wide the path's ray is where it is, in metres.
     pub width: F,
 }
@@ -77,7 +84,11 @@ pub fn hit<F: Float>(
     let scene = &frame.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
-    let shaded = Shaded::new(scene, hit, &surface, path.direction, width, mask);
+    let mut shaded = Shaded::new(scene, hit, &surface, path.direction, width, mask);
+    let boundary = Boundary::<F>::new(&scene.bodies, path.bodies, &shaded.between, surface.inside, mask);
+    if boundary.gone.any() {
+        shaded = shaded.without(boundary.gone);
+    }
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let mut radiance = path.radiance + path.throughput * own;
     // What the camera sees directly has been drawn.
@@ -91,7 +102,7 @@ pub fn hit<F: Float>(
         let found = photons.gather((frame.max_depth, false), path, &surface, &answer, first, indirect).light;
         radiance = Color::select(indirect, radiance + path.throughput * found, radiance);
     }
-    let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, mask);
+    let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, &boundary, mask);
     let vertex = WhittedVertex {
         position: surface.position,
         offset: surface.offset,
@@ -128,9 +139,13 @@ pub(super) fn scatter<F: Float>(
     path: &Path<F>,
     surface: &Surface<F>,
     shaded: &Shaded<F>,
+    boundary: &Boundary<F>,
     mask: F::Mask,
 ) -> Scatter<F> {
-    let goes_on = mask & path.depth.lt(F::Int::splat(frame.max_depth));
+    // What goes through where there is no boundary is no bounce.
+    let last = !path.depth.lt(F::Int::splat(frame.max_depth) + path.scatterings);
+    let again = path.scatterings.lt(F::Int::splat(MOST));
+    let goes_on = mask & ((boundary.gone & again) | (!boundary.gone & !last));
     let normal = shaded.normal;
     let direction = path.direction;
     let mut reflect_weight = shaded.kr;
@@ -139,12 +154,18 @@ pub(super) fn scatter<F: Float>(
     if shaded.any_refracts(goes_on) {
         let clear = shaded.ior.gt(F::zero());
         let ior = F::select(clear, shaded.ior, F::one());
-        let eta = F::select(surface.inside, ior, F::one() / ior);
-        let boundary = fresnel::boundary(direction, normal, eta);
-        let reflectance = F::select(clear, boundary.reflectance, F::one());
+        let outside = boundary.outside.index;
+        let outside = F::select(shaded.between.number.eq(F::Int::splat(0)), F::one(), outside);
+        let eta = F::select(surface.inside, ior / outside, outside / ior);
+        let bent = fresnel::boundary(direction, normal, eta);
+        let reflectance = F::select(clear, bent.reflectance, F::one());
         reflect_weight = shaded.kr * reflectance;
         refract_weight = Color::select(clear, shaded.kt * (F::one() - reflectance), Color::black());
-        refract = boundary.refracted;
+        refract = bent.refracted;
+    }
+    if boundary.gone.any() {
+        refract_weight = Color::select(boundary.gone, Color::grey(F::one()), refract_weight);
+        refract = Vector::select(boundary.gone, direction, refract);
     }
     // With an interpolated normal both can end up on the wrong side of the surface; then the
     // surface's own normal takes its place.
@@ -165,6 +186,8 @@ pub(super) fn scatter<F: Float>(
         refract,
         refract_throughput,
         refracts: goes_on & refract_throughput.max_component().gt(least),
+        behind: boundary.beyond(F::Mask::from_bits(u32::MAX)),
+        gone: boundary.gone,
         width: path.width,
     }
 }
@@ -188,7 +211,9 @@ impl<F: Float> Scatter<F> {
     /// The path along what is seen through, without its radiance.
     #[inline(always)]
     pub fn refracted(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
-        let path = &Path { width: self.width, ..*path };
+        let one = F::Int::splat(1);
+        let scatterings = F::Int::select(self.gone, path.scatterings + one, path.scatterings);
+        let path = &Path { width: self.width, bodies: self.behind, scatterings, ..*path };
         follow(path, vertex, self.refract, self.refract_throughput, self.forks())
     }
 }
@@ -252,7 +277,7 @@ pub fn light_ray<F: Float>(
         },
         contribution,
         emitter: F::Int::splat(policy.emitter),
-        medium: F::Int::splat(NONE),
+        bodies: F::Int::splat(NOWHERE),
         mask: mask & lit & contribution.max_component().gt(zero),
     }
 }

@@ -8,6 +8,7 @@ use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::{NONE, Ray};
 use crate::sampling::Key;
+use crate::shading::boundary::is_lit;
 use crate::shading::emitter::{self, SHADOW_END};
 use crate::simd::{Float, Int, Mask, Outlined};
 
@@ -40,14 +41,14 @@ impl<F: Float> Outlined for LitWithin<'_, F> {
         let Self { frame, path, flight, key } = self;
         let (scene, zero) = (&frame.scene, F::zero());
         let none = F::Int::splat(NONE);
-        let mask = medium::is_lit(frame, path.medium, flight.scattered & !is_last(frame, path));
+        let mask = is_lit(&scene.bodies, path.bodies, flight.scattered & !is_last(frame, path));
         if scene.emitters.is_empty() || !mask.any() {
             return Lit { emitter: none, share: F::one(), shadow: ShadowRay::none() };
         }
         let origin = path.origin + path.direction * flight.t;
         let (emitter, chance, u) = choose(frame, origin, none, (path.depth, key), mask);
         let sample = emitter::sample(scene, emitter, origin, u, mask);
-        let phase = medium::phase(frame, path.medium, path.direction.dot(sample.direction), mask);
+        let phase = medium::phase(frame, path.bodies, path.direction.dot(sample.direction), mask);
         let density = sample.pdf * chance;
         let share = F::select(sample.shared, heuristic(density, phase), F::one());
         let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
@@ -57,7 +58,7 @@ impl<F: Float> Outlined for LitWithin<'_, F> {
             ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
             contribution,
             emitter,
-            medium: path.medium,
+            bodies: path.bodies,
             mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
         };
         Lit { emitter, share, shadow }

@@ -1,8 +1,9 @@
-//! The body that the camera is in.
+//! The bodies that the camera is in.
 
 use crate::bvh::{Asker, Stack, closest_ray};
-use crate::math::{NONE, Ray, Vec3, Vector};
-use crate::scene::{CompiledScene, Material};
+use crate::math::{Ray, Vec3, Vector};
+use crate::scene::CompiledScene;
+use crate::scene::bodies::NOWHERE;
 use crate::shading::{HitLanes, Surface, camera};
 use crate::simd::Level;
 
@@ -21,12 +22,11 @@ const CENTER: (f32, f32) = (0.0, 0.0);
 /// The most surfaces that a ray is followed through.
 const MOST: usize = 256;
 
-/// The material of the body that all paths of an image begin in, or [`NONE`] if there is none that does anything to
-/// light. (Those of an orthographic camera begin side by side: the middle, the corners and the middles of the edges are
-/// looked at.)
+/// The bodies that all paths of an image begin in ([`crate::scene::Bodies`]). (Those of an orthographic camera begin
+/// side by side: the middle, the corners and the middles of the edges are looked at.)
 pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
-    if !scene.materials.iter().any(Material::fills) {
-        return NONE;
+    if !scene.materials.iter().any(|material| material.body != 0) {
+        return NOWHERE;
     }
     let mut stack = Stack::new(&scene.bvh);
     let aspect = size[0] as f32 / size[1] as f32;
@@ -36,56 +36,80 @@ pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
         .flat_map(|x| sides.map(|y| camera::ray::<f32>(&scene.camera, x * aspect, y, CENTER).origin))
         .collect();
     places.dedup_by_key(|place| [place.x, place.y, place.z].map(f32::to_bits));
-    let mut bodies = places.into_iter().map(|place| body_around(scene, place, &mut stack));
-    let first = bodies.next().unwrap_or(NONE);
-    if bodies.all(|body| body == first) { first } else { NONE }
+    let mut bodies = places.into_iter().map(|place| bodies_around(scene, place, &mut stack));
+    let first = bodies.next().unwrap_or(NOWHERE);
+    if bodies.all(|bodies| bodies == first) { first } else { NOWHERE }
 }
 
-/// The material of the body around a place, if it does anything to light.
+/// The bodies around a place.
 pub fn around(scene: &CompiledScene, place: Vec3, stack: &mut Stack) -> u32 {
-    if !scene.materials.iter().any(Material::fills) {
-        return NONE;
+    if scene.bodies.are_none() {
+        return NOWHERE;
     }
-    body_around(scene, Vector::new(place.x, place.y, place.z), stack)
+    bodies_around(scene, Vector::new(place.x, place.y, place.z), stack)
 }
 
-/// The material of the body around a place, as most of some rays find it.
-fn body_around(scene: &CompiledScene, place: Vector<f32>, stack: &mut Stack) -> u32 {
-    let mut found = RAYS.map(|direction| left_by(scene, place, direction, stack));
-    found.sort_unstable();
-    // What more than half of them say is in the middle.
-    let middle = found[RAYS.len() / 2];
-    let votes = found.iter().filter(|material| **material == middle).count();
-    if 2 * votes > RAYS.len() { middle } else { NONE }
+/// The bodies around a place: those that most of some rays leave.
+fn bodies_around(scene: &CompiledScene, place: Vector<f32>, stack: &mut Stack) -> u32 {
+    let mut left = RAYS.map(|direction| left_by(scene, place, direction, stack));
+    let all = left.clone();
+    let is_usual = |number: &u32| 2 * all.iter().filter(|left| left.contains(number)).count() > RAYS.len();
+    left.iter_mut().for_each(|left| left.retain(is_usual));
+    // Rays may come from one body into the next in several orders.
+    let found = left.into_iter().max_by_key(Vec::len).unwrap_or_default();
+    found.iter().rev().fold(NOWHERE, |around, number| scene.bodies.sides(around, *number, 0, false).far)
 }
 
-/// The body that a ray leaves first without having entered it, if that acts on light.
-fn left_by(scene: &CompiledScene, origin: Vector<f32>, direction: [f32; 3], stack: &mut Stack) -> u32 {
+/// The numbers of the bodies that a ray leaves without having entered them.
+fn left_by(scene: &CompiledScene, origin: Vector<f32>, direction: [f32; 3], stack: &mut Stack) -> Vec<u32> {
     let [x, y, z] = direction;
-    let direction = Vector::new(x, y, z).normalize();
+    let (mut entered, mut left) = (Vec::new(), Vec::new());
+    for Crossed { number, entity, inside } in crossed(scene, origin, Vector::new(x, y, z), stack) {
+        let body = (number, entity);
+        if !inside {
+            entered.push(body);
+        } else if let Some(place) = entered.iter().rposition(|other| *other == body) {
+            entered.remove(place);
+        } else {
+            left.push(number);
+        }
+    }
+    left
+}
+
+/// A surface of a body that a ray goes through.
+pub struct Crossed {
+    /// The body's number.
+    pub number: u32,
+    /// The number of its entity.
+    pub entity: u32,
+    /// Whether the ray leaves it there.
+    pub inside: bool,
+}
+
+/// What a ray goes through of bodies, as if all else were not there.
+pub fn crossed(
+    scene: &CompiledScene,
+    origin: Vector<f32>,
+    direction: Vector<f32>,
+    stack: &mut Stack,
+) -> Vec<Crossed> {
+    let direction = direction.normalize();
     let mut ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-    let mut entered = Vec::new();
+    let mut crossed = Vec::new();
     for _ in 0..MOST {
         let hit = closest_ray(Level::detect(), &scene.bvh, &ray, Asker::CREDULOUS, stack);
         if hit.is_miss() {
             break;
         }
         ray.t_min = hit.t;
-        let lane = HitLanes::one(&hit);
-        let surface = Surface::new(&scene.geometry, &ray, &lane, true);
+        let surface = Surface::new(&scene.geometry, &ray, &HitLanes::one(&hit), true);
         let material = scene.geometry.material_of(hit.primitive, hit.instance);
-        let record = &scene.materials[material as usize];
-        if !record.encloses {
-            continue;
-        }
-        let body = (material, scene.geometry.entity_of(hit.primitive, hit.instance));
-        if !surface.inside {
-            entered.push(body);
-        } else if let Some(place) = entered.iter().rposition(|other| *other == body) {
-            entered.remove(place);
-        } else {
-            return if record.fills() { material } else { NONE };
+        let number = scene.materials[material as usize].body;
+        if number != 0 {
+            let entity = scene.geometry.entity_of(hit.primitive, hit.instance);
+            crossed.push(Crossed { number, entity, inside: surface.inside });
         }
     }
-    NONE
+    crossed
 }

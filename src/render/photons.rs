@@ -42,8 +42,8 @@ pub fn plan(frame: &Frame, stop: &Stop) -> Option<Plan> {
     let count = count(frame, per_pixel);
     let radius = usual_radius(frame)? * pixels_wide;
     let mut stack = Stack::new(&scene.bvh);
-    let mut medium_at = |place: Vec3| camera_medium::around(scene, place, &mut stack);
-    let emission = Emission::new(scene, frame.transport, targets, count, &mut medium_at)?;
+    let mut bodies_at = |place: Vec3| camera_medium::around(scene, place, &mut stack);
+    let emission = Emission::new(scene, frame.transport, targets, count, &mut bodies_at)?;
     let plan = Plan::new(frame, emission, radius);
     let mut worker = Worker::Recursive(Box::new(Recursion::new(&plan.frame)));
     let numbers = 0..PILOT;

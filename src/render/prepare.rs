@@ -1,4 +1,4 @@
-//! What is computed before samples are: a frame with the medium of its camera, and what is found out about sharing.
+//! What is computed before samples are: a frame with the bodies around its camera, and what is found out about sharing.
 
 use std::sync::Arc;
 
@@ -9,17 +9,13 @@ use crate::integrator::photons::{Photons, Plan};
 use crate::integrator::recursive::Recursion;
 use crate::integrator::sharing::pilot::{MOST_RAYS, Pilot};
 use crate::integrator::{Frame, Stop};
-use crate::math::NONE;
 use crate::scene::CompiledScene;
-use crate::world::{Settings, Transport};
+use crate::world::Settings;
 
 /// A scene with the settings to render it by. It is found out where its camera is; nothing else is traced.
 pub fn frame(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Frame {
     let scene = scene.into();
-    let around = match settings.transport {
-        Transport::Whitted => NONE,
-        Transport::Path => camera_medium::find(&scene, settings.size),
-    };
+    let around = camera_medium::find(&scene, settings.size);
     Frame::new(scene, settings, around)
 }
 

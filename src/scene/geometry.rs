@@ -110,6 +110,22 @@ impl Geometry {
         self.parts.material.len() as u32 - 1
     }
 
+    /// A part by its index.
+    pub fn part(&self, index: u32) -> Part {
+        let (parts, at) = (&self.parts, index as usize);
+        Part {
+            material: parts.material[at],
+            normals: parts.normals[at],
+            uvs: parts.uvs[at],
+            uvs1: parts.uvs1[at],
+            tangents: parts.tangents[at],
+            colors: parts.colors[at],
+            alphas: parts.alphas[at],
+            mirrored: parts.sign[at] < 0.0,
+            entity: parts.entity[at],
+        }
+    }
+
     /// Whether a tree over one is a tree over the other: all that can be hit is in the same places, in the same
     /// order.
     pub fn has_the_tree_of(&self, other: &Geometry) -> bool {

@@ -197,6 +197,14 @@ pub struct Material {
     pub straight: bool,
     /// Whether it is the boundary of a body.
     pub encloses: bool,
+    /// The number of that kind of body ([`super::Bodies`]), or 0.
+    pub body: u32,
+    /// The number of the body that its front touches without a gap, or 0.
+    pub beside: u32,
+    /// Whether another surface in the same place stands for it.
+    pub hidden: bool,
+    /// Which of several bodies fills a place ([`super::bodies::Body::priority`]).
+    pub priority: i32,
     /// What the body does to light within it.
     pub medium: Medium,
     /// Optical depth of a thin sheet for light that meets it straight on.
@@ -233,6 +241,12 @@ pub struct Material {
     pub textured: bool,
 }
 
+/// Whether an index of refraction can be that of something: beyond these, it stands for a surface that reflects all
+/// light.
+pub fn is_real(ior: f32) -> bool {
+    (0.1..=10.0).contains(&ior)
+}
+
 impl Material {
     /// From which side a surface of it is there, as the tree sees it: a transform may have mirrored the tree's
     /// triangles.
@@ -240,7 +254,7 @@ impl Material {
         match (self.coverage, self.shows(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
             // A ray to a light passes its surface.
-            _ if self.straight || self.emits() => Presence::Asked,
+            _ if self.straight || self.emits() || self.hidden => Presence::Asked,
             (Coverage::Whole, true) => Presence::Always,
             (Coverage::Whole, false) if mirrored => Presence::Back,
             (Coverage::Whole, false) => Presence::Front,
@@ -249,7 +263,7 @@ impl Material {
 
     /// Whether it has that side: its front, or its back.
     pub fn shows(&self, front: bool) -> bool {
-        front || !self.hides_back
+        !self.hidden && (front || !self.hides_back)
     }
 
     /// Whether it reflects like a mirror, however blurred.
@@ -320,17 +334,15 @@ impl Material {
         self.encloses && !self.medium.is_clear()
     }
 
-    /// n² of the body that it encloses, if the body's boundary bends light; 1 of all else. Radiance within is n² times
-    /// that of the same light outside, because it takes up a smaller solid angle (PBRT 4th ed., 9.5.2).
-    pub fn index_square(&self) -> f32 {
-        if self.encloses { self.bending_square() } else { 1.0 }
+    /// The index of refraction of the body that it encloses, if the body's boundary bends light; 1 of all else.
+    pub fn index(&self) -> f32 {
+        if self.encloses && self.refracts() && is_real(self.ior) { self.ior } else { 1.0 }
     }
 
-    /// The same of any boundary that bends light, also if it encloses nothing, like the surface of a pool.
-    pub fn bending_square(&self) -> f32 {
-        // Beyond these, an index stands for a surface that reflects all light.
-        let is_real = (0.1..=10.0).contains(&self.ior);
-        if self.refracts() && is_real { self.ior * self.ior } else { 1.0 }
+    /// Its square. Radiance within is n² times that of the same light outside, because it takes up a smaller solid
+    /// angle (PBRT 4th ed., 9.5.2).
+    pub fn index_square(&self) -> f32 {
+        self.index() * self.index()
     }
 
     /// Whether it gives off light.

@@ -1,6 +1,7 @@
 //! The compiled scene: immutable arrays, indexed by integer ids, that the integrators
 //! read. Nothing in here knows about entities. Filled by [`crate::compile`].
 
+pub mod bodies;
 pub mod camera;
 pub mod emitters;
 pub mod environment;
@@ -10,6 +11,7 @@ pub mod lights;
 pub mod material;
 pub mod textures;
 
+pub use bodies::Bodies;
 pub use camera::{Aperture, Camera, Projection};
 pub use emitters::Emitters;
 pub use environment::Environment;
@@ -47,6 +49,8 @@ pub struct CompiledScene {
     pub bvh: Arc<Bvh>,
     /// How surfaces answer light, by material id.
     pub(crate) materials: Vec<Material>,
+    /// What their bodies are filled with.
+    pub(crate) bodies: Bodies,
     /// What people call them.
     pub(crate) material_names: Vec<String>,
     /// The last records are others of these, for sheets, which have no front.
@@ -199,7 +203,7 @@ impl CompiledScene {
     /// The first of its parts in which it differs from another scene, to the last bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
-        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 19] {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 20] {
             [
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
@@ -212,6 +216,7 @@ impl CompiledScene {
                 ("its root", &of.bvh.root),
                 ("what of it is there", &of.bvh.conditional),
                 ("materials", &of.materials),
+                ("their bodies", &of.bodies),
                 ("their names", &of.material_names),
                 ("those of sheets", &of.sheets),
                 ("textures", &of.textures),

@@ -1,6 +1,7 @@
 //! What Whitted's transport needs to know about a surface: the classic parameters after texture lookups.
 
 use super::blinn_phong::BlinnPhong;
+use super::boundary::Between;
 use super::details::vertex_color;
 use super::emitter::lane;
 use super::point::ShadingPoint;
@@ -20,6 +21,8 @@ pub struct Shaded<F: Float> {
     pub kt: Color<F>,
     /// Index of refraction, 0 where light does not enter.
     pub ior: F,
+    /// The bodies that it lies between.
+    pub between: Between<F>,
     /// Radiance given off to the viewer.
     pub emission: Color<F>,
     /// Unit normal for shading, with what a normal map does to it, on the viewer's side.
@@ -42,7 +45,15 @@ impl<F: Float> Shaded<F> {
         let nothing = F::Mask::from_bits(0);
         let model = BlinnPhong { diffuse: black, specular: black, shininess: zero, phong: nothing };
         let (normal, mut todo) = (surface.normal, mask);
-        let mut shaded = Self { model, kr: black, kt: black, ior: zero, emission: black, normal };
+        let mut shaded = Self {
+            model,
+            kr: black,
+            kt: black,
+            ior: zero,
+            between: Between::nothing(),
+            emission: black,
+            normal,
+        };
         while todo.any() {
             let material = lane(surface.material, todo);
             let same = todo & surface.material.eq(F::Int::splat(material));
@@ -68,6 +79,7 @@ impl<F: Float> Shaded<F> {
             kr: point.color(&classic.kr),
             kt: Color::splat(classic.kt.into()),
             ior: F::splat(classic.ior),
+            between: Between::of(material),
             emission,
             // Without a map they stay what they are, even where they look away from the viewer.
             normal: if material.normal.is_some() || material.bump.is_some() {
@@ -91,9 +103,19 @@ impl<F: Float> Shaded<F> {
             kr: Color::select(mask, yes.kr, no.kr),
             kt: Color::select(mask, yes.kt, no.kt),
             ior: F::select(mask, yes.ior, no.ior),
+            between: Between::select(mask, yes.between, no.between),
             emission: Color::select(mask, yes.emission, no.emission),
             normal: Vector::select(mask, yes.normal, no.normal),
         }
+    }
+
+    /// The same, but some lanes are of nothing.
+    #[inline(always)]
+    pub fn without(self, mask: F::Mask) -> Self {
+        let (zero, black) = (F::zero(), Color::black());
+        let nothing = F::Mask::from_bits(0);
+        let model = BlinnPhong { diffuse: black, specular: black, shininess: zero, phong: nothing };
+        Self::select(mask, Self { model, kr: black, kt: black, ior: zero, emission: black, ..self }, self)
     }
 
     /// Whether any lane of the mask lets light through.

@@ -2,6 +2,7 @@
 //! Nothing in here traces a ray or knows of queues.
 
 pub mod blinn_phong;
+pub mod boundary;
 mod bump;
 pub mod camera;
 pub mod classic;

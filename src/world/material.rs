@@ -98,6 +98,8 @@ pub struct BlinnPhong {
     pub kt: Rgb,
     /// Index of refraction of the inside (where the normal does not point); `None` if light does not enter.
     pub ior: Option<f32>,
+    /// As [`Volume::priority`]; counts only with an `ior`.
+    pub priority: i32,
     /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. Under the Whitted
     /// transport it lights no other surface.
     pub emission: ColorInput,
@@ -113,6 +115,7 @@ impl Default for BlinnPhong {
             kr: ColorInput::Constant(Rgb::BLACK),
             kt: Rgb::WHITE,
             ior: None,
+            priority: 0,
             emission: ColorInput::Constant(Rgb::BLACK),
         }
     }
@@ -263,6 +266,9 @@ pub struct Volume {
     /// absorbs by this thickness and bends no light. In metres before the entity's transform; at 0 an open surface
     /// counts as the boundary of a body, which lies behind it.
     pub thickness: f32,
+    /// Which of several bodies fills a place that they have in common: that of the highest priority; of these, the one
+    /// that light has entered last.
+    pub priority: i32,
 }
 
 impl Volume {
@@ -276,6 +282,7 @@ impl Volume {
         multiscatter_color: Rgb::BLACK,
         scatter_anisotropy: 0.0,
         thickness: 0.0,
+        priority: 0,
     };
 }
 

@@ -305,6 +305,43 @@ fn media() {
     check(MEDIA);
 }
 
+/// Bodies within each other, some of which touch or overlap, in fog.
+fn nested() -> String {
+    let drink = crate::nested::DRINK;
+    format!(
+        "(
+    settings: (size: (24, 18), samples: 4, max_depth: 14),
+    entities: [
+        (camera: ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.05, focus_distance_m: 3),
+         transform: LookAt(from: (0, 0.7, 3.5), to: (0, 0, 0))),
+        {drink}
+        (shape: Mesh(\"cube.ply\"), transform: (translate: (1.5, 0, 0)), material: Principled(metallic: 0, roughness: 0.2,
+         transmission: 1, ior: 1.6, dispersion: 3, volume: ())),
+        (shape: Mesh(\"cube.ply\"), transform: (translate: (1.5, 1, 0)), material: Principled(metallic: 0, roughness: 0,
+         transmission: 1, ior: 1.33, volume: (attenuation_color: (0.5, 0.7, 0.9), attenuation_distance_m: 1))),
+        (shape: Sphere(radius_m: 0.3), transform: (translate: (1.5, 0.5, 0)), material: Principled(metallic: 0,
+         roughness: 0.1, base_color: (0.7, 0.2, 0.1), clearcoat: 0.5)),
+        (shape: Sphere(radius_m: 9), material: Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1,
+         volume: (attenuation_color: 0.6, attenuation_distance_m: 5, multiscatter_color: 0.7, priority: -1))),
+        (shape: Plane(corners: ((1.2, 1.4, 0.4), (1.8, 1.4, 0.4), (1.8, 0.6, 0.4), (1.2, 0.6, 0.4))),
+         material: Principled(metallic: 0, roughness: 0, transmission: 1, base_color: (0.9, 0.8, 0.7))),
+        (shape: Plane(corners: ((1.2, 0.6, -0.4), (1.8, 0.6, -0.4), (1.8, 0.6, 0.4), (1.2, 0.6, 0.4))),
+         material: (diffuse: 0.6)),
+        (light: Area(power_w: 3, size_m: 0.1, visible: true), transform: LookAt(from: (1.4, 1.4, 0.45), to: (1.5, 1, 0))),
+        (shape: Plane(corners: ((-4, -1, 4), (4, -1, 4), (4, -1, -4), (-4, -1, -4)))),
+        (light: Area(power_w: 300, size_m: 1, visible: true),
+         transform: LookAt(from: (1, 4, 2), to: (0, 0, 0))),
+        (light: Point(power_w: 100), transform: (translate: (-2, 3, 1))),
+    ],
+)"
+    )
+}
+
+#[test]
+fn bodies_within_bodies() {
+    check(&nested());
+}
+
 #[test]
 fn windows() {
     check(WINDOWS);

@@ -391,6 +391,34 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             vec!["no light gets into it", "Area(visible: true"],
         ),
         (
+            "more bodies than a path can remember",
+            scene(&[
+                EYE,
+                LAMP,
+                &(1..12)
+                    .map(|i| {
+                        format!(
+                            "(name: \"shell {i}\", shape: Sphere(radius_m: {}), material: Principled(metallic: 0, \
+                             roughness: 0, transmission: 1, volume: ()))",
+                            f64::from(i) / 12.0
+                        )
+                    })
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            ]),
+            vec!["9 bodies are within each other", "paths know of 8", "shell 11, shell 10"],
+        ),
+        (
+            "a bubble that says what is around it",
+            scene(&[
+                EYE,
+                LAMP,
+                &ball_of("(ior: 1.5)"),
+                "(shape: Sphere(radius_m: 0.5), material: (ior: 0.6667))",
+            ]),
+            vec!["0.6667, below that of air", "ior: 1 for a bubble"],
+        ),
+        (
             "two skies",
             scene(&[EYE, BALL, r#"(name: "a", light: Environment())"#, r#"(name: "b", light: Sky())"#]),
             vec!["\"a\" is the first", "no light comes from b"],

@@ -23,6 +23,7 @@ mod lamps;
 mod media;
 mod meshes;
 mod metamorphic;
+mod nested;
 mod path;
 mod pictures;
 mod plans;

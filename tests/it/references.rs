@@ -96,7 +96,7 @@ mod weekend {
                 \"ground\": (diffuse: (0.8, 0.8, 0)),
                 \"silver\": (diffuse: 0, kr: 0.8), \"gold\": (diffuse: 0, kr: (0.8, 0.6, 0.2)),
                 \"glass\": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: ()),
-                \"air\": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 0.6666667, volume: ()),
+                \"air\": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1, volume: ()),
             }},
             entities: [{camera}, {}],
             )",

@@ -91,6 +91,7 @@ pub(super) struct BlinnPhong<'a> {
     pub kr: Option<Raw<'a>>,
     pub kt: Option<Raw<'a>>,
     pub ior: Option<Raw<'a>>,
+    pub priority: Option<Raw<'a>>,
     pub emission: Option<Raw<'a>>,
 }
 
@@ -155,6 +156,7 @@ pub(super) struct Volume<'a> {
     pub scatter_anisotropy: Option<Raw<'a>>,
     #[serde(alias = "thickness")]
     pub thickness_m: Option<Raw<'a>>,
+    pub priority: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

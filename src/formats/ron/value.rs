@@ -11,6 +11,9 @@ use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
 
+/// The largest magnitude of a body's priority.
+const MOST_PRIORITY: f32 = 1000.0;
+
 /// A finite number of the type that it is stored as: parsed once, rounded once.
 pub(super) trait Float: Copy + Keyed + Into<f64> + FromStr + for<'de> Deserialize<'de> {
     /// The largest number, for messages.
@@ -58,6 +61,19 @@ impl<'a> Source<'a> {
     pub(super) fn at_least_zero(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
         let number = self.number(raw)?;
         if number >= 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "at least 0")) }
+    }
+
+    /// Which of several bodies fills a place.
+    pub(super) fn priority(&self, raw: Raw<'a>) -> Result<i32, LoadError> {
+        let number: f32 = self.number(raw)?;
+        if number.fract() == 0.0 && number.abs() <= MOST_PRIORITY {
+            return Ok(number as i32);
+        }
+        Err(self.out_of_range(
+            raw,
+            "priority",
+            &format!("a whole number from -{MOST_PRIORITY} to {MOST_PRIORITY}"),
+        ))
     }
 
     /// A number from 0 to 1.

@@ -12,6 +12,7 @@ use crate::sampling::hash::{combine, mix};
 use crate::sampling::sobol;
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
+use crate::scene::bodies::NOWHERE;
 use crate::scene::emitters::kind;
 use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
 use crate::shading::environment;
@@ -31,8 +32,8 @@ pub struct Emission {
     /// Of each emitter the number of photons of a sample per unit of its phase space, m⁻² sr⁻¹, rounded to a power of
     /// two; infinite for what paths cannot find, 0 for what sends no photons.
     densities: Vec<f32>,
-    /// Of each emitter the material of the body that it is in.
-    media: Vec<u32>,
+    /// Of each emitter the bodies that it is in ([`crate::scene::Bodies`]).
+    bodies: Vec<u32>,
     /// The discs of all targets together, m².
     discs: f32,
     /// Photons of a sample.
@@ -49,8 +50,8 @@ pub struct Emitted {
     pub flux: Color<f32>,
     /// False if what arrives is the same at any distance.
     pub falls: bool,
-    /// The material of the body that it begins in.
-    pub medium: u32,
+    /// The bodies that it begins in.
+    pub bodies: u32,
     /// See [`Emission::density`].
     pub density: f32,
 }
@@ -64,14 +65,14 @@ struct Ray {
 }
 
 impl Emission {
-    /// For some of a scene's emitters. None if none of them sends anything to the targets. `medium_at` returns the
-    /// material of the body around a place.
+    /// For some of a scene's emitters. None if none of them sends anything to the targets. `bodies_at` returns the
+    /// bodies around a place.
     pub fn new(
         scene: &CompiledScene,
         transport: Transport,
         targets: Vec<Ball>,
         count: u32,
-        medium_at: &mut dyn FnMut(Vec3) -> u32,
+        bodies_at: &mut dyn FnMut(Vec3) -> u32,
     ) -> Option<Self> {
         let discs = targets.iter().map(Ball::disc).sum();
         let emitters = scene.emitters.len();
@@ -80,7 +81,7 @@ impl Emission {
             cumulative: Vec::with_capacity(emitters),
             chances: vec![0.0; emitters],
             densities: vec![0.0; emitters],
-            media: vec![crate::math::NONE; emitters],
+            bodies: vec![NOWHERE; emitters],
             discs,
             count,
         };
@@ -108,7 +109,7 @@ impl Emission {
                 emission.densities[emitter] = if is_found { power_of_two(density) } else { f32::INFINITY };
                 let (what, row) = scene.emitters.row(emitter as u32);
                 if !matches!(what, kind::DIRECTIONAL | kind::ENVIRONMENT) {
-                    emission.media[emitter] = medium_at(middle(what, row));
+                    emission.bodies[emitter] = bodies_at(middle(what, row));
                 }
             }
         }
@@ -234,7 +235,7 @@ impl Emission {
             direction: ray.direction,
             flux,
             falls: !is_point || row[9] > 0.0,
-            medium: self.media[emitter as usize],
+            bodies: self.bodies[emitter as usize],
             density: ray.density.unwrap_or(self.densities[emitter as usize]),
         })
     }

@@ -80,7 +80,7 @@ fn unpacked(words: [u32; 2], steps: f32) -> Vector<f32> {
 pub struct Radii {
     /// How much smaller they are than at the first sample.
     pub shrink: f32,
-    /// The largest one, in metres, three times the usual one: larger ones would be in too many cells.
+    /// The largest one, in metres, twice the usual one: larger ones would be in too many cells.
     pub most: f32,
 }
 
@@ -109,9 +109,10 @@ pub struct Map {
     photons: Vec<Photon>,
 }
 
-/// The width of a cell over the largest radius: four usual radii. Twice as narrow ones hold fewer photons that are too
-/// far away, but there are twice as many of them around a place, and most are empty.
-const CELL: f32 = 4.0 / 3.0;
+/// The width of a cell over the largest radius: four usual radii. No radius reaches into more than two cells along an axis
+/// then. Narrower ones hold fewer photons that are too far away, but there are more of them around a place, and most are
+/// empty.
+const CELL: f32 = 2.000_01;
 
 /// A cell's column, row and layer.
 type Cell = [i32; 3];
@@ -205,7 +206,7 @@ impl Map {
         let low = self.cell(position.map(|c| c - radius));
         let high = self.cell(position.map(|c| c + radius));
         let last = self.last_bit();
-        // A cell is wider than any radius: there are at most two along each axis.
+        // A cell is wider than two radii: there are at most two along each axis.
         let (mut cells, mut count) = ([[0; 3]; 8], 0);
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {

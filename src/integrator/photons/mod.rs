@@ -81,7 +81,7 @@ impl Plan {
     /// What becomes of radii at a sample.
     pub fn radii(&self, sample: u32) -> Radii {
         let shrink = shrink(sample);
-        Radii { shrink, most: 3.0 * self.radius * shrink }
+        Radii { shrink, most: 2.0 * self.radius * shrink }
     }
 }
 

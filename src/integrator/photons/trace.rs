@@ -10,14 +10,16 @@ use super::emission::Emitted;
 use super::gather::{first_radius, own_part};
 use super::map::Radii;
 use crate::integrator::Frame;
-use crate::integrator::medium::{self, Bodies};
+use crate::integrator::medium;
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::{ScatteringVertex, bsdf, drawn, shading_point};
+use crate::integrator::path_tracing::{ScatteringVertex, boundary, bsdf, drawn, shading_point, unhindered};
 use crate::integrator::shadow::ShadowRay;
-use crate::integrator::whitted::scatter;
+use crate::integrator::whitted::{WhittedVertex, scatter};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::draw::{draw_1d, draw_2d};
+use crate::scene::material::is_real;
+use crate::shading::boundary::Boundary;
 use crate::shading::classic::Shaded;
 use crate::shading::emitter::SHADOW_END;
 use crate::shading::surface::leave;
@@ -57,7 +59,7 @@ pub fn path(frame: &Frame, sample: u32, number: u32, photon: &Emitted) -> Path<f
     Path {
         origin: photon.origin,
         direction: photon.direction,
-        throughput: medium::emitted(frame, Wrapping(photon.medium), photon.flux, true),
+        throughput: medium::emitted(frame, Wrapping(photon.bodies), photon.flux, true),
         radiance: Color::black(),
         pixel: Wrapping(number),
         sample: Wrapping(sample),
@@ -67,7 +69,7 @@ pub fn path(frame: &Frame, sample: u32, number: u32, photon: &Emitted) -> Path<f
         facing: Wrapping(photon.density.to_bits()),
         width: if photon.falls { 0.0 } else { 1.0 },
         spread: 0.0,
-        medium: Wrapping(photon.medium),
+        bodies: Wrapping(photon.bodies),
         scatterings: Wrapping(0),
         travelled: 0.0,
         landing: Wrapping(0),
@@ -88,7 +90,7 @@ pub fn hit<F: Float>(
     let record = &frame.scene.materials[material as usize];
     let none = F::Mask::from_bits(0);
     let surface = Surface::new(&frame.scene.geometry, &path.ray(), hit, mask);
-    let flux = medium::passed(frame, path.throughput, path.medium, hit.t, mask);
+    let flux = medium::passed(frame, path.throughput, path.bodies, hit.t, mask);
     let flux = first_flux(path, flux, hit.t);
     let path = &Path { throughput: flux, width: F::zero(), ..*path };
     let mut out = PhotonOutcome {
@@ -101,13 +103,20 @@ pub fn hit<F: Float>(
         to_camera: ShadowRay::none(),
         place: (F::zero(), F::zero()),
     };
-    if record.unlit {
+    let boundary = boundary(&frame.scene, path, &surface, record, mask);
+    let gone = mask & boundary.gone;
+    if gone.any() {
+        let (next, again) = unhindered(path, &surface, &boundary, record, hit.t, F::zero());
+        (out.next, out.goes_on) = (next, gone & again);
+    }
+    let mask = mask & !gone;
+    if record.unlit || !mask.any() {
         return out;
     }
     if !record.makes_caustics() {
         out.lands = mask & !path.branch.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
         if out.lands.any() {
-            land(plan, radii, path, hit, material, &surface, &mut out);
+            land(plan, radii, path, (hit, material), &surface, &boundary, &mut out);
         }
         return out;
     }
@@ -115,12 +124,11 @@ pub fn hit<F: Float>(
     let point = shading_point(frame, path, hit, material, &surface, F::zero(), mask);
     let here = mask & !crate::integrator::ends::is_last(frame, path);
     let draws = if record.straight { mask } else { here };
-    let bodies = Bodies::new(path.medium, &surface, record, material);
     let vertex = ScatteringVertex {
         frame,
         photons: None,
         path,
-        bodies,
+        boundary,
         surface: &surface,
         point: &point,
         key,
@@ -129,19 +137,22 @@ pub fn hit<F: Float>(
         t: hit.t,
         width: F::zero(),
     };
-    let bsdf = bsdf(point.has(), frame, path, &point, key, draws);
+    let bsdf = bsdf(point.has(), frame, path, &point, &vertex.boundary.outside, key, draws);
     let drawn = drawn(frame, path, &bsdf, key, draws);
     let (mut next, goes_on) = vertex.onward(&drawn);
     let factor = shading_factor(path.direction, drawn.direction, bsdf.normal(), surface.geometric_normal);
     let bends = next.scatterings.eq(path.scatterings);
     let factor = F::select(bends, factor, F::one());
     // Light behind a boundary that bends it is counted as paths count it: see `medium::emitted`.
-    let square = F::splat(record.bending_square());
+    let index = vertex.boundary.outside.index;
+    let ratio = F::splat(if record.refracts() && is_real(record.ior) { record.ior } else { 1.0 }) / index;
+    let square = if record.refracts() { ratio * ratio } else { F::one() };
     let scale = F::select(surface.inside, square, F::one() / square);
     let factor = factor * F::select(drawn.through & !drawn.wide & bends, scale, F::one());
     next.throughput = next.throughput * factor;
     next.facing = path.facing;
-    (out.next, out.goes_on) = (next, goes_on);
+    out.next = Path::select(gone, &out.next, &next);
+    out.goes_on = out.goes_on | (mask & goes_on);
     out
 }
 
@@ -172,9 +183,9 @@ fn land<F: Float>(
     plan: &Plan,
     radii: Radii,
     path: &Path<F>,
-    hit: &HitLanes<F>,
-    material: u32,
+    (hit, material): (&HitLanes<F>, u32),
     surface: &Surface<F>,
+    boundary: &Boundary<F>,
     out: &mut PhotonOutcome<F>,
 ) {
     let (frame, scene) = (&plan.frame, &plan.frame.scene);
@@ -182,13 +193,13 @@ fn land<F: Float>(
     let point =
         ShadingPoint::new(scene, material, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
     let seen = Path { direction: eye.direction, landing: F::Int::splat(0), ..*path };
-    let bsdf = bsdf(point.has(), frame, &seen, &point, path.only_key(frame.seed), eye.mask);
+    let key = path.only_key(frame.seed);
+    let bsdf = bsdf(point.has(), frame, &seen, &point, &boundary.outside, key, eye.mask);
     let (value, pdf) = bsdf.evaluate(-path.direction, eye.mask);
     let radius = radii.of(first_radius(&seen, eye.width * F::splat(plan.pixels), &eye.surface));
     let own = own_part(density(path), radius, pdf, eye.cosine);
-    let bodies = Bodies::new(path.medium, surface, &scene.materials[material as usize], material);
     let through = eye.direction.dot(surface.geometric_normal).gt(F::zero());
-    out.to_camera = eye.ray(frame, path.throughput * value * own, bodies.beyond(through));
+    out.to_camera = eye.ray(frame, path.throughput * value * own, boundary.beyond(through));
 }
 
 /// The place where a photon has ended, as the camera sees it.
@@ -238,9 +249,9 @@ impl<F: Float> Eye<F> {
         Some(Self { view, direction, hit, surface, width, cosine, mask })
     }
 
-    /// The ray to the camera. `light` is value · |cos| times the photon's flux, `medium` the body that it begins in.
+    /// The ray to the camera. `light` is value · |cos| times the photon's flux, `bodies` what it begins in.
     #[inline(always)]
-    pub fn ray(&self, frame: &Frame, light: Color<F>, medium: F::Int) -> ShadowRay<F> {
+    pub fn ray(&self, frame: &Frame, light: Color<F>, bodies: F::Int) -> ShadowRay<F> {
         let Self { view, surface, cosine, .. } = self;
         let facing = view.to_camera.dot(surface.geometric_normal).abs();
         let light = light * (view.importance * facing / *cosine * F::splat(frame.around_square));
@@ -254,7 +265,7 @@ impl<F: Float> Eye<F> {
             },
             contribution: light,
             emitter: F::Int::splat(NONE),
-            medium,
+            bodies,
             mask: self.mask & light.max_component().gt(F::zero()),
         }
     }
@@ -272,7 +283,11 @@ pub fn hit_whitted<F: Float>(
     let (frame, none) = (&plan.frame, F::Mask::from_bits(0));
     let scene = &frame.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
-    let shaded = Shaded::new(scene, hit, &surface, path.direction, F::zero(), mask);
+    let mut shaded = Shaded::new(scene, hit, &surface, path.direction, F::zero(), mask);
+    let boundary = Boundary::<F>::new(&scene.bodies, path.bodies, &shaded.between, surface.inside, mask);
+    if boundary.gone.any() {
+        shaded = shaded.without(boundary.gone);
+    }
     let flux = first_flux(path, path.throughput, hit.t);
     let path = &Path { throughput: flux, width: F::zero(), ..*path };
     let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.branch.eq(F::Int::splat(0));
@@ -294,9 +309,9 @@ pub fn hit_whitted<F: Float>(
         // Light does not go through what is diffuse.
         let same_side = eye.surface.geometric_normal.dot(path.direction).lt(F::zero());
         let light = Color::select(same_side, flux * value, Color::black());
-        out.to_camera = eye.ray(frame, light, F::Int::splat(NONE));
+        out.to_camera = eye.ray(frame, light, path.bodies);
     }
-    let scatter = scatter(frame, path, &surface, &shaded, mask);
+    let scatter = scatter(frame, path, &surface, &shaded, &boundary, mask);
     let scale = F::one() / flux.luminance().max(F::splat(1e-30));
     let reflected = scatter.reflect_throughput.luminance() * scale;
     let refracted = scatter.refract_throughput.luminance() * scale;
@@ -306,21 +321,28 @@ pub fn hit_whitted<F: Float>(
     let (first, both) = (reflected / total, (reflected + refracted) / total);
     let reflects = scatter.reflects & number.lt(first);
     let refracts = scatter.refracts & !reflects & number.lt(both);
-    let direction = Vector::select(reflects, scatter.reflect, scatter.refract);
+    let vertex = WhittedVertex {
+        position: surface.position,
+        offset: surface.offset,
+        geometric_normal: surface.geometric_normal,
+        normal: shaded.normal,
+        model: shaded.model,
+    };
+    let (mirrored, bent) = (scatter.reflected(path, &vertex), scatter.refracted(path, &vertex));
+    let next = Path::select(reflects, &mirrored, &bent);
     let chance = F::select(reflects, first, both - first).max(F::splat(1e-6));
-    let throughput = Color::select(reflects, scatter.reflect_throughput, scatter.refract_throughput);
-    let square = shaded.ior * shaded.ior;
+    let ratio = shaded.ior / boundary.outside.index;
+    let square = ratio * ratio;
     let bent = F::select(surface.inside, square, F::one() / square.max(F::splat(1e-6)));
-    let bent = F::select(refracts & square.gt(F::zero()), bent, F::one());
-    let factor = shading_factor(path.direction, direction, shaded.normal, surface.geometric_normal) * bent;
+    let bent = F::select(refracts & !boundary.gone & square.gt(F::zero()), bent, F::one());
+    let factor =
+        shading_factor(path.direction, next.direction, shaded.normal, surface.geometric_normal) * bent;
+    let factor = F::select(boundary.gone, F::one(), factor);
     out.goes_on = reflects | refracts;
     out.next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, direction),
-        direction,
-        throughput: throughput * (factor / chance),
-        branch: F::Int::splat(1),
-        depth: path.depth + F::Int::splat(1),
-        ..*path
+        throughput: next.throughput * (factor / chance),
+        branch: F::Int::select(boundary.gone, path.branch, F::Int::splat(1)),
+        ..next
     };
     out
 }

@@ -18,6 +18,7 @@ use crate::integrator::presence::Traced;
 use crate::integrator::{Frame, wavefront::queue::Columns};
 use crate::math::{Color, Ray, Vector};
 use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::principled::parameters::Outside;
 use crate::shading::surface::leave;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, Outlined, dispatch};
@@ -420,7 +421,7 @@ impl<F: Float> Outlined for LookUp<'_, '_, F> {
         let surface = Surface::new(&frame.scene.geometry, &path.ray(), &hit, mask);
         let width = path.width + path.spread * hit.t;
         let point = ShadingPoint::new(&frame.scene, material, &hit, &surface, path.direction, width, mask);
-        let bsdf = bsdf(point.has(), frame, &path, &point, path.only_key(frame.seed), mask);
+        let bsdf = bsdf(point.has(), frame, &path, &point, &Outside::air(), path.only_key(frame.seed), mask);
         let normal = surface.geometric_normal;
         // No light goes through: all rays leave on the viewer's side.
         let origin = leave(surface.position, normal, surface.offset, normal);

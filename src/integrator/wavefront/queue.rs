@@ -159,7 +159,7 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
 }
 
 /// Paths: origin, direction, throughput, radiance, density, width, spread, way travelled;
-/// pixel, sample, branch, depth with scatterings, medium, facing, source; what they know of photons.
+/// pixel, sample, branch, depth with scatterings, bodies, facing, source; what they know of photons.
 ///
 /// The source is the hit of the wave that a path comes from, whose radiance it takes along
 /// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
@@ -212,7 +212,7 @@ impl PathQueue {
             pdf: q.float(12, at),
             width: q.float(13, at),
             spread: q.float(14, at),
-            medium: q.integer(4, at),
+            bodies: q.integer(4, at),
             facing: q.integer(5, at),
             scatterings: q.integer::<F::Int>(3, at).shr::<DEPTH_BITS>(),
             travelled: q.float(15, at),
@@ -242,7 +242,7 @@ impl PathQueue {
             pdf: F::gather(&f[12], places, mask),
             width: F::gather(&f[13], places, mask),
             spread: F::gather(&f[14], places, mask),
-            medium: F::Int::gather(&i[4], places, mask),
+            bodies: F::Int::gather(&i[4], places, mask),
             facing: F::Int::gather(&i[5], places, mask),
             scatterings: bounces.shr::<DEPTH_BITS>(),
             travelled: F::gather(&f[15], places, mask),
@@ -257,9 +257,9 @@ impl PathQueue {
         let Path { pdf, width, spread, travelled, .. } = *path;
         let floats =
             [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, pdf, width, spread, travelled];
-        let Path { pixel, sample, branch, depth, medium, facing, scatterings, .. } = *path;
+        let Path { pixel, sample, branch, depth, bodies, facing, scatterings, .. } = *path;
         let bounces = depth | scatterings.shl::<DEPTH_BITS>();
-        let integers = [pixel, sample, branch, bounces, medium, facing, source];
+        let integers = [pixel, sample, branch, bounces, bodies, facing, source];
         self.columns.pack::<F>(at, mask, floats, integers);
         if !self.landing.is_empty() {
             path.landing.compress(mask, &mut self.landing[at..]);

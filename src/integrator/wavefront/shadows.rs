@@ -12,6 +12,7 @@ use crate::integrator::straight::arriving;
 use crate::integrator::{Frame, Stage};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::scene::Material;
+use crate::scene::bodies::{Body, NOWHERE};
 use crate::simd::{Float, Level};
 use crate::world::Transport;
 
@@ -24,8 +25,8 @@ pub struct ShadowQueue {
     rays: Columns<10, 1>,
     /// The emitters that they lead to, if some can be hit.
     emitters: Option<Columns<0, 1>>,
-    /// The materials of the bodies that they begin in, if the scene has bodies that absorb or scatter light.
-    media: Option<Columns<0, 1>>,
+    /// The bodies that they begin in, if that makes a difference to what arrives.
+    bodies: Option<Columns<0, 1>>,
     /// Whether each goes straight through something; empty if nothing lets rays through.
     passes: Vec<AtomicBool>,
 }
@@ -40,14 +41,15 @@ impl ShadowQueue {
         Self {
             rays: Columns::new(capacity),
             emitters: frame.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
-            media: any(Material::attenuates).then(|| Columns::new(capacity)),
+            bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.straight))
+                .then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
         }
     }
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        let optional = [&self.emitters, &self.media].into_iter().flatten().map(Columns::bytes);
+        let optional = [&self.emitters, &self.bodies].into_iter().flatten().map(Columns::bytes);
         self.rays.bytes() + optional.sum::<usize>() + self.passes.len()
     }
 
@@ -69,20 +71,20 @@ impl ShadowQueue {
     /// Forgets all rays.
     fn clear(&mut self) {
         self.rays.clear();
-        self.emitters.iter_mut().chain(&mut self.media).for_each(Columns::clear);
+        self.emitters.iter_mut().chain(&mut self.bodies).for_each(Columns::clear);
     }
 
     /// Appends rays.
     #[inline(always)]
     pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
-        let ShadowRay { ray, contribution: c, emitter, medium, mask } = *shadow;
+        let ShadowRay { ray, contribution: c, emitter, bodies, mask } = *shadow;
         let Ray { origin: o, direction: d, t_max, .. } = ray;
         self.rays.append::<F>(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_max, c.r, c.g, c.b], [target]);
         if let Some(emitters) = &mut self.emitters {
             emitters.append::<F>(mask, [], [emitter]);
         }
-        if let Some(media) = &mut self.media {
-            media.append::<F>(mask, [], [medium]);
+        if let Some(column) = &mut self.bodies {
+            column.append::<F>(mask, [], [bodies]);
         }
     }
 
@@ -117,9 +119,9 @@ impl ShadowQueue {
         self.emitters.as_ref().map_or(NONE, |emitters| emitters.integers(0)[i])
     }
 
-    /// The material of the body in which one begins, or [`NONE`].
-    fn medium(&self, i: usize) -> u32 {
-        self.media.as_ref().map_or(NONE, |media| media.integers(0)[i])
+    /// The bodies in which one begins.
+    fn bodies(&self, i: usize) -> u32 {
+        self.bodies.as_ref().map_or(NOWHERE, |bodies| bodies.integers(0)[i])
     }
 
     /// What arrives along each and at which hit.
@@ -187,14 +189,14 @@ impl Wave {
     /// bodies where they begin; clamped.
     fn weaken(&mut self, frame: &Frame, level: Level, count: usize) {
         let clamps = frame.transport == Transport::Path && frame.clamp.is_some();
-        if self.shadow.media.is_none() && self.shadow.passes.is_empty() && !clamps {
+        if self.shadow.bodies.is_none() && self.shadow.passes.is_empty() && !clamps {
             return;
         }
         for i in (0..count).filter(|i| self.occluded[*i] == 0) {
-            let medium = self.shadow.medium(i);
+            let bodies = self.shadow.bodies(i);
             let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
-            let attenuates = |medium: u32| frame.scene.materials[medium as usize].attenuates();
-            let is_weakened = passes || (medium != NONE && attenuates(medium));
+            let attenuates = |body: &Body| frame.scene.materials[body.material as usize].attenuates();
+            let is_weakened = passes || frame.scene.bodies.filling(bodies).is_some_and(attenuates);
             if !is_weakened && !clamps {
                 continue;
             }
@@ -202,8 +204,8 @@ impl Wave {
             let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
             let contribution = Color::new(r, g, b);
             let left = if is_weakened {
-                let [emitter, medium] = [self.shadow.emitter(i), medium].map(std::num::Wrapping);
-                let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, medium, mask: true };
+                let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
+                let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
                 let (stack, room) = (&mut self.stack, &mut self.crossings);
                 arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black())
             } else {

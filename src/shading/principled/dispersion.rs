@@ -5,9 +5,9 @@
 
 use crate::math::Color;
 use crate::shading::fresnel;
-use crate::simd::Float;
+use crate::simd::{Float, Mask};
 
-use super::parameters::Parameters;
+use super::parameters::{Outside, Parameters};
 
 /// Where the sensitivities to red, green and blue light (linear Rec. 709) have their peaks, nm.
 const PEAKS: [f32; 3] = [605.0, 540.0, 450.0];
@@ -42,44 +42,73 @@ impl<F: Float> Spectrum<F> {
 /// Index of refraction at a wavelength in nm, given that at 587.6 nm: Cauchy's equation, with the
 /// numbers of the extension.
 #[inline(always)]
-pub fn ior<F: Float>(middle: f32, dispersion: f32, wavelength: F) -> F {
-    let slope = (middle - 1.0) * dispersion / 20.0;
+pub fn ior<F: Float>(middle: F, dispersion: F, wavelength: F) -> F {
+    let slope = (middle - F::one()) * dispersion / F::splat(20.0);
     let place = F::splat(523_655.0) / (wavelength * wavelength) - F::splat(1.5168);
-    (F::splat(middle) + F::splat(slope) * place).max(F::splat(middle.min(1.0)))
+    (middle + slope * place).max(middle.min(F::one()))
+}
+
+/// What a boundary refracts differently.
+pub struct Dispersive<'a, F: Float> {
+    /// Index of refraction of the body that it encloses.
+    pub ior: f32,
+    /// 20 / Abbe number.
+    pub dispersion: f32,
+    /// What lies outside it.
+    pub outside: &'a Outside<F>,
+    /// Where light comes from within.
+    pub inside: F::Mask,
+}
+
+impl<F: Float> Dispersive<'_, F> {
+    /// The index on light's side over that on the other, at a wavelength.
+    #[inline(always)]
+    fn eta(&self, wavelength: F) -> F {
+        let outside = self.outside;
+        let own = ior(F::splat(self.ior), F::splat(self.dispersion), wavelength);
+        if outside.is_air {
+            return F::select(self.inside, own, F::one() / own);
+        }
+        let other = ior(outside.index, outside.dispersion, wavelength);
+        F::select(self.inside, own / other, other / own)
+    }
+
+    /// The lanes in which it does.
+    #[inline(always)]
+    fn disperses(&self) -> F::Mask {
+        let all = F::Mask::from_bits(u32::MAX);
+        if self.dispersion > 0.0 { all } else { self.outside.dispersion.gt(F::zero()) }
+    }
 }
 
 impl<F: Float> Parameters<F> {
     /// Chooses a wavelength by two numbers: a path of that throughput follows it if it goes through.
     #[inline(always)]
-    pub fn split(&mut self, ior: f32, dispersion: f32, inside: F::Mask, throughput: Color<F>, u: (F, F)) {
-        let zero = F::zero();
+    pub fn split(&mut self, boundary: &Dispersive<F>, throughput: Color<F>, u: (F, F)) {
+        let (zero, one) = (F::zero(), F::one());
         let place = tent(u.1) * F::splat(HALF_WIDTH);
         let [red, green, blue] = PEAKS.map(F::splat);
-        let etas = Color::new(
-            eta(ior, dispersion, inside, red + place),
-            eta(ior, dispersion, inside, green + place),
-            eta(ior, dispersion, inside, blue + place),
-        );
+        let etas =
+            Color::new(boundary.eta(red + place), boundary.eta(green + place), boundary.eta(blue + place));
         let Color { r, g, b } = throughput;
         let (sum, least) = (r + g + b, F::splat(1e-30));
         let chosen = u.0 * sum;
         let red = chosen.lt(r);
         let red_or_green = red | chosen.lt(r + g);
-        self.eta = F::select(red, etas.r, F::select(red_or_green, etas.g, etas.b));
+        let followed = F::select(red, etas.r, F::select(red_or_green, etas.g, etas.b));
         let (r, g, b) = (sum / r.max(least), sum / g.max(least), sum / b.max(least));
         let tint = Color::new(
             F::select(red, r, zero),
             F::select(red, zero, F::select(red_or_green, g, zero)),
             F::select(red_or_green, zero, b),
         );
-        self.spectrum = Spectrum { etas, tint };
+        let disperses = boundary.disperses();
+        self.spectrum = Spectrum {
+            etas: Color::select(disperses, etas, Color::grey(self.eta)),
+            tint: Color::select(disperses, tint, Color::grey(one)),
+        };
+        self.eta = F::select(disperses, followed, self.eta);
     }
-}
-
-#[inline(always)]
-fn eta<F: Float>(middle: f32, dispersion: f32, inside: F::Mask, wavelength: F) -> F {
-    let ior = ior(middle, dispersion, wavelength);
-    F::select(inside, ior, F::one() / ior)
 }
 
 /// −1 to 1, most likely 0: the inverse of a tent's distribution.
@@ -101,6 +130,11 @@ mod tests {
     use std::num::Wrapping;
 
     const DISPERSION: f32 = 2.0;
+    const AIR: Outside<f32> = Outside { is_air: true, index: 1.0, dispersion: 0.0 };
+
+    fn glass_in_air(inside: bool) -> Dispersive<'static, f32> {
+        Dispersive { ior: 1.5, dispersion: DISPERSION, outside: &AIR, inside }
+    }
 
     #[test]
     fn indices_follow_from_the_abbe_number() {
@@ -131,7 +165,7 @@ mod tests {
                 let count = 1 << 17;
                 for i in 0..count {
                     let number = |d| sobol::two::<f32>(Wrapping(i), Wrapping(d));
-                    p.split(1.5, DISPERSION, inside, carried, number(1));
+                    p.split(&glass_in_air(inside), carried, number(1));
                     let sampled = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true).sample(
                         number(2).0,
                         number(3),
@@ -171,9 +205,9 @@ mod tests {
         for i in 0..1000 {
             let u = sobol::two(Wrapping(i), Wrapping(1));
             let white = Color::grey(0.37);
-            p.split(1.5, DISPERSION, false, white, u);
+            p.split(&glass_in_air(false), white, u);
             let (first, index) = (white * p.spectrum.tint, 1.0 / p.eta);
-            p.split(1.5, DISPERSION, true, first * 0.77, u);
+            p.split(&glass_in_air(true), first * 0.77, u);
             assert!((p.eta - index).abs() < 1e-6);
             let second = colors(first * p.spectrum.tint);
             for (a, b) in colors(first).into_iter().zip(second) {

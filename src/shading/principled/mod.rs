@@ -30,16 +30,18 @@ use crate::math::{Color, NONE};
 use crate::simd::Float;
 use dispersion::Spectrum;
 use ggx::Ggx;
-use parameters::{Coat, Has, Parameters, Sheen};
+use parameters::{Coat, Has, Outside, Parameters, Sheen};
 use thin_film::ThinFilm;
 
 /// Narrower than this the distribution is a spike that floats cannot hold.
 const NARROWEST: f32 = 1e-4;
+/// Index of refraction of the clear layer (KHR_materials_clearcoat).
+const COAT_IOR: f32 = 1.5;
 
 impl<F: Float> ShadingPoint<'_, F> {
     /// The parameters of the lobes that there are.
     #[inline(always)]
-    pub fn parameters(&self, has: Has) -> Parameters<F> {
+    pub fn parameters(&self, has: Has, outside: &Outside<F>) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
         let (one, zero) = (F::one(), F::zero());
         let base = self.base_color();
@@ -63,14 +65,14 @@ impl<F: Float> ShadingPoint<'_, F> {
                 weight: zero,
                 roughness: zero,
                 frame: vertex_frame,
-                f0: Color::splat(m.coat_f0.into()),
+                f0: self.coat_f0(outside),
                 f90: Color::splat(m.coat_f90.into()),
             },
             sheen: Sheen { color: Color::black(), roughness: zero },
             film: ThinFilm { weight: zero, thickness: zero, ior: one },
         };
         if has.specular || has.transmission {
-            self.mirror(&mut p, base);
+            self.mirror(&mut p, base, outside);
         }
         // The fraction of what enters that is neither transmitted by microfacets nor left to metal.
         let mut scattered = one - p.metallic;
@@ -79,8 +81,7 @@ impl<F: Float> ShadingPoint<'_, F> {
             scattered = scattered * (one - part);
             p.through = base * (part * (one - p.metallic));
             p.diffuse = p.diffuse * (one - part);
-            let inside = F::splat(m.ior);
-            p.eta = F::select(self.surface.inside, inside, one / inside);
+            p.eta = outside.eta(m, self.surface.inside);
         }
         if has.back {
             let part = scalar(&m.diffuse_transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
@@ -150,12 +151,12 @@ impl<F: Float> ShadingPoint<'_, F> {
 
     /// Reflectance and roughness of the mirror lobe, and what it leaves to the diffuse one.
     #[inline(always)]
-    fn mirror(&self, p: &mut Parameters<F>, base: Color<F>) {
+    fn mirror(&self, p: &mut Parameters<F>, base: Color<F>, outside: &Outside<F>) {
         let (m, textures, one) = (self.material, self.tables.textures, F::one());
         let metallic = scalar(&m.metallic, textures, &self.at, self.mask).clamp(0.0, 1.0);
         let rough = scalar(&m.roughness, textures, &self.at, self.mask).clamp(0.0, 1.0);
         let strength = scalar(&m.specular, textures, &self.at, self.mask);
-        let tint = color(&m.specular_color, textures, &self.at, self.mask) * F::splat(m.f0);
+        let tint = color(&m.specular_color, textures, &self.at, self.mask) * self.f0(outside);
         let straight = tint.clamp(0.0, 1.0) * strength;
         p.metallic = metallic;
         p.f0 = straight;
@@ -169,6 +170,23 @@ impl<F: Float> ShadingPoint<'_, F> {
         }
         let limit = F::splat(NARROWEST);
         p.ggx = Ggx { x: p.ggx.x.max(limit), y: p.ggx.y.max(limit) };
+    }
+
+    /// Reflectance straight on of what is no metal, without strength and colour.
+    #[inline(always)]
+    fn f0(&self, outside: &Outside<F>) -> F {
+        let m = self.material;
+        if m.constant_fresnel { F::splat(m.f0) } else { outside.reflectance(m.ior, m.f0) }
+    }
+
+    /// That of the clear layer.
+    #[inline(always)]
+    fn coat_f0(&self, outside: &Outside<F>) -> Color<F> {
+        let m = self.material;
+        if m.constant_fresnel || outside.is_air {
+            return Color::splat(m.coat_f0.into());
+        }
+        Color::grey(outside.reflectance(COAT_IOR, m.coat_f0[0]))
     }
 
     /// Microfacets stretched in one direction (KHR_materials_anisotropy).

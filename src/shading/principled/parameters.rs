@@ -5,6 +5,8 @@ use super::dispersion::Spectrum;
 use super::ggx::Ggx;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Vector};
+use crate::scene::Material;
+use crate::scene::material::is_real;
 use crate::simd::Float;
 
 /// Which lobes a material has at all: the same for all lanes, so that what it lacks costs nothing.
@@ -83,6 +85,56 @@ pub struct Sheen<F: Float> {
     pub color: Color<F>,
     /// Perceptual roughness.
     pub roughness: F,
+}
+
+/// What lies outside a surface: air, or a body that it is in.
+#[derive(Clone, Copy)]
+pub struct Outside<F: Float> {
+    /// Whether it is air in all lanes.
+    pub is_air: bool,
+    /// Its index of refraction.
+    pub index: F,
+    /// As [`Material::dispersion`].
+    pub dispersion: F,
+}
+
+impl<F: Float> Outside<F> {
+    /// Air in all lanes.
+    #[inline(always)]
+    pub fn air() -> Self {
+        Self { is_air: true, index: F::one(), dispersion: F::zero() }
+    }
+
+    /// Where there is something else than air.
+    #[inline(always)]
+    fn is_dense(&self) -> F::Mask {
+        !self.index.eq(F::one())
+    }
+
+    /// Reflectance straight on of a dielectric that has such an index and that reflectance in air.
+    #[inline(always)]
+    pub(super) fn reflectance(&self, ior: f32, in_air: f32) -> F {
+        let in_air = F::splat(in_air);
+        if self.is_air || !is_real(ior) {
+            return in_air;
+        }
+        let ior = F::splat(ior);
+        let ratio = (ior - self.index) / (ior + self.index);
+        F::select(self.is_dense(), ratio * ratio, in_air)
+    }
+
+    /// The index on the viewer's side over that on the other side of a boundary of rough or smooth glass.
+    #[inline(always)]
+    pub(super) fn eta(&self, material: &Material, inside: F::Mask) -> F {
+        let ior = F::splat(material.ior);
+        let eta = F::select(inside, ior / self.index, self.index / ior);
+        if self.is_air || material.roughness.is_zero() {
+            return eta;
+        }
+        // Microfacets between equal indices would have no half vector.
+        let bends = (eta - F::one()).abs().gt(F::splat(5e-5));
+        F::select(bends, eta, F::splat(1.0 + 1e-4))
+    }
 }
 
 /// A surface's parameters at a point.

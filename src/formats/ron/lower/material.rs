@@ -69,6 +69,9 @@ impl<'a> Lowering<'_, 'a> {
         let ior = read.ior.map(|raw| source.positive(raw, "an index of refraction")).transpose()?;
         let mut material = if ior.is_some() { glass() } else { BlinnPhong::default() };
         material.ior = ior;
+        if let Some(raw) = read.priority {
+            material.priority = source.priority(raw)?;
+        }
         if let Some(raw) = read.diffuse {
             material.diffuse = self.color_input(raw, "a diffuse colour")?;
         }

@@ -144,6 +144,9 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = read.thickness_m {
             volume.thickness = source.at_least_zero(raw, "thickness_m")?;
         }
+        if let Some(raw) = read.priority {
+            volume.priority = source.priority(raw)?;
+        }
         Ok(volume)
     }
 

@@ -25,7 +25,7 @@ const ALL: &str = r#"
     normal: (texture: Image("n.png"), scale: 0.5), emission: (10, 5, 0), double_sided: true, unlit: true,
     ior: 1.33, specular: 0.5, specular_color: (1, 0.5, 2),
     transmission: Texture(image: "b.png", channel: Blue, factor: 0.75, uv_set: 1),
-    volume: (attenuation_color: (0.5, 0.75, 1), attenuation_distance_m: 0.125, thickness_m: 0.25), dispersion: 0.5,
+    volume: (attenuation_color: (0.5, 0.75, 1), attenuation_distance_m: 0.125, thickness_m: 0.25, priority: -2), dispersion: 0.5,
     diffuse_transmission: 0.25, diffuse_transmission_color: (1, 0.5, 0.25),
     clearcoat: 1, clearcoat_roughness: 0.125, clearcoat_normal: Image("n.png"),
     sheen_color: 0.5, sheen_roughness: 0.25,
@@ -60,6 +60,7 @@ fn every_key_is_read() {
         attenuation_color: Rgb::new(0.5, 0.75, 1.0),
         attenuation_distance: 0.125,
         thickness: 0.25,
+        priority: -2,
         ..Volume::CLEAR
     };
     assert_eq!(material.volume, Some(volume));
@@ -140,6 +141,7 @@ fn mistakes_are_reported() {
         ),
         ("iridescence: (ior: 0.9)", "a film's index of refraction must be at least 1, not 0.9"),
         ("volume: (attenuation_distance_m: 0)", "attenuation_distance_m must be above 0, not 0"),
+        ("volume: (priority: 0.5)", "priority must be a whole number from -1000 to 1000, not 0.5"),
         ("volume: (attenuation_colour: 0)", "unknown field \"attenuation_colour\" in a volume (did you mean"),
     ] {
         let found = message(keys);

@@ -305,9 +305,9 @@ fn camera() -> impl Strategy<Value = Camera> {
 fn material() -> impl Strategy<Value = BlinnPhong> {
     let input = || color().prop_map(ColorInput::Constant);
     let highlight = prop::sample::select(vec![Highlight::Blinn, Highlight::Phong]);
-    let numbers = (positive(), prop::option::of(positive()));
+    let numbers = (positive(), prop::option::of(positive()), -1000..=1000);
     (input(), input(), numbers, highlight, input(), color(), input()).prop_map(
-        |(diffuse, specular, (shininess, ior), highlight, kr, kt, emission)| BlinnPhong {
+        |(diffuse, specular, (shininess, ior, priority), highlight, kr, kt, emission)| BlinnPhong {
             diffuse,
             specular,
             shininess,
@@ -315,6 +315,7 @@ fn material() -> impl Strategy<Value = BlinnPhong> {
             kr,
             kt,
             ior,
+            priority,
             emission,
         },
     )

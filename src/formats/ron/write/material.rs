@@ -27,7 +27,8 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn blinn_phong(mut self, material: &BlinnPhong) -> Written {
-        let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, emission } = material;
+        let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, priority, emission } =
+            material;
         let default = if ior.is_some() { glass() } else { BlinnPhong::default() };
         self.color("diffuse", diffuse, &default.diffuse)?;
         self.color("specular", specular, &default.specular)?;
@@ -39,6 +40,7 @@ impl Writer<'_> {
         if let Some(ior) = ior {
             self.keys.push("ior", number(*ior)?);
         }
+        self.keys.push_unless(*priority == 0, "priority", || Ok(priority.to_string()))?;
         self.color("emission", emission, &default.emission)?;
         Ok(self.keys.finish("BlinnPhong"))
     }
@@ -131,6 +133,7 @@ impl Writer<'_> {
             multiscatter_color,
             scatter_anisotropy,
             thickness,
+            priority,
         } = volume;
         let mut keys = Keys::default();
         let is_default = same(&attenuation_color.to_array(), &Rgb::WHITE.to_array());
@@ -142,6 +145,7 @@ impl Writer<'_> {
         let is_default = *scatter_anisotropy == 0.0;
         keys.push_unless(is_default, "scatter_anisotropy", || number(*scatter_anisotropy))?;
         keys.push_unless(*thickness == 0.0, "thickness_m", || number(*thickness))?;
+        keys.push_unless(*priority == 0, "priority", || Ok(priority.to_string()))?;
         self.keys.push("volume", keys.finish(""));
         Ok(())
     }

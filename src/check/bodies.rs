@@ -1,0 +1,76 @@
+//! Bodies within bodies: whether paths know them all, and what is around each.
+
+use super::{Checked, Finding};
+use crate::bvh::Stack;
+use crate::math::Vector;
+use crate::render::camera_medium::crossed;
+use crate::world::{Material, World};
+
+/// The most places that are looked at.
+const MOST: usize = 256;
+
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+    let levels = checked.scene.bodies.levels();
+    if let Some(names) = nested(checked, levels as usize) {
+        findings.push(Finding::new(
+            None,
+            format!(
+                "{} bodies are within each other in one place, and paths know of {levels}: {}",
+                names.len(),
+                names.join(", ")
+            ),
+            "close their surfaces, if some have holes; or fewer kinds of bodies",
+        ));
+    }
+    findings.extend(thinner_than_air(checked.world));
+}
+
+/// The names of bodies that are all in the same place, if they are too many for a path.
+fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
+    let scene = checked.scene;
+    if scene.materials.iter().all(|material| material.body == 0) {
+        return None;
+    }
+    let mut stack = Stack::new(&scene.bvh);
+    let far = scene.bounds.size().length();
+    for (features, place) in checked.probes.seen().take(MOST) {
+        // Straight through what is seen.
+        let [x, y, z] = features.normal.map(|c| -c);
+        let direction = Vector::new(x, y, z);
+        if direction.dot(direction) < 0.5 {
+            continue;
+        }
+        let direction = direction.normalize();
+        let origin = Vector::new(place.x, place.y, place.z) - direction * far;
+        let mut within: Vec<u32> = Vec::new();
+        for surface in crossed(scene, origin, direction, &mut stack) {
+            match within.iter().position(|entity| *entity == surface.entity) {
+                Some(at) if surface.inside => drop(within.remove(at)),
+                None if !surface.inside => within.push(surface.entity),
+                _ => {}
+            }
+            if within.len() > levels {
+                return Some(within.into_iter().map(|entity| checked.name(entity)).collect());
+            }
+        }
+    }
+    None
+}
+
+/// An index below that of air was that of the inside over the outside, before bodies knew what is around them.
+fn thinner_than_air(world: &World) -> Option<Finding> {
+    let ior = |material: &Material| match material {
+        Material::BlinnPhong(material) => material.ior,
+        Material::Principled(material) => material.volume.map(|_| material.ior),
+    };
+    let materials = || world.assets.materials.iter().filter_map(|named| Some((named, ior(&named.material)?)));
+    let (thin, ior) = materials().find(|(_, ior)| *ior > 0.0 && *ior < 1.0)?;
+    materials().find(|(_, ior)| *ior > 1.0)?;
+    Some(Finding::new(
+        thin.name.as_deref(),
+        format!(
+            "its index of refraction is {ior}, below that of air; what is around a body is known from its surroundings"
+        ),
+        "ior: 1 for a bubble of air, wherever it is",
+    ))
+}

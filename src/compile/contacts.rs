@@ -1,0 +1,109 @@
+//! Bodies that touch: two triangles in the same place, of which one is the boundary of each body, become one boundary
+//! between both. A path that left a body by one of them would miss the other, which is not behind it.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
+use crate::scene::material::Coverage;
+use crate::scene::{Geometry, Material};
+
+/// Records to which others are added, with their names and the first records of those that were added.
+pub(super) struct Records<'a> {
+    pub materials: &'a mut Vec<Material>,
+    pub names: &'a mut Vec<String>,
+    pub added: &'a mut Vec<u32>,
+}
+
+/// Lets one of any two triangles that lie in the same place and face each other's way stand for both. Meshes that have
+/// instances are left out.
+pub(super) fn join(geometry: Arc<Geometry>, records: Records) -> Arc<Geometry> {
+    let of_part = |part: u32| &records.materials[geometry.parts.material[part as usize] as usize];
+    let is_boundary = |part: &u32| {
+        let material = of_part(*part);
+        material.body != 0 && material.coverage == Coverage::Whole && !material.emits() && !material.unlit
+    };
+    if (0..geometry.parts.material.len() as u32).filter(is_boundary).take(2).count() < 2 {
+        return geometry;
+    }
+    let (mut alone, mut pairs) = (HashMap::new(), Vec::new());
+    for triangle in 0..geometry.world_triangles {
+        let part = geometry.triangle_parts[triangle as usize];
+        if !is_boundary(&part) {
+            continue;
+        }
+        let (place, faces) = place(&geometry, triangle, part);
+        match alone.entry((place, !faces)) {
+            Entry::Occupied(other) => pairs.push((other.remove(), triangle)),
+            Entry::Vacant(_) => {
+                alone.insert((place, faces), triangle);
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return geometry;
+    }
+    let mut joined = Joined { geometry: Arc::unwrap_or_clone(geometry), records, parts: HashMap::new() };
+    for (kept, other) in pairs {
+        let number = joined.material(other).body;
+        joined.change(kept, number);
+        joined.change(other, HIDDEN);
+    }
+    Arc::new(joined.geometry)
+}
+
+/// Instead of the number of a body: the triangle is not there.
+const HIDDEN: u32 = u32::MAX;
+
+/// A triangle's corners whatever their order, and which way around they go.
+fn place(geometry: &Geometry, triangle: u32, part: u32) -> ([[u32; 3]; 3], bool) {
+    // A zero has one sign.
+    let corner = |vertex: u32| geometry.positions[vertex as usize].map(|c| (c + 0.0).to_bits());
+    let mut corners = geometry.triangles[triangle as usize].map(corner);
+    let first = (0..3).min_by_key(|place| corners[*place]).unwrap_or(0);
+    corners.rotate_left(first);
+    let is_sorted = corners[1] <= corners[2];
+    if !is_sorted {
+        corners.swap(1, 2);
+    }
+    (corners, is_sorted != (geometry.parts.sign[part as usize] < 0.0))
+}
+
+/// A geometry some of whose triangles have other materials than before.
+struct Joined<'a> {
+    geometry: Geometry,
+    records: Records<'a>,
+    /// New parts by old ones and what their materials border on.
+    parts: HashMap<(u32, u32), u32>,
+}
+
+impl Joined<'_> {
+    fn material(&self, triangle: u32) -> &Material {
+        let part = self.geometry.triangle_parts[triangle as usize];
+        &self.records.materials[self.geometry.parts.material[part as usize] as usize]
+    }
+
+    /// Gives a triangle a material that borders on a body, or is not there.
+    fn change(&mut self, triangle: u32, beside: u32) {
+        let old = self.geometry.triangle_parts[triangle as usize];
+        let material = *self.material(triangle);
+        let Self { geometry, records, parts } = self;
+        let new = *parts.entry((old, beside)).or_insert_with(|| {
+            let part = geometry.part(old);
+            let changed = if beside == HIDDEN {
+                Material { hidden: true, ..material }
+            } else {
+                Material { beside, ..material }
+            };
+            records.materials.push(changed);
+            records.names.push(records.names[part.material as usize].clone());
+            // Sheets' records are others of first ones, too.
+            let own = records.names.len() - 1 - records.added.len();
+            let first =
+                (part.material as usize).checked_sub(own).map_or(part.material, |at| records.added[at]);
+            records.added.push(first);
+            geometry.add_part(crate::scene::Part { material: records.materials.len() as u32 - 1, ..part })
+        });
+        geometry.triangle_parts[triangle as usize] = new;
+    }
+}
