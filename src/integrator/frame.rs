@@ -47,6 +47,8 @@ pub struct Frame {
     pub adaptive: Adaptive,
     /// Photons for each pixel in each sample, and the first radius in widths of a pixel, if there may be any.
     pub photons: Option<(f32, f32)>,
+    /// Whether photons are left out where they would only make single dots.
+    pub chooses_photons: bool,
     /// Albedos of the lobes that its materials have under the path transport.
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
@@ -108,6 +110,7 @@ impl Frame {
             sharing,
             adaptive: settings.adaptive,
             unit,
+            chooses_photons: settings.caustics == Caustics::Auto,
             photons: settings.caustics.numbers().filter(|_| has_caustics),
             lobes,
             around_square,

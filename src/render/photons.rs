@@ -2,9 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::camera_medium;
+use std::sync::Arc;
+
+use super::{Options, Session, camera_medium};
 use crate::bvh::{Asker, Stack, closest_ray};
 use crate::integrator::path::{Path, pack_pixel};
+use crate::integrator::photons::draw::{is_in_image, view};
 use crate::integrator::photons::gather::first_radius;
 use crate::integrator::photons::targets::targets;
 use crate::integrator::photons::{Landed, OfSample, Plan, emission::Emission};
@@ -13,7 +16,7 @@ use crate::integrator::photons::{draw::Splat, map::Photon};
 use crate::integrator::presence::Traced;
 use crate::integrator::recursive::Recursion;
 use crate::integrator::{Frame, Statistics, Stop, Worker, begin, path_tracing, whitted};
-use crate::math::Vec3;
+use crate::math::{Color, Vec3, Vector};
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, Surface};
 use crate::simd::Level;
@@ -29,6 +32,8 @@ const PILOT: u32 = 1 << 12;
 const PILOT_SAMPLE: u32 = u32::MAX;
 /// Camera rays along the longer side of the image that measure pixels.
 const LONGER_SIDE: u32 = 48;
+/// The most rays of a tile of the small image whose brightness is measured.
+const MOST_RAYS: u64 = 1 << 21;
 /// The most mirrors and panes before something else.
 const MOST_BENDS: usize = 32;
 /// About how many photons of all samples may be in memory at once, unless one sample has more: 60 bytes each.
@@ -49,7 +54,42 @@ pub fn plan(frame: &Frame, stop: &Stop) -> Option<Plan> {
     let numbers = 0..PILOT;
     let statistics = &mut Statistics::default();
     let landed = worker.trace_photons(&plan, Level::detect(), PILOT_SAMPLE, numbers, statistics, stop);
-    (!landed.photons.is_empty()).then_some(plan)
+    let any = !landed.photons.is_empty() && !stop.is_set();
+    (any && (!frame.chooses_photons || are_enough(frame, &plan, &landed, stop))).then_some(plan)
+}
+
+/// Whether photons lie so close together that they make a picture, and no single bright dots. Those of the sun on a lake
+/// would not: an image is better without their light. What photons bring to a pixel, in this many samples, should not
+/// deviate by more than so many times the brightness of the image.
+const SAMPLES: f64 = 16.0;
+const DEVIATION: f64 = 4.0;
+/// About the light that a surface sends to the camera of what falls on it: half of it, evenly.
+const SENT: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
+
+fn are_enough(frame: &Frame, plan: &Plan, landed: &Landed, stop: &Stop) -> bool {
+    let mut squares = 0.0;
+    for (_, photon) in &landed.photons {
+        let [x, y, z] = photon.position;
+        // As if nothing were between: it may be seen in mirrors, or through glass.
+        let view = view(frame, Vector::new(x, y, z), (0.5, 0.5));
+        if is_in_image(frame, &view) {
+            let facing = view.to_camera.dot(photon.normal()).abs();
+            let [r, g, b] = photon.flux;
+            let light = f64::from(Color::new(r, g, b).luminance() * SENT * view.importance * facing);
+            squares += light * light;
+        }
+    }
+    let pixels = f64::from(frame.size[0]) * f64::from(frame.size[1]);
+    let of_a_sample = squares * f64::from(plan.count()) / f64::from(PILOT) / pixels;
+    let deviation = (of_a_sample / SAMPLES).sqrt();
+    // Without photons: their light is what is in question.
+    let small = Frame { photons: None, ..frame.small(LONGER_SIDE) };
+    let mut session = Session::of(Arc::new(small), 1, Options::default());
+    session.advance_until(1, &stop.or_after_rays(MOST_RAYS), &|_| ());
+    let light = session.film().radiance();
+    let mean =
+        light.iter().map(|pixel| f64::from(pixel.luminance())).sum::<f64>() / light.len().max(1) as f64;
+    mean <= 0.0 || deviation <= DEVIATION * mean
 }
 
 /// The mean of the radii at the first surfaces where photons may end, as a few of the camera's rays find them; none if
@@ -148,139 +188,4 @@ pub fn trace(plan: &Plan, samples: Range<u32>, stop: &Stop, with: &Lend) -> Opti
     }
     let of_samples: Vec<&[Landed]> = landed.chunks(chunks.max(1) as usize).collect();
     Some(samples.into_par_iter().zip(of_samples).map(|(sample, some)| plan.of_sample(sample, some)).collect())
-}
-
-#[cfg(all(test, feature = "formats"))]
-mod tests {
-    use super::*;
-    use crate::formats::ron;
-    use crate::integrator::Schedule;
-    use crate::render::{Options, frame};
-
-    /// The light that has ended, in watts, of `samples` samples on average, with the plan.
-    fn landed(settings: &str, entities: &str, samples: u32) -> (f64, Plan) {
-        struct None;
-        impl crate::formats::AssetFiles for None {
-            fn mesh(
-                &mut self,
-                path: &std::path::Path,
-                _: &mut crate::world::Assets,
-                _: &mut Vec<String>,
-            ) -> Result<std::sync::Arc<crate::world::Mesh>, crate::error::LoadError> {
-                Err(crate::error::LoadError::Invalid { file: path.into(), reason: "no mesh".into() })
-            }
-            fn model(
-                &mut self,
-                path: &std::path::Path,
-                _: &mut crate::world::Assets,
-                _: &mut Vec<String>,
-            ) -> Result<crate::formats::gltf::Model, crate::error::LoadError> {
-                Err(crate::error::LoadError::Invalid { file: path.into(), reason: "no model".into() })
-            }
-            fn image(
-                &mut self,
-                path: &std::path::Path,
-            ) -> Result<std::sync::Arc<crate::world::Image>, crate::error::LoadError> {
-                Err(crate::error::LoadError::Invalid { file: path.into(), reason: "no image".into() })
-            }
-        }
-        let text = format!(
-            "(settings: (size: (64, 64), transport: Path, {settings}),
-              entities: [(camera: Pinhole, transform: LookAt(from: (0, 2, 6), to: (0, 0, 0))), {entities}])"
-        );
-        let world = ron::parse(&text, std::path::Path::new("a.ron"), &mut None).expect("a world");
-        let scene = crate::compile::compile(&world, Option::None).expect("a scene");
-        let frame = frame(scene, &world.settings);
-        let plan = plan(&frame, &Stop::NEVER).expect("photons");
-        let options = Options::default();
-        let mut sum = 0.0;
-        for schedule in [Schedule::Wavefront, Schedule::Recursive] {
-            let mut worker = Worker::new(&frame, schedule, options.wave, options.sorting);
-            for sample in 0..samples {
-                let statistics = &mut Statistics::default();
-                let all = 0..plan.count();
-                let landed =
-                    worker.trace_photons(&plan, options.level, sample, all, statistics, &Stop::NEVER);
-                sum += landed.photons.iter().map(|(_, photon)| f64::from(photon.flux[1])).sum::<f64>();
-            }
-        }
-        (sum / f64::from(2 * samples), plan)
-    }
-
-    /// A room around a ball: photons that come from the ball end there.
-    const ROOM: &str = "(shape: Sphere(radius_m: 20), material: (diffuse: 0.5)),";
-
-    fn ball(radius: f64, material: &str) -> String {
-        format!("(shape: Sphere(radius_m: {radius}), material: {material}),")
-    }
-
-    /// Of a point's light, what falls on a ball ends somewhere, but for what the ball absorbs.
-    #[test]
-    fn no_light_is_lost_between_a_lamp_and_the_walls() {
-        let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 3, 0))),";
-        // 4 π of 1000 W; the ball takes up 2 π (1 − √(1 − 1/9)).
-        let falls = 1000.0 * 0.5 * (1.0 - (1.0f64 - 1.0 / 9.0).sqrt());
-        for (material, part) in [
-            ("(ior: 1.5)", 1.0),
-            ("(ior: 2.4)", 1.0),
-            ("(kr: 0.75, diffuse: 0)", 0.75),
-            ("Principled(metallic: 0, transmission: 1, roughness: 0, ior: 1.3, volume: ())", 1.0),
-        ] {
-            let entities = format!("{ROOM}{}{lamp}", ball(1.0, material));
-            let (light, plan) = landed("max_depth: 200", &entities, 16);
-            assert_eq!(plan.count(), 64 * 64);
-            assert!((light / (falls * part) - 1.0).abs() < 2e-3, "{material}: {light} of {falls} W");
-        }
-    }
-
-    /// The same of lamps with a surface, and from far away.
-    #[test]
-    fn lamps_of_all_kinds_send_what_falls_on_a_ball() {
-        // A small surface far away: its intensity straight ahead is its power over π.
-        let solid_angle =
-            |distance: f64| 2.0 * std::f64::consts::PI * (1.0 - (1.0 - 1.0 / (distance * distance)).sqrt());
-        for (lamp, falls) in [
-            (
-                "(light: Area(power_w: 1000, size_m: 0.01), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
-                1000.0 / std::f64::consts::PI * solid_angle(10.0),
-            ),
-            (
-                "(shape: Sphere(radius_m: 0.05), material: (diffuse: 0, emission: 1000), transform: (translate: (0, 10, 0))),",
-                1000.0 * std::f64::consts::PI * 0.05 * 0.05 * solid_angle(10.0),
-            ),
-            (
-                "(light: Directional(irradiance: 10, angle_degrees: 2), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
-                10.0 * std::f64::consts::PI,
-            ),
-            (
-                "(light: Spot(power_w: 1000, inner_degrees: 30, outer_degrees: 40), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
-                1000.0 / (4.0 * std::f64::consts::PI) * solid_angle(10.0),
-            ),
-        ] {
-            // A directional light begins outside of the room.
-            let room = if lamp.contains("Directional") {
-                "(shape: Plane(corners: ((-99, -3, 99), (99, -3, 99), (99, -3, -99), (-99, -3, -99))), material: (diffuse: 0.5)),"
-            } else {
-                ROOM
-            };
-            let (light, _) =
-                landed("max_depth: 200", &format!("{room}{}{lamp}", ball(1.0, "(ior: 1.000001)")), 16);
-            assert!((light / falls - 1.0).abs() < 4e-3, "{lamp}: {light} of {falls} W");
-        }
-    }
-
-    /// Balls that overlap and balls that are apart: light that is aimed at several counts once.
-    #[test]
-    fn light_that_is_aimed_at_several_things_counts_once() {
-        let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 5, 0))),";
-        let at = |x: f64| {
-            format!(
-                "(shape: Sphere(radius_m: 1), material: (ior: 1.000001), transform: (translate: ({x}, 0, 0))),"
-            )
-        };
-        let alone = landed("max_depth: 50", &format!("{ROOM}{}{lamp}", at(0.0)), 8).0;
-        let apart = landed("max_depth: 50", &format!("{ROOM}{}{}{}{lamp}", at(-4.0), at(0.0), at(4.0)), 16);
-        let side = landed("max_depth: 50", &format!("{ROOM}{}{lamp}", at(4.0)), 8).0;
-        assert!((apart.0 / (alone + 2.0 * side) - 1.0).abs() < 6e-3, "{} {alone} {side}", apart.0);
-    }
 }

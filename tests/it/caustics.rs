@@ -238,3 +238,101 @@ fn photons_are_the_same_for_parts_of_images_and_of_samples() {
         assert!(own == other, "pixel {x} {y} of a part");
     }
 }
+
+/// The light that has ended, in watts, of `samples` samples on average, and how many photons each has.
+fn landed(entities: &str, samples: u32) -> (f64, u32) {
+    use rayfront::internals::integrator::{Statistics, Stop, Worker};
+    use rayfront::internals::render::{Prepared, frame};
+    let world = world(&format!(
+        "(settings: (size: (64, 64), transport: Path, max_depth: 200),
+          entities: [(camera: Pinhole, transform: LookAt(from: (0, 2, 6), to: (0, 0, 0))), {entities}])"
+    ));
+    let frame = frame(rayfront::compile::compile(&world, None).expect("a scene"), &world.settings);
+    let plan = Prepared::now(&frame).plan.expect("photons");
+    let (options, mut sum) = (Options::default(), 0.0);
+    for schedule in [Schedule::Wavefront, Schedule::Recursive] {
+        let mut worker = Worker::new(&frame, schedule, options.wave, options.sorting);
+        for sample in 0..samples {
+            let (statistics, all) = (&mut Statistics::default(), 0..plan.count());
+            let landed = worker.trace_photons(&plan, options.level, sample, all, statistics, &Stop::NEVER);
+            sum += landed.photons.iter().map(|(_, photon)| f64::from(photon.flux[1])).sum::<f64>();
+        }
+    }
+    (sum / f64::from(2 * samples), plan.count())
+}
+
+/// A room around a ball: photons that come from the ball end there.
+const ROOM: &str = "(shape: Sphere(radius_m: 20), material: (diffuse: 0.5)),";
+
+fn single_ball(radius: f64, material: &str) -> String {
+    format!("(shape: Sphere(radius_m: {radius}), material: {material}),")
+}
+
+/// Of a point's light, what falls on a ball ends somewhere, but for what the ball absorbs.
+#[test]
+fn no_light_is_lost_between_a_lamp_and_the_walls() {
+    let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 3, 0))),";
+    // 4 π of 1000 W; the ball takes up 2 π (1 − √(1 − 1/9)).
+    let falls = 1000.0 * 0.5 * (1.0 - (1.0f64 - 1.0 / 9.0).sqrt());
+    for (material, part) in [
+        ("(ior: 1.5)", 1.0),
+        ("(ior: 2.4)", 1.0),
+        ("(kr: 0.75, diffuse: 0)", 0.75),
+        ("Principled(metallic: 0, transmission: 1, roughness: 0, ior: 1.3, volume: ())", 1.0),
+    ] {
+        let entities = format!("{ROOM}{}{lamp}", single_ball(1.0, material));
+        let (light, count) = landed(&entities, 16);
+        assert_eq!(count, 64 * 64);
+        assert!((light / (falls * part) - 1.0).abs() < 2e-3, "{material}: {light} of {falls} W");
+    }
+}
+
+/// The same of lamps with a surface, and from far away.
+#[test]
+fn lamps_of_all_kinds_send_what_falls_on_a_ball() {
+    // A small surface far away: its intensity straight ahead is its power over π.
+    let solid_angle =
+        |distance: f64| 2.0 * std::f64::consts::PI * (1.0 - (1.0 - 1.0 / (distance * distance)).sqrt());
+    for (lamp, falls) in [
+        (
+            "(light: Area(power_w: 1000, size_m: 0.01), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
+            1000.0 / std::f64::consts::PI * solid_angle(10.0),
+        ),
+        (
+            "(shape: Sphere(radius_m: 0.05), material: (diffuse: 0, emission: 1000), transform: (translate: (0, 10, 0))),",
+            1000.0 * std::f64::consts::PI * 0.05 * 0.05 * solid_angle(10.0),
+        ),
+        (
+            "(light: Directional(irradiance: 10, angle_degrees: 2), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
+            10.0 * std::f64::consts::PI,
+        ),
+        (
+            "(light: Spot(power_w: 1000, inner_degrees: 30, outer_degrees: 40), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
+            1000.0 / (4.0 * std::f64::consts::PI) * solid_angle(10.0),
+        ),
+    ] {
+        // A directional light begins outside of the room.
+        let room = if lamp.contains("Directional") {
+            "(shape: Plane(corners: ((-99, -3, 99), (99, -3, 99), (99, -3, -99), (-99, -3, -99))), material: (diffuse: 0.5)),"
+        } else {
+            ROOM
+        };
+        let (light, _) = landed(&format!("{room}{}{lamp}", single_ball(1.0, "(ior: 1.000001)")), 16);
+        assert!((light / falls - 1.0).abs() < 4e-3, "{lamp}: {light} of {falls} W");
+    }
+}
+
+/// Balls that overlap and balls that are apart: light that is aimed at several counts once.
+#[test]
+fn light_that_is_aimed_at_several_things_counts_once() {
+    let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 5, 0))),";
+    let at = |x: f64| {
+        format!(
+            "(shape: Sphere(radius_m: 1), material: (ior: 1.000001), transform: (translate: ({x}, 0, 0))),"
+        )
+    };
+    let alone = landed(&format!("{ROOM}{}{lamp}", at(0.0)), 8).0;
+    let apart = landed(&format!("{ROOM}{}{}{}{lamp}", at(-4.0), at(0.0), at(4.0)), 16);
+    let side = landed(&format!("{ROOM}{}{lamp}", at(4.0)), 8).0;
+    assert!((apart.0 / (alone + 2.0 * side) - 1.0).abs() < 6e-3, "{} {alone} {side}", apart.0);
+}

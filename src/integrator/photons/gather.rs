@@ -226,16 +226,52 @@ impl Photons<'_> {
         first: F,
         mask: F::Mask,
     ) -> Gathered<F> {
+        let mut sum = Gathered::nothing();
         if self.samples.is_empty() {
-            return Gathered::nothing();
+            return sum;
         }
         let radius = self.radius(path.sample, first, mask);
+        let mut around = self.around(max_depth, path, surface, radius, mask);
+        while let Some(photons) = around.next::<F>() {
+            let now = F::Mask::from_bits(photons.lanes);
+            let from =
+                Vector::new(F::load(&photons.from[0]), F::load(&photons.from[1]), F::load(&photons.from[2]));
+            let flux =
+                Color::new(F::load(&photons.flux[0]), F::load(&photons.flux[1]), F::load(&photons.flux[2]));
+            let (value, pdf) = receiver.receive(from, now);
+            let cosine = surface.geometric_normal.dot(from).abs().max(F::splat(1e-3));
+            let own = if self.plan.is_found_by_paths {
+                own_part(F::load(&photons.density), radius, pdf, cosine)
+            } else {
+                F::one()
+            };
+            let scale = F::load(&photons.kernel) * own / (cosine * radius * radius * F::splat(PI));
+            let light = Color::select(now, value * flux * scale, Color::black());
+            sum.light = sum.light + light;
+            if wants_diffuse {
+                sum.diffuse = sum.diffuse + light * receiver.diffuse_part(from, value, now);
+            }
+        }
+        sum
+    }
+
+    /// The photons around the vertices of all lanes.
+    #[inline(always)]
+    fn around<F: Float>(
+        &self,
+        max_depth: u32,
+        path: &Path<F>,
+        surface: &Surface<F>,
+        radius: F,
+        mask: F::Mask,
+    ) -> AroundLanes<'_> {
+        let mut all = AroundLanes { lanes: [const { None }; 16], left: 0, most: [0; 16] };
         let mut mask = mask;
         if let Some(sample) = only_one(path.sample, mask) {
             mask = self.of(sample).may_hold(surface.position, radius, mask);
-            if !mask.any() {
-                return Gathered::nothing();
-            }
+        }
+        if !mask.any() {
+            return all;
         }
         let (mut samples, mut radii) = ([0; 16], [0.0; 16]);
         let (mut place, mut normal) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
@@ -248,67 +284,70 @@ impl Photons<'_> {
         for (column, value) in normal.iter_mut().zip([n.x, n.y, n.z]) {
             value.store(column);
         }
-        let mut around: [Option<Around>; 16] = [const { None }; 16];
-        let mut left = 0u32;
+        let (mut depths, mut free) = ([0; 16], [0; 16]);
+        path.depth.store(&mut depths);
+        path.scatterings.store(&mut free);
         for lane in 0..F::WIDTH {
             if mask.bits() >> lane & 1 == 0 {
                 continue;
             }
             let place = Vector::new(place[0][lane], place[1][lane], place[2][lane]);
             let normal = Vector::new(normal[0][lane], normal[1][lane], normal[2][lane]);
-            around[lane] = self.of(samples[lane]).around(place, normal, radii[lane]);
-            left |= u32::from(around[lane].is_some()) << lane;
+            all.lanes[lane] = self.of(samples[lane]).around(place, normal, radii[lane]);
+            all.left |= u32::from(all.lanes[lane].is_some()) << lane;
+            all.most[lane] = (max_depth + free[lane]).saturating_sub(depths[lane]);
         }
-        if left == 0 {
-            return Gathered::nothing();
+        all
+    }
+}
+
+/// The photons around the vertices of some lanes.
+struct AroundLanes<'a> {
+    lanes: [Option<Around<'a>>; 16],
+    /// Lanes that may have more of them.
+    left: u32,
+    /// The most bounces that they may have.
+    most: [u32; 16],
+}
+
+/// One photon in each of some lanes.
+struct PhotonLanes {
+    lanes: u32,
+    from: [[f32; 16]; 3],
+    flux: [[f32; 16]; 3],
+    kernel: [f32; 16],
+    density: [f32; 16],
+}
+
+impl AroundLanes<'_> {
+    /// The next photon of each lane that has one; none if no lane has.
+    #[inline(always)]
+    fn next<F: Float>(&mut self) -> Option<PhotonLanes> {
+        if self.left == 0 {
+            return None;
         }
-        let (mut depths, mut free) = ([0; 16], [0; 16]);
-        path.depth.store(&mut depths);
-        path.scatterings.store(&mut free);
-        let mut sum = Gathered::nothing();
-        while left != 0 {
-            let mut found = 0;
-            let (mut from, mut flux) = ([[0.0; 16]; 3], [[0.0; 16]; 3]);
-            let (mut kernel, mut density) = ([0.0; 16], [1.0; 16]);
-            for lane in 0..F::WIDTH {
-                if left >> lane & 1 == 0 {
-                    continue;
-                }
-                let most = (max_depth + free[lane]).saturating_sub(depths[lane]);
-                let next = around[lane].as_mut().and_then(|all| all.next_within(most));
-                let Some((photon, part)) = next else {
-                    left &= !(1 << lane);
-                    continue;
-                };
-                found |= 1 << lane;
-                let direction = photon.from();
-                for (axis, value) in [direction.x, direction.y, direction.z].into_iter().enumerate() {
-                    from[axis][lane] = value;
-                    flux[axis][lane] = photon.flux[axis];
-                }
-                kernel[lane] = 2.0 * (1.0 - part);
-                density[lane] = photon.density();
+        let nothing = [[0.0; 16]; 3];
+        let mut found =
+            PhotonLanes { lanes: 0, from: nothing, flux: nothing, kernel: [0.0; 16], density: [1.0; 16] };
+        for lane in 0..F::WIDTH {
+            if self.left >> lane & 1 == 0 {
+                continue;
             }
-            if found == 0 {
-                break;
-            }
-            let now = F::Mask::from_bits(found);
-            let from = Vector::new(F::load(&from[0]), F::load(&from[1]), F::load(&from[2]));
-            let flux = Color::new(F::load(&flux[0]), F::load(&flux[1]), F::load(&flux[2]));
-            let (value, pdf) = receiver.receive(from, now);
-            let cosine = surface.geometric_normal.dot(from).abs().max(F::splat(1e-3));
-            let own = if self.plan.is_found_by_paths {
-                own_part(F::load(&density), radius, pdf, cosine)
-            } else {
-                F::one()
+            let most = self.most[lane];
+            let next = self.lanes[lane].as_mut().and_then(|around| around.next_within(most));
+            let Some((photon, part)) = next else {
+                self.left &= !(1 << lane);
+                continue;
             };
-            let scale = F::load(&kernel) * own / (cosine * radius * radius * F::splat(PI));
-            let light = Color::select(now, value * flux * scale, Color::black());
-            sum.light = sum.light + light;
-            if wants_diffuse {
-                sum.diffuse = sum.diffuse + light * receiver.diffuse_part(from, value, now);
+            found.lanes |= 1 << lane;
+            let direction = photon.from();
+            for (axis, value) in [direction.x, direction.y, direction.z].into_iter().enumerate() {
+                found.from[axis][lane] = value;
+                found.flux[axis][lane] = photon.flux[axis];
             }
+            found.kernel[lane] = 2.0 * (1.0 - part);
+            found.density[lane] = photon.density();
         }
-        sum
+        (found.lanes != 0).then_some(found)
     }
 }

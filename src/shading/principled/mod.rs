@@ -143,8 +143,12 @@ impl<F: Float> ShadingPoint<'_, F> {
         let ratio = F::splat(1.0 / self.material.ior.max(1.0));
         let sin_square = (one - cos * cos).max(F::zero()) * ratio * ratio;
         let way = one / (one - sin_square).max(F::splat(0.01)).sqrt();
-        let [r, g, b] = self.material.sheet_depth.map(|depth| exp2(way * F::splat(-depth * LOG2_E)));
-        let left = Color::new(r, g, b);
+        let [r, g, b] = self.material.sheet_depth;
+        let left = Color::new(
+            exp2(way * F::splat(-r * LOG2_E)),
+            exp2(way * F::splat(-g * LOG2_E)),
+            exp2(way * F::splat(-b * LOG2_E)),
+        );
         p.through = p.through * left;
         p.back = p.back * left;
     }
