@@ -9,6 +9,7 @@ use crate::bvh::Presence;
 use crate::compile::thin_sheets;
 use crate::error::words;
 use crate::math::{Aabb, Vec3};
+use crate::scene::material::Medium;
 use crate::world::boundary::{Edges, Joined, area, inside, is_crack, joined, six_volumes};
 use crate::world::{MaterialId, Shape, transforms};
 
@@ -16,8 +17,11 @@ use crate::world::{MaterialId, Shape, transforms};
 const MOST: [usize; 2] = [1 << 18, 1 << 20];
 /// The winding number of bodies, however many holes they have, is above this: see `compile/open_surfaces.rs`.
 const BODY: f64 = 0.75;
-/// The part of the rays behind a sheet that must meet nothing for the space behind to be no body.
+/// The part of the rays behind a sheet that must meet nothing, or only what is too far away for light to get there, for
+/// the space behind to be no body.
 const LOST: f32 = 0.5;
+/// Optical depth at which hardly any light is left.
+const DARK: f32 = 5.0;
 /// Points of a body at which others are looked for, and the part of them that must be shared.
 const POINTS: usize = 256;
 const SHARED: f32 = 0.01;
@@ -31,6 +35,8 @@ struct Glass {
     edges: usize,
     open: Vec<[Vec3; 2]>,
     bounds: Aabb,
+    /// How far light gets within it: beyond, hardly any of it is left in any colour.
+    reach: f32,
 }
 
 pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
@@ -69,12 +75,17 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
     let order = world.in_order();
     let transforms = transforms::to_world(world, &order).ok()?;
     let sheets = thin_sheets(world, &order, &transforms);
+    let reach = |id: MaterialId| {
+        let medium = scene.materials.get(id.0 as usize).map_or(Medium::CLEAR, |record| record.medium);
+        DARK / medium.extinction.into_iter().fold(f32::INFINITY, f32::min)
+    };
     let encloses = |id: &MaterialId| scene.materials.get(id.0 as usize).is_some_and(|record| record.encloses);
     let (mut all, mut left) = (Vec::new(), most);
     for entity in order.into_iter().filter(|entity| !sheets.contains(&entity.id())) {
         let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
         let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
         let id = given.unwrap_or(MaterialId::DEFAULT);
+        let mut farthest = reach(id);
         let (positions, triangles): (&[Vec3], Vec<[u32; 3]>) = match &*shape {
             Shape::Sphere { .. } => continue,
             Shape::Triangle { vertices, .. } => (vertices, vec![[0, 1, 2]]),
@@ -82,6 +93,8 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
             Shape::Mesh(mesh) => {
                 let mesh = world.assets.meshes.get(mesh.0 as usize)?;
                 let own = |at: usize| given.or(mesh.triangle_materials.get(at).copied()).unwrap_or(id);
+                let all = mesh.triangle_materials.iter().filter(|own| given.is_none() && encloses(own));
+                farthest = all.map(|own| reach(*own)).reduce(f32::max).unwrap_or(farthest);
                 let those = mesh.triangles.iter().enumerate().filter(|(at, _)| encloses(&own(*at)));
                 (&mesh.positions, those.map(|(_, triangle)| *triangle).collect())
             }
@@ -105,6 +118,7 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
             open: edges.open.iter().map(|edge| edge.map(|end| transforms::point(matrix, end))).collect(),
             bounds: Aabb::around(triangles.as_flattened().iter().copied()),
             triangles,
+            reach: farthest,
         });
     }
     Some(all)
@@ -127,10 +141,11 @@ fn holes(
     }
     let mut tracer = Tracer::new(checked.scene);
     let (mut rays, mut lost) = (0, 0);
+    let reach = members.iter().map(|member| member.reach).fold(0.0, f32::max);
     for (at, normal) in points(triangles) {
         for way in directions(8).filter(|way| way.dot(normal) < -0.3) {
             rays += 1;
-            lost += u32::from(tracer.first(at, way, f32::INFINITY).is_none());
+            lost += u32::from(tracer.first(at, way, reach).is_none());
         }
     }
     // A surface of water, over its ground, is open, too.

@@ -68,6 +68,7 @@ pub(super) fn load_model(
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);
     }
+    world.usual_depth = Some(world.settings.max_depth);
     add_camera(&mut world);
     if options.surroundings.is_none() && is_dark(&world) {
         let image = world.assets.add_made_image(studio::image());

@@ -348,7 +348,6 @@ impl World {
         settings.size = size.unwrap_or(settings.size);
         settings.samples = spp.unwrap_or(settings.samples);
         settings.seed = seed.unwrap_or(settings.seed);
-        settings.max_depth = depth.unwrap_or(settings.max_depth);
         settings.tonemap = tonemap.map_or(Ok(settings.tonemap), tone_curve)?;
         settings.transport = match transport.map(str::to_lowercase).as_deref() {
             None => settings.transport,
@@ -361,6 +360,7 @@ impl World {
                 )));
             }
         };
+        settings.max_depth = depth.unwrap_or(self.world.depth_under(settings.transport));
         match exposure {
             Some(Exposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
             Some(Exposure::Named(name)) if name == "auto" => {

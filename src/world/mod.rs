@@ -44,7 +44,12 @@ pub struct World {
     pub(crate) moves: bool,
     /// Whether its transport is [`World::fitting_transport`], since no file says which.
     pub(crate) transport_is_chosen: bool,
+    /// The depth of scenes without glass, if no file says which depth: then it is [`World::depth_under`] the transport.
+    pub(crate) usual_depth: Option<u32>,
 }
+
+/// The depth of scenes with glass: so deep, more bounces make no difference to a vase, and few paths come so far.
+const DEPTH_OF_GLASS: u32 = 64;
 
 impl World {
     /// The entities in the order in which they were spawned, which is the author's; hecs itself iterates by
@@ -98,6 +103,34 @@ impl World {
                 self.warnings.push(Self::PATH_IS_CHOSEN.into());
             }
         }
+        self.settings.max_depth = self.depth_under(self.settings.transport);
+    }
+
+    /// The depth under a transport: that which its files say, or the one that glass needs. (Whitted's transport splits
+    /// paths at glass, and so takes time that grows with the depth.)
+    pub(crate) fn depth_under(&self, transport: Transport) -> u32 {
+        match self.usual_depth {
+            None => self.settings.max_depth,
+            Some(_) if transport == Transport::Path && self.has_glass() => DEPTH_OF_GLASS,
+            Some(usual) => usual,
+        }
+    }
+
+    /// The depth that a scene file gets if it does not name one.
+    #[cfg(feature = "formats")]
+    pub(crate) fn fitting_depth(&self) -> u32 {
+        let is_glass = self.settings.transport == Transport::Path && self.has_glass();
+        if is_glass { DEPTH_OF_GLASS } else { Settings::default().max_depth }
+    }
+
+    /// Whether any material bends light.
+    fn has_glass(&self) -> bool {
+        self.assets.materials.iter().any(|named| match &named.material {
+            Material::BlinnPhong(material) => material.ior.is_some_and(|ior| ior != 1.0),
+            Material::Principled(material) => {
+                material.volume.is_some() && material.transmission.factor > 0.0 && material.ior != 1.0
+            }
+        })
     }
 
     /// The transport that supports everything in the world, which is what files mean by `Auto`: the path transport if

@@ -345,6 +345,18 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
             ],
         ),
         (
+            "glass that is deeper than paths",
+            settings(
+                "transport: Path, max_depth: 0",
+                &[EYE, FLOOR, LAMP, &glass("ball.ply", 1.0, "volume: ()")],
+            ),
+            vec![
+                "% of the light that the camera would see is lost inside \"glass\"",
+                "0 bounces",
+                "--depth 8",
+            ],
+        ),
+        (
             "glass with a hole",
             scene(&[EYE, FLOOR, LAMP, &glass("nicked ball.ply", 1.0, "volume: ()")]),
             vec!["glass: it has holes", "of its"],

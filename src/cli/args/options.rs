@@ -106,14 +106,15 @@ impl LightOptions {
     /// Changes the scene's settings to what was asked for here.
     pub fn apply(&self, world: &mut World) {
         let fitting = world.fitting_transport();
+        let transport = self.transport.map_or(world.settings.transport, |name| name.among(fitting));
+        let depth = self.depth.unwrap_or(world.depth_under(transport));
         let settings = &mut world.settings;
-        settings.max_depth = self.depth.unwrap_or(settings.max_depth);
+        (settings.transport, settings.max_depth) = (transport, depth);
         let limits = &mut settings.depth_limits;
         limits.diffuse = self.diffuse_depth.or(limits.diffuse);
         limits.glossy = self.glossy_depth.or(limits.glossy);
         limits.transmission = self.transmission_depth.or(limits.transmission);
-        if let Some(name) = self.transport {
-            settings.transport = name.among(fitting);
+        if self.transport.is_some() {
             world.warnings.retain(|warning| warning != World::PATH_IS_CHOSEN);
         }
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);

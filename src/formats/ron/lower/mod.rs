@@ -56,10 +56,10 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
         assets: AssetCache::new(source.path(), &mut *files),
         materials: HashMap::new(),
     };
-    let mut transport = None;
+    let (mut transport, mut names_depth) = (None, false);
     if let Some(settings) = scene.settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
-        (lowering.world.settings, transport) = settings::settings(source, settings)?;
+        (lowering.world.settings, transport, names_depth) = settings::settings(source, settings)?;
         source.clock().refused.set(None);
     }
     if let Some(materials) = scene.materials {
@@ -68,6 +68,7 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     lowering.entities(scene.entities)?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
+    world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
     let edits = scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
     let mut changes = query::Changes::new(&world);
     for raw in edits {

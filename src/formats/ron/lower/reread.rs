@@ -89,12 +89,19 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
 /// Reads settings again.
 pub fn reread_settings(world: &mut World, text: &str) -> Result<(), LoadError> {
     let source = Source::new(text, Path::new(""), 0.0);
-    let (settings, transport) = settings::settings(&source, source.root()?)?;
+    let (settings, transport, names_depth) = settings::settings(&source, source.root()?)?;
+    let depth = world.settings.max_depth;
     world.settings = settings;
+    if names_depth {
+        world.usual_depth = None;
+    } else {
+        world.settings.max_depth = depth;
+    }
     match transport {
         Some(transport) => (world.settings.transport, world.transport_is_chosen) = (transport, false),
         None => world.settings.transport = world.fitting_transport(),
     }
+    world.settings.max_depth = world.depth_under(world.settings.transport);
     Ok(())
 }
 

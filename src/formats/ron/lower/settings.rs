@@ -56,13 +56,14 @@ const AOVS: &[(&str, Aov)] = &[
     ("Variance", Aov::Variance),
 ];
 
-/// Returns the transport, too: none if it is to be chosen when the rest is known.
+/// Returns the transport, too: none if it is to be chosen when the rest is known; and whether the depth is named.
 pub(super) fn settings<'a>(
     source: &Source<'a>,
     raw: Raw<'a>,
-) -> Result<(Settings, Option<Transport>), LoadError> {
+) -> Result<(Settings, Option<Transport>, bool), LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
     let mut settings = Settings::default();
+    let names_depth = read.max_depth.is_some();
     if let Some(raw) = read.size {
         let [width, height] = source.tuple(raw, "(width, height)")?;
         settings.size = [
@@ -145,7 +146,7 @@ pub(super) fn settings<'a>(
     if let Some(raw) = read.aov {
         settings.aov = aovs(source, raw)?;
     }
-    Ok((settings, transport))
+    Ok((settings, transport, names_depth))
 }
 
 /// What is expected, with what a number would mean.

@@ -61,6 +61,29 @@ fn settings_are_read_and_default() {
 }
 
 #[test]
+fn scenes_with_glass_are_deep_unless_they_say_how_deep() {
+    let world = |settings: &str, material: &str| {
+        let ball = format!("(shape: Sphere(radius_m: 1), material: {material})");
+        read(&format!("(settings: ({settings}), entities: [{ball}])")).unwrap()
+    };
+    let glass = "Principled(metallic: 0, transmission: 1, volume: ())";
+    for (settings, material, depth) in [
+        ("", glass, 64),
+        ("transport: Path", "(ior: 1.5)", 64),
+        ("max_depth: 8", glass, 8),
+        ("max_depth: 5", glass, 5),
+        ("transport: Whitted", glass, 8),
+        ("", "Principled(metallic: 0, transmission: 1)", 8),
+        ("", "Principled(metallic: 0, transmission: 1, ior: 1, volume: ())", 8),
+    ] {
+        let world = world(settings, material);
+        assert_eq!(world.settings.max_depth, depth, "{settings} {material}");
+        let text = crate::formats::ron::write(&world, Path::new("scenes/test.ron")).unwrap();
+        assert_eq!(read(&text).unwrap().settings.max_depth, depth, "{text}");
+    }
+}
+
+#[test]
 fn materials_are_read_and_default() {
     let world = read(EVERYTHING).unwrap();
     let named = |name: &str| {

@@ -79,7 +79,7 @@ pub(super) fn component_text(
 
 /// `settings` as in a scene file.
 pub(super) fn settings_text(world: &World) -> Result<String, String> {
-    settings::settings(&world.settings, world.fitting_transport())
+    settings::settings(&world.settings, world.fitting_transport(), world.fitting_depth())
 }
 
 /// The parts of a scene file, for people to read and compare.

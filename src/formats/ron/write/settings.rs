@@ -4,8 +4,8 @@ use super::Written;
 use super::number::{Keys, color, number, same};
 use crate::world::{Aov, Background, Caustics, PixelFilter, Settings, Sharing, Transport};
 
-/// `fitting` is the transport that a file gets if it does not name one.
-pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
+/// `fitting` is the transport, and `fitting_depth` the depth, that a file gets if it does not name one.
+pub(super) fn settings(settings: &Settings, fitting: Transport, fitting_depth: u32) -> Written {
     let Settings {
         size: [width, height],
         samples,
@@ -35,7 +35,7 @@ pub(super) fn settings(settings: &Settings, fitting: Transport) -> Written {
     let mut keys = Keys::default();
     keys.push_unless([*width, *height] == default.size, "size", || Ok(format!("({width}, {height})")))?;
     keys.push_unless(*samples == default.samples, "samples", || Ok(samples.to_string()))?;
-    keys.push_unless(*max_depth == default.max_depth, "max_depth", || Ok(max_depth.to_string()))?;
+    keys.push_unless(*max_depth == fitting_depth, "max_depth", || Ok(max_depth.to_string()))?;
     depth_limits.given().for_each(|(key, limit)| keys.push(key, limit.to_string()));
     let is_default = same(&[*min_throughput], &[default.min_throughput]);
     keys.push_unless(is_default, "min_throughput", || number(*min_throughput))?;
