@@ -45,7 +45,9 @@ fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
         let mut within: Vec<u32> = Vec::new();
         for surface in crossed(scene, origin, direction, &mut stack) {
             match within.iter().position(|entity| *entity == surface.entity) {
-                Some(at) if surface.inside => drop(within.remove(at)),
+                Some(at) if surface.inside => {
+                    within.remove(at);
+                }
                 None if !surface.inside => within.push(surface.entity),
                 _ => {}
             }

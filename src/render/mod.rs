@@ -29,7 +29,7 @@
 
 pub(crate) mod adaptive;
 mod aov;
-pub mod camera_medium;
+pub(crate) mod camera_medium;
 pub(crate) mod gathered;
 #[cfg(any(feature = "cli", feature = "python"))]
 mod needs;

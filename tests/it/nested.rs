@@ -182,17 +182,16 @@ fn clear_bodies_vanish_in_uniform_light() {
     {
         for drink in [DRINK, &equal] {
             let text = format!(
-                "(settings: (size: (8, 8), samples: 2, {transport}, filter: Box, background: 1, sharing: Off,
+                "(settings: (size: (8, 8), samples: 4, {transport}, filter: Box, background: 1, sharing: Off,
                              roulette_depth: None),
                   entities: [
                       (camera: Pinhole(vertical_fov_degrees: 25), transform: LookAt(from: (0, 0.5, 5), to: (0, 0, 0))),
                       {drink}
                   ])"
             );
-            for pixel in &picture(&text).pixels {
-                // Where Whitted's transport gives up after so many bounces, a little is missing.
-                assert!((pixel.g - 1.0).abs() < 0.025, "{transport}: {pixel:?}");
-            }
+            // Some light goes to and fro for longer than it is followed.
+            let found = mean(&picture(&text))[1];
+            assert!((found - 1.0).abs() < 0.02, "{transport}: {found}");
         }
     }
 }
