@@ -17,7 +17,9 @@ const ROWS: usize = TILE[1] + 2 * super::PATCH;
 pub struct Pass<'a> {
     /// Channels of even and of odd samples, three at most.
     pub halves: [&'a [&'a Plane]; 2],
-    /// Variance of one half in each channel.
+    /// What is compared to find pixels that look alike: these channels of even and of odd samples.
+    pub compared: [&'a [&'a Plane]; 2],
+    /// Variance of one half of these in each channel.
     pub variance: &'a [&'a Plane],
     /// In units in which a difference of 1 leaves e⁻¹ of the weight.
     pub features: &'a [Plane],
@@ -27,6 +29,9 @@ pub struct Pass<'a> {
     pub candidates: &'a [Candidate],
     /// Radius in pixels of what is averaged: see [`Pass::steps`].
     pub radius: usize,
+    /// Distance between the pixels that are averaged. They then count less and less towards the radius, which is in
+    /// units of it. Without it all count alike, and every other one is left out beyond [`DENSE`].
+    pub stride: Option<usize>,
     /// Pixels to each side of patches.
     pub patch: usize,
     /// Added to variances.
@@ -38,11 +43,14 @@ pub struct Pass<'a> {
 pub enum Candidate {
     /// Weights by colours and features: e^(−distance) to the power of 2ⁿ, so that one exponential is enough.
     Colors(u32),
+    /// The same, where features may differ by 2√2 as much.
+    Wide(u32),
     /// Weights by features.
     FeaturesAlone,
 }
 
-/// Nearer than this all pixels count, beyond every other one, as on a chequerboard.
+/// Nearer than this all pixels count; beyond it those of one colour of a chequerboard, and in an outer ring of the same
+/// area those of the other colour: with one colour alone the image would be two images, which share no pixel.
 const DENSE: i32 = 4;
 
 /// Sums of a tile: weights, then channels, of each half of each candidate.
@@ -53,20 +61,27 @@ struct TileSums {
 }
 
 impl Pass<'_> {
-    /// Where the pixels to be averaged are, within a disc.
-    fn steps(&self) -> Vec<[usize; 2]> {
+    /// Where the pixels to be averaged are, within a disc, and how much they count.
+    fn steps(&self) -> Vec<([usize; 2], f32)> {
         let radius = self.radius as i32;
         let taken = |[dx, dy]: &[i32; 2]| {
             let square = dx * dx + dy * dy;
-            let dense = square <= DENSE * DENSE || (dx + dy) % 2 == 0;
-            dense && 2 * square <= 2 * radius * radius + radius
+            let outer = 2 * square > DENSE * DENSE + radius * radius;
+            let kept = self.stride.is_some() || square <= DENSE * DENSE || ((dx + dy) % 2 != 0) == outer;
+            kept && 2 * square <= 2 * radius * radius + radius
         };
         let row = |dy: i32| (-radius..=radius).map(move |dx| [dx, dy]);
         let steps = (-radius..=radius).flat_map(row).filter(taken);
-        steps.map(|step| step.map(|way| (way + BORDER as i32) as usize)).collect()
+        let place = |way: i32| (way * self.stride.unwrap_or(1) as i32 + BORDER as i32) as usize;
+        let weight = |[dx, dy]: [i32; 2]| {
+            let beyond = (radius + 1) * (radius + 1);
+            let near = 1.0 - (dx * dx + dy * dy) as f32 / beyond as f32;
+            if self.stride.is_some() { near * near } else { 1.0 }
+        };
+        steps.map(|step| (step.map(place), weight(step))).collect()
     }
 
-    /// Planes `[candidate][half][channel]`.
+    /// Planes `[candidate][half][channel]`; the one after the channels has the sums of weights.
     pub fn run(&self, level: Level) -> Vec<[Vec<Plane>; 2]> {
         let size = self.halves[0][0].size;
         let across = size[0].div_ceil(TILE[0]);
@@ -85,16 +100,21 @@ impl Pass<'_> {
             let first = (2 * candidate + half) * (channels + 1);
             Plane::new(size, |at| value(at, first + 1 + channel) / value(at, first))
         };
-        (0..self.candidates.len())
-            .map(|candidate| [0, 1].map(|half| (0..channels).map(|c| plane(candidate, half, c)).collect()))
-            .collect()
+        let weights = |candidate: usize, half: usize| {
+            Plane::new(size, |at| value(at, (2 * candidate + half) * (channels + 1)))
+        };
+        let half = |candidate: usize, half: usize| {
+            let means = (0..channels).map(|channel| plane(candidate, half, channel));
+            means.chain([weights(candidate, half)]).collect()
+        };
+        (0..self.candidates.len()).map(|candidate| [0, 1].map(|number| half(candidate, number))).collect()
     }
 }
 
 struct TileKernel<'a> {
     pass: &'a Pass<'a>,
     /// From the corner of the border.
-    steps: &'a [[usize; 2]],
+    steps: &'a [([usize; 2], f32)],
     corner: [usize; 2],
 }
 
@@ -119,11 +139,12 @@ fn tile<F: Float>(TileKernel { pass, steps, corner }: &TileKernel) -> TileSums {
     let buffer = || vec![0.0f32; ROW * ROWS];
     let mut distances = Distances { of: [buffer(), buffer()], rows: [buffer(), buffer()] };
     let rows = TILE[1].min(pass.halves[0][0].size[1] - corner[1]);
-    for step in *steps {
+    for (step, counts) in *steps {
         compare::<F>(pass, *corner, *step, rows, &mut distances);
         for y in 0..rows {
             let own = [corner[0] + BORDER, corner[1] + y + BORDER];
-            add_row::<F>(pass, own, [corner[0] + step[0], corner[1] + y + step[1]], &distances, &mut out, y);
+            let other = [corner[0] + step[0], corner[1] + y + step[1]];
+            add_row::<F>(pass, own, other, &distances, &mut out, y, *counts);
         }
     }
     out
@@ -174,9 +195,9 @@ fn compare_row<F: Float>(
         for channel in 0..pass.variance.len() {
             let (p, q) = (
                 pass.variance[channel].pair::<F>(own, other, x),
-                pass.halves[0][channel].pair::<F>(own, other, x),
+                pass.compared[0][channel].pair::<F>(own, other, x),
             );
-            let r = pass.halves[1][channel].pair::<F>(own, other, x);
+            let r = pass.compared[1][channel].pair::<F>(own, other, x);
             let noise = p.0 + p.0.min(p.1);
             let (a, b) = (q.0 - q.1, r.0 - r.1);
             let scale = F::one() / (p.0 + p.1 + F::splat(pass.least));
@@ -207,6 +228,7 @@ fn add_row<F: Float>(
     distances: &Distances,
     out: &mut TileSums,
     y: usize,
+    counts: f32,
 ) {
     let zero = F::zero();
     let (channels, area) = (pass.halves[0].len(), out.area);
@@ -219,14 +241,17 @@ fn add_row<F: Float>(
             let (p, q) = feature.pair::<F>(own, other, x);
             unlike = unlike.max((p - q) * (p - q));
         }
-        let alike = exp2(unlike * F::splat(-std::f32::consts::LOG2_E));
+        let wide = exp2(unlike * F::splat(-std::f32::consts::LOG2_E / 8.0));
+        let square = wide * wide;
+        let fourth = square * square;
+        let (wide, alike) = (wide * F::splat(counts), fourth * fourth * F::splat(counts));
         for half in 0..2 {
             // By the other half.
             let apart: F = patch(&distances.of[1 - half][y * ROW..], pass.patch, x);
             let like = exp2(apart.max(zero) * mean);
             for (candidate, kind) in pass.candidates.iter().enumerate() {
-                let mut weight = alike;
-                if let Candidate::Colors(squarings) = kind {
+                let mut weight = if matches!(kind, Candidate::Wide(_)) { wide } else { alike };
+                if let Candidate::Colors(squarings) | Candidate::Wide(squarings) = kind {
                     let mut power = like;
                     for _ in 0..*squarings {
                         power = power * power;
@@ -243,5 +268,33 @@ fn add_row<F: Float>(
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pixels of one colour of a chequerboard must not be filtered apart from those of the other colour.
+    #[test]
+    fn far_pixels_are_of_both_colours() {
+        let pass = Pass {
+            halves: [&[], &[]],
+            compared: [&[], &[]],
+            variance: &[],
+            features: &[],
+            sharpness: 1.0,
+            candidates: &[],
+            radius: super::super::RADIUS,
+            stride: None,
+            patch: 0,
+            least: 0.0,
+        };
+        let way = |place: usize| place as i32 - BORDER as i32;
+        let far = |[x, y]: [i32; 2]| x * x + y * y > DENSE * DENSE;
+        let ways: Vec<[i32; 2]> =
+            pass.steps().iter().map(|(step, _)| step.map(way)).filter(|step| far(*step)).collect();
+        let even = ways.iter().filter(|[x, y]| (x + y) % 2 == 0).count();
+        assert!((2 * even).abs_diff(ways.len()) * 10 < ways.len(), "{even} of {}", ways.len());
     }
 }

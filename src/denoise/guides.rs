@@ -16,27 +16,31 @@ const PATCH: usize = 2;
 /// Below any difference that matters, squared.
 const LEAST: f32 = 1e-6;
 
-/// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`].
+/// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`], and the image's frame.
 pub fn features(level: Level, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Plane> {
-    let mut planes = Vec::with_capacity(8);
+    let mut planes = Vec::with_capacity(9);
     for group in [&[0, 1, 2][..], &[3, 4, 5], &[6, 7]] {
         let [even, odd] = halves.map(|half| -> Vec<Plane> {
             group.iter().map(|number| Plane::new(size, |at| feature(&half[at], *number))).collect()
         });
         let noise: Vec<Plane> = even.iter().zip(&odd).map(|(even, odd)| variance(even, odd, 1)).collect();
+        let halves = [&even, &odd].map(|half| half.iter().collect::<Vec<_>>());
+        let halves = [&halves[0][..], &halves[1][..]];
         let pass = Pass {
-            halves: [&even.iter().collect::<Vec<_>>(), &odd.iter().collect::<Vec<_>>()],
+            halves,
+            compared: halves,
             variance: &noise.iter().collect::<Vec<_>>(),
             features: &[],
             sharpness: 1.0,
             candidates: &[Candidate::Colors(0)],
             radius: RADIUS,
+            stride: None,
             patch: PATCH,
             least: LEAST,
         };
         for [even, odd] in pass.run(level) {
             let width = size[0].max(1);
-            for (even, odd) in even.iter().zip(&odd) {
+            for (even, odd) in even.iter().zip(&odd).take(group.len()) {
                 let of = |at: usize| {
                     (even.at(at % width, at / width) + odd.at(at % width, at / width)) * (0.5 / WIDTH)
                 };
@@ -44,6 +48,7 @@ pub fn features(level: Level, size: [usize; 2], halves: [&[Features]; 2]) -> Vec
             }
         }
     }
+    planes.push(Plane::frame(size));
     planes
 }
 

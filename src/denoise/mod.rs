@@ -16,13 +16,16 @@
 
 mod filter;
 mod guides;
+mod outliers;
 mod plane;
 mod select;
+mod texture;
 
 use crate::film::{Features, Film};
-use crate::math::Rgb;
+use crate::math::{Rgb, elementary};
 use crate::simd::Level;
 use filter::{Candidate, Pass};
+use outliers::Split;
 use plane::Plane;
 
 /// Pixels to each side that are averaged first. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times
@@ -30,16 +33,26 @@ use plane::Plane;
 const RADIUS: usize = 8;
 /// Pixels to each side of which patches are compared.
 const PATCH: usize = 2;
-/// Differences in colour count little, much (as with k = 0.35) or not at all.
-const CANDIDATES: [Candidate; 3] = [Candidate::Colors(0), Candidate::Colors(3), Candidate::FeaturesAlone];
+/// Differences in colour count little, much (as with k = 0.25), not at all, or much where features count little.
+const CANDIDATES: [Candidate; 4] =
+    [Candidate::Colors(0), Candidate::Colors(3), Candidate::FeaturesAlone, Candidate::Wide(3)];
+/// The number of the last one.
+const WIDE: usize = CANDIDATES.len() - 1;
 /// How the first filter works, and the last one when little noise is left.
-const FIRST: Extent = Extent { radius: RADIUS, patch: PATCH, sharpness: 1.0 };
+const FIRST: Extent = Extent { radius: RADIUS, patch: PATCH, sharpness: 2.0 };
 /// See [`FIRST`].
 const LAST: Extent = Extent { radius: 3, patch: 1, sharpness: 4.0 };
 /// Variances are means over this many pixels to each side.
-const VARIANCE_RADIUS: usize = 2;
-/// Below any difference in radiance that matters, squared, relative to the mean of the image.
-const LEAST: f32 = 1e-4;
+const VARIANCE_RADIUS: usize = 1;
+/// No variance is below this part of the mean over more pixels: the halves of a few may be alike by chance.
+const FAR_PART: f32 = 0.25;
+/// Pixels to each side of that mean.
+const FAR_RADIUS: usize = 3;
+/// Brightness, relative to the image's mean, below which what is compared is in proportion to it, and above which to its
+/// logarithm: noise grows with brightness, and one bright pixel must not outweigh a patch.
+const KNEE: f32 = 0.1;
+/// Below any difference in what is compared that matters, squared.
+const LEAST: f32 = 2e-4;
 
 /// About how many bytes it takes for each pixel: planes of halves, variances, features and candidates, and their
 /// sums.
@@ -90,21 +103,28 @@ pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
     let (even, odd): (Vec<Rgb>, Vec<Rgb>) = noisy.film.halves()?.map(|[even, odd]| (even, odd)).unzip();
     let halves = [even, odd];
     let scale = brightness(&halves);
-    let color = halves
-        .map(|half| [0, 1, 2].map(|channel| Plane::new(size, |at| half[at].to_array()[channel] / scale)));
+    let texture = texture::factors(size, noisy.features);
+    let width = size[0];
+    let color = [0, 1].map(|half: usize| {
+        [0, 1, 2].map(|c: usize| {
+            let light = |x: usize, y: usize| halves[half][y * width + x].to_array()[c] / scale;
+            Plane::of(size, |x, y| light(x, y) / texture[half][c].at(x, y))
+        })
+    });
     let features = guides::features(level, size, noisy.features);
-    let first = filtered(level, &color, &features, &CANDIDATES, &FIRST);
-    let chosen = select::best(&color, first);
-    let last = filtered(level, &chosen, &features, &CANDIDATES[..1], &LAST);
-    let [even, odd] = last.into_iter().next()?;
+    let Split { base, spread } = outliers::split(level, &color, &features);
+    let first = select::complete(&filtered(level, &base, &features, &CANDIDATES, &FIRST), WIDE);
+    let chosen = select::best(&base, first);
+    let last = filtered(level, &chosen, &features, &CANDIDATES[..1], &LAST).into_iter().next()?;
 
     let mut radiance = Vec::with_capacity(size[0] * size[1]);
     let mut squares = 0.0f64;
     for y in 0..size[1] {
         for x in 0..size[0] {
-            let both = |channel: usize| (even[channel].at(x, y), odd[channel].at(x, y));
-            let mean = [0, 1, 2].map(|channel| {
-                let (a, b) = both(channel);
+            let mean = [0, 1, 2].map(|c: usize| {
+                let factor = 0.5 * (texture[0][c].at(x, y) + texture[1][c].at(x, y));
+                let of = |half: usize| (last[half][c].at(x, y) + spread[half][c].at(x, y)) * factor;
+                let (a, b) = (of(0), of(1));
                 squares += f64::from((a - b) * scale).powi(2) / 4.0;
                 (a + b) * 0.5 * scale
             });
@@ -122,31 +142,45 @@ fn brightness(halves: &[Vec<Rgb>; 2]) -> f32 {
     if mean > 0.0 && mean.is_finite() { mean } else { 1.0 }
 }
 
-/// Both halves of each candidate: `[candidate][half][channel]`.
+/// Both halves of each candidate: `[candidate][half][channel]`, and the sums of weights.
 fn filtered(
     level: Level,
     color: &[[Plane; 3]; 2],
     features: &[Plane],
     candidates: &[Candidate],
     &Extent { radius, patch, sharpness }: &Extent,
-) -> Vec<[[Plane; 3]; 2]> {
-    let variance = [0, 1, 2].map(|c| plane::variance(&color[0][c], &color[1][c], VARIANCE_RADIUS));
-    let [even, odd] = [0, 1].map(|half: usize| color[half].each_ref());
+) -> Vec<[[Plane; 4]; 2]> {
+    let looks = [0, 1].map(|half: usize| {
+        [0, 1, 2].map(|c: usize| {
+            Plane::of(color[half][c].size, |x, y| {
+                elementary::log2(1.0 + color[half][c].at(x, y).max(0.0) / KNEE)
+            })
+        })
+    });
+    let variance = [0, 1, 2].map(|c| {
+        let [near, far] =
+            [VARIANCE_RADIUS, FAR_RADIUS].map(|radius| plane::variance(&looks[0][c], &looks[1][c], radius));
+        Plane::of(near.size, |x, y| near.at(x, y).max(FAR_PART * far.at(x, y)))
+    });
+    let [even, odd] = color.each_ref().map(|half| half.each_ref());
+    let [even_looks, odd_looks] = looks.each_ref().map(|half| half.each_ref());
     let pass = Pass {
         halves: [&even, &odd],
+        compared: [&even_looks, &odd_looks],
         variance: &variance.each_ref(),
         features,
         sharpness,
         candidates,
         radius,
+        stride: None,
         patch,
         least: LEAST,
     };
-    let triple = |planes: Vec<Plane>| -> [Plane; 3] {
+    let array = |planes: Vec<Plane>| -> [Plane; 4] {
         let mut planes = planes.into_iter();
         std::array::from_fn(|_| planes.next().unwrap_or_default())
     };
-    pass.run(level).into_iter().map(|halves| halves.map(triple)).collect()
+    pass.run(level).into_iter().map(|halves| halves.map(array)).collect()
 }
 
 #[cfg(test)]

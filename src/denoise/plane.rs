@@ -5,9 +5,13 @@ use rayon::prelude::*;
 use crate::simd::Float;
 
 /// How far anything looks beyond a pixel.
-pub const BORDER: usize = super::RADIUS + super::PATCH;
+pub const BORDER: usize = super::outliers::REACH;
+const _: () = assert!(BORDER >= super::RADIUS + super::PATCH);
 /// Rows are whole tiles long, and lanes may read beyond them.
 const SPARE: usize = super::filter::TILE[0] + 16;
+
+/// A difference of features that leaves no weight.
+const OUTSIDE: f32 = 1e3;
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +46,29 @@ impl Plane {
             values.copy_within(from..from + stride, y * stride);
         }
         Self { values, size, stride }
+    }
+
+    /// By the column and the row of each pixel.
+    pub fn of(size: [usize; 2], value: impl Fn(usize, usize) -> f32 + Sync) -> Self {
+        Self::new(size, |at| value(at % size[0], at / size[0]))
+    }
+
+    /// 0 within the image, so far from it in the border that nothing there is like a pixel.
+    pub fn frame(size: [usize; 2]) -> Self {
+        let mut plane = Self::new(size, |_| 0.0);
+        let [width, height] = size;
+        for (number, value) in plane.values.iter_mut().enumerate() {
+            let (x, y) = (number % plane.stride, number / plane.stride);
+            if !((BORDER..BORDER + width).contains(&x) && (BORDER..BORDER + height).contains(&y)) {
+                *value = OUTSIDE;
+            }
+        }
+        plane
+    }
+
+    /// The value `before` pixels to the left of a pixel and above it, at most as many as the border has.
+    pub fn around(&self, before: usize, x: usize, y: usize) -> f32 {
+        self.values[(y + BORDER - before) * self.stride + x + BORDER - before]
     }
 
     /// A pixel's.

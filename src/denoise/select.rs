@@ -3,9 +3,32 @@
 use super::plane::{Plane, variance};
 
 /// Errors are means over this many pixels to each side.
-const ERROR_RADIUS: usize = 3;
+const ERROR_RADIUS: usize = 2;
 /// One choice fades into another over this many pixels to each side.
 const FADE_RADIUS: usize = 2;
+
+/// Weights that are enough to average away noise.
+const ENOUGH: f32 = 4.0;
+
+/// Completes pixels with too few like them, as at silhouettes, from a candidate that takes more pixels for alike: as
+/// much of it as is missing. The last plane of each half has the sums of weights.
+pub fn complete(candidates: &[[[Plane; 4]; 2]], wide: usize) -> Vec<[[Plane; 3]; 2]> {
+    let completed = |own: &[Plane; 4], other: &[Plane; 4]| {
+        [0, 1, 2].map(|channel: usize| {
+            Plane::of(own[3].size, |x, y| {
+                let [weight, more] = [own, other].map(|planes| planes[3].at(x, y));
+                let missing = (ENOUGH - weight).clamp(0.0, (more - weight).max(0.0));
+                let part = if missing > 0.0 { missing / (more - weight) * more } else { 0.0 };
+                let (value, fill) = (own[channel].at(x, y), other[channel].at(x, y));
+                (weight * value + part * fill) / (weight + part)
+            })
+        })
+    };
+    candidates
+        .iter()
+        .map(|own| [0, 1].map(|half: usize| completed(&own[half], &candidates[wide][half])))
+        .collect()
+}
 
 /// Of candidates `[half][channel]`, in each place the one that differs least from the half that it was not made of.
 pub fn best(color: &[[Plane; 3]; 2], candidates: Vec<[[Plane; 3]; 2]>) -> [[Plane; 3]; 2] {

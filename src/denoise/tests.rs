@@ -120,3 +120,118 @@ fn one_sample_is_too_few() {
         denoise(Level::detect(), &Noisy { film: &film, features: [&features[0], &features[1]] }).is_none()
     );
 }
+
+/// A film with 16 samples of each pixel, as given by its column, row and number.
+fn film_of(sample: impl Fn(u32, u32, u32) -> f32) -> Film {
+    let mut film = Film::new(Region::whole(SIZE), Unit::default());
+    for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+        for number in 0..16 {
+            film.count(x, y, number);
+            film.add(x, y, number, Rgb::splat(sample(x, y, number)));
+        }
+    }
+    film
+}
+
+/// Noise around 1, another number for each pixel and sample.
+fn noise(x: u32, y: u32, number: u32) -> f32 {
+    Stream::new(u64::from((y * SIZE[0] + x) * 16 + number)).random_range(0.0..2.0)
+}
+
+fn wall() -> [Vec<Features>; 2] {
+    noisy(&|_, _| (Rgb::WHITE, 2.0), 1, 1).1
+}
+
+/// Where an outlier is planted: alone, in corners and at edges, in two halves of one pixel among others, and in each
+/// other pixel of a group, as shared paths leave them.
+fn planted(x: u32, y: u32, number: u32) -> bool {
+    let single = [(0, 0), (99, 35), (50, 69), (20, 20), (24, 25), (33, 22), (27, 31)].contains(&(x, y));
+    let group = (70..74).contains(&x) && (40..44).contains(&y) && (x + y).is_multiple_of(2);
+    (number == 3 && (single || group))
+        || (number == 6 && (x, y) == (27, 31))
+        || (number == 8 && (x, y) == (30, 27))
+}
+
+#[test]
+fn outliers_leave_no_halo() {
+    let film = film_of(|x, y, number| noise(x, y, number) + f32::from(u8::from(planted(x, y, number))) * 1e4);
+    let found = clean(&film, &wall(), Level::detect());
+    for (at, pixel) in found.radiance.iter().enumerate() {
+        let (x, y) = (at as u32 % SIZE[0], at as u32 / SIZE[0]);
+        assert!((pixel.g - 1.0).abs() < 0.3, "{x}, {y}: {}", pixel.g);
+    }
+}
+
+/// What is bright in both halves is not taken for an outlier, be it a single pixel, and does not light what is around.
+#[test]
+fn small_lights_stay_and_have_no_halo() {
+    let lights = [(30, 30, 1), (60, 20, 2), (80, 50, 3)];
+    let light = |x: u32, y: u32| {
+        let within =
+            |&(u, v, side): &(u32, u32, u32)| (u..u + side).contains(&x) && (v..v + side).contains(&y);
+        lights.iter().any(within)
+    };
+    let radiance = |x: u32, y: u32| if light(x, y) { 200.0 } else { 1.0 };
+    let film = film_of(|x, y, number| noise(x, y, number) * radiance(x, y));
+    let found = clean(&film, &wall(), Level::detect());
+    let lit = |(x, y)| found.radiance[(y * SIZE[0] + x) as usize].g;
+    for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+        let beside =
+            (-1..=1).any(|dy| (-1..=1).any(|dx| light(x.wrapping_add_signed(dx), y.wrapping_add_signed(dy))));
+        match (light(x, y), beside) {
+            (true, _) => assert!((100.0..300.0).contains(&lit((x, y))), "{x}, {y}: {}", lit((x, y))),
+            (false, true) => {}
+            (false, false) => assert!((lit((x, y)) - 1.0).abs() < 0.5, "{x}, {y}: {}", lit((x, y))),
+        }
+    }
+}
+
+/// Light that many outliers bring together, as a caustic does, is not lost.
+#[test]
+fn light_of_many_outliers_is_spread() {
+    let rare = |x, y, number| if noise(y, x + 31, number) < 0.005 { 800.0 } else { 0.0 };
+    let film = film_of(|x, y, number| noise(x, y, number) + rare(x, y, number));
+    let found = clean(&film, &wall(), Level::detect());
+    let mean = |pixels: &[Rgb]| pixels.iter().map(|p| f64::from(p.g)).sum::<f64>() / pixels.len() as f64;
+    let (before, after) = (mean(&film.radiance()), mean(&found.radiance));
+    assert!(before > 2.0 && (after / before - 1.0).abs() < 0.2, "{before} before, {after} after");
+    let largest = found.radiance.iter().map(|p| f64::from(p.g)).fold(0.0, f64::max);
+    assert!(largest < 3.0 * before, "{largest} somewhere");
+}
+
+/// A pattern in the albedo survives light that is as noisy as it is bright.
+#[test]
+fn textures_stay() {
+    let albedo = |x: u32, y: u32| 0.3 + 0.05 * ((x * 3 + y * 5) % 7) as f32;
+    let film = film_of(|x, y, number| albedo(x, y) * noise(x, y, number));
+    let mut features = wall();
+    for half in &mut features {
+        for (at, of) in half.iter_mut().enumerate() {
+            of.albedo = Rgb::splat(albedo(at as u32 % SIZE[0], at as u32 / SIZE[0]));
+            of.material = 3;
+        }
+    }
+    let found = clean(&film, &features, Level::detect());
+    let scene = |x: u32, y: u32| (Rgb::splat(albedo(x, y)), 2.0);
+    let (before, after) = (error(&film.radiance(), &scene), error(&found.radiance, &scene));
+    assert!(after * 5.0 < before, "{before} before, {after} after");
+}
+
+/// A silhouette's pixels are unlike each other, and are averaged nevertheless.
+#[test]
+fn pixels_unlike_all_others_lose_noise() {
+    let mut features = wall();
+    for half in &mut features {
+        for (at, of) in half.iter_mut().enumerate().filter(|(at, _)| *at as u32 % SIZE[0] == 50) {
+            of.depth_m = 2.6 + 0.55 * ((at as u32 / SIZE[0]) % 3) as f32;
+        }
+    }
+    let film = film_of(noise);
+    let found = clean(&film, &features, Level::detect());
+    let spread = |pixels: &[Rgb]| {
+        let column = pixels.iter().skip(50).step_by(SIZE[0] as usize);
+        column.map(|p| f64::from(p.g - 1.0).powi(2)).sum::<f64>().sqrt()
+    };
+    let (before, after) = (spread(&film.radiance()), spread(&found.radiance));
+    assert!(after * 1.5 < before, "{before} before, {after} after");
+}

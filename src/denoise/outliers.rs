@@ -1,0 +1,192 @@
+//! The light of single samples far above all around them: it is taken out before filtering, and comes back as far as
+//! both halves of the samples agree on it.
+//!
+//! A sample that reaches a small bright thing by a rare way makes its pixel far brighter in one half than in the other
+//! one. What both halves see stays: small lights, highlights, bright edges. Of an outlier, the part that the other
+//! half's surroundings confirm stays, too; the rest is excess. Where excess is dense, as within a caustic, it is noise
+//! like any other and is filtered with the image. Where it is sparse, it is spread over surfaces, at larger and larger
+//! scales, and comes back at the first scale at which both halves have seen enough of it. What is too rare even for the
+//! largest scale is left out: nothing is known of where it belongs.
+
+use super::filter::{Candidate, Pass};
+use super::plane::Plane;
+use crate::simd::Level;
+
+/// Pixels are outliers if they are brighter than usual by more than this factor.
+const FACTOR: f32 = 3.0;
+/// Brightness, relative to the image's mean, that no outlier lies below.
+const FLOOR: f32 = 0.01;
+/// Pixels to each side among which the usual brightness is looked up.
+const WINDOW: usize = 3;
+/// Their place in the order of brightness from which edges and dense noise are usual.
+const QUANTILE: f32 = 0.85;
+/// Like pixels of the window that are enough to disregard the unlike ones.
+const ENOUGH: usize = 8;
+/// Squared difference of features, in units of their width, from which pixels are unlike.
+const UNLIKE: f32 = 1.0;
+/// Pixels to each side among which other outliers make it probable that two of them meet in one pixel.
+const MEETING: usize = 7;
+/// Numbers of outliers in a half from which, and up to which, their mean is more and more reliable.
+const RELIABLE: [f32; 2] = [2.5, 6.0];
+/// Pixels to each side of which dense excess is counted.
+const DENSE_RADIUS: usize = 2;
+/// Radius of each scale, in units of its stride.
+const RADIUS: usize = 3;
+/// Distances of the pixels that are averaged at each scale.
+const STRIDES: [usize; 4] = [1, 2, 4, 8];
+/// How far the largest scale looks beyond a pixel.
+pub const REACH: usize = RADIUS * STRIDES[STRIDES.len() - 1];
+
+/// Both halves of an image without its outliers, and their light.
+pub struct Split {
+    /// What is left, `[half][channel]`.
+    pub base: [[Plane; 3]; 2],
+    /// To be added after filtering, `[half][channel]`.
+    pub spread: [[Plane; 3]; 2],
+}
+
+/// Excess of a half: three channels, and the square of their mean.
+type Excess = [Plane; 4];
+
+/// Takes the outliers out of an image.
+pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
+    let size = color[0][0].size;
+    let shares = shares(color, features);
+    let mut excess: [Excess; 2] = [0, 1].map(|half: usize| {
+        let channel = |c: usize| Plane::of(size, |x, y| color[half][c].at(x, y) * shares[half].at(x, y));
+        let [r, g, b] = [0, 1, 2].map(channel);
+        let square = Plane::of(size, |x, y| {
+            let mean = (r.at(x, y) + g.at(x, y) + b.at(x, y)) / 3.0;
+            mean * mean
+        });
+        [r, g, b, square]
+    });
+    let dense = accepted(&smoothed(level, &excess, features, [DENSE_RADIUS, 1]), 1.0);
+    excess.iter_mut().flatten().for_each(|plane| *plane = without(plane, &dense));
+    let base = [0, 1].map(|half: usize| {
+        [0, 1, 2].map(|c: usize| Plane::of(size, |x, y| color[half][c].at(x, y) - excess[half][c].at(x, y)))
+    });
+
+    let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| Plane::new(size, |_| 0.0)));
+    let mut area = 1.0;
+    for stride in STRIDES {
+        let means = smoothed(level, &excess, features, [RADIUS, stride]);
+        let accepted = accepted(&means, area);
+        for (half, means) in means.iter().enumerate() {
+            for (plane, mean) in spread[half].iter_mut().zip(means) {
+                *plane = Plane::of(size, |x, y| plane.at(x, y) + mean.at(x, y) * accepted.at(x, y));
+            }
+            for (plane, mean) in excess[half].iter_mut().zip(means) {
+                *plane = without(mean, &accepted);
+            }
+        }
+        // The pixels that a value of the next scale is the mean of.
+        area = (RADIUS * RADIUS * stride * stride) as f32;
+    }
+    Split { base, spread }
+}
+
+fn without(plane: &Plane, share: &Plane) -> Plane {
+    Plane::of(plane.size, |x, y| plane.at(x, y) * (1.0 - share.at(x, y)))
+}
+
+/// The part of each pixel's light that is excess, of each half.
+fn shares(color: &[[Plane; 3]; 2], features: &[Plane]) -> [Plane; 2] {
+    let size = color[0][0].size;
+    let bright = color
+        .each_ref()
+        .map(|[r, g, b]| Plane::of(size, |x, y| (r.at(x, y) + g.at(x, y) + b.at(x, y)) / 3.0));
+    let share = |half: usize, x: usize, y: usize, trusted: bool| {
+        let own = bright[half].at(x, y);
+        let limit = limit(own, &bright[1 - half], features, [x, y], trusted);
+        if own > limit { 1.0 - limit / own } else { 0.0 }
+    };
+    let first = [0, 1].map(|half: usize| Plane::of(size, |x, y| share(half, x, y, true)));
+    // Where a half has outliers, some of them meet one of the other half in the same pixel.
+    let near = first
+        .each_ref()
+        .map(|share| Plane::of(size, |x, y| f32::from(u8::from(share.at(x, y) > 0.0))).smoothed(MEETING));
+    [0, 1].map(|half: usize| {
+        Plane::of(size, |x, y| match first[half].at(x, y) {
+            0.0 if near[1 - half].at(x, y) > 0.0 => share(half, x, y, false),
+            share => share,
+        })
+    })
+}
+
+/// The brightness above which a pixel of one half is an outlier, as the other half sees it. If the same pixel of the
+/// other half is not trusted, two of those around it must confirm it. The result is `own` or more if it is no outlier.
+fn limit(own: f32, other: &Plane, features: &[Plane], [x, y]: [usize; 2], trusted: bool) -> f32 {
+    let [mut largest, mut second] = [0.0f32; 2];
+    for (u, v) in (0..9).filter(|number| *number != 4).map(|number| (x + number % 3, y + number / 3)) {
+        let value = other.around(1, u, v);
+        second = second.max(largest.min(value));
+        largest = largest.max(value);
+    }
+    let same = other.at(x, y);
+    let confirmed = if trusted { same } else { second };
+    if own <= FACTOR * confirmed + FLOOR {
+        return own;
+    }
+    let unlike = |dx: usize, dy: usize| {
+        let differ = |feature: &Plane| feature.around(WINDOW, x + dx, y + dy) - feature.at(x, y);
+        features.iter().any(|feature| differ(feature) * differ(feature) >= UNLIKE)
+    };
+    let (mut like, mut all, mut edge) = (Vec::new(), Vec::new(), false);
+    for (dx, dy) in (0..=2 * WINDOW).flat_map(|dy| (0..=2 * WINDOW).map(move |dx| (dx, dy))) {
+        let value = other.around(WINDOW, x + dx, y + dy);
+        all.push(value);
+        if !unlike(dx, dy) {
+            like.push(value);
+        } else if dx.abs_diff(WINDOW) <= 1 && dy.abs_diff(WINDOW) <= 1 {
+            edge = true;
+        }
+    }
+    let values = if like.len() >= ENOUGH { &mut like } else { &mut all };
+    let place = ((values.len() - 1) as f32 * QUANTILE) as usize;
+    let mut usual = confirmed.max(*values.select_nth_unstable_by(place, f32::total_cmp).1);
+    if edge {
+        // How much of a pixel lies on either side of an edge is noise, too.
+        usual = usual.max(same).max(largest);
+    }
+    FACTOR * usual + FLOOR
+}
+
+/// Means of excess over pixels with like features, and at the end the sums of weights.
+fn smoothed(
+    level: Level,
+    excess: &[Excess; 2],
+    features: &[Plane],
+    [radius, stride]: [usize; 2],
+) -> [Vec<Plane>; 2] {
+    let [even, odd] = excess.each_ref().map(Excess::each_ref);
+    let pass = Pass {
+        halves: [&even, &odd],
+        compared: [&[], &[]],
+        variance: &[],
+        features,
+        sharpness: 1.0,
+        candidates: &[Candidate::FeaturesAlone],
+        radius,
+        stride: Some(stride),
+        patch: 0,
+        least: 0.0,
+    };
+    pass.run(level).pop().unwrap_or_default()
+}
+
+/// The part of the mean excess that both halves agree on: each has enough outliers, and one mean is like the other.
+fn accepted(means: &[Vec<Plane>; 2], area: f32) -> Plane {
+    let [few, many] = RELIABLE;
+    Plane::of(means[0][0].size, |x, y| {
+        let [(a, m), (b, n)] = means.each_ref().map(|planes| {
+            let at = |number: usize| planes[number].at(x, y);
+            let mean = (at(0) + at(1) + at(2)) / 3.0;
+            // As many outliers of one brightness would have that mean and that mean of squares.
+            let count = if at(3) > 0.0 { at(4) * area * mean * mean / at(3) } else { 0.0 };
+            (mean, count)
+        });
+        let reliable = ((m.min(n) - few) / (many - few)).clamp(0.0, 1.0);
+        if reliable > 0.0 { reliable * a.min(b) / a.max(b) } else { 0.0 }
+    })
+}
