@@ -5,9 +5,12 @@
 //! is decided by the other one (so that no noise chooses itself) and by what the samples hit first: by non-local
 //! means over patches (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered
 //! in the same way (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013).
-//! There are three such means for each pixel, which differ in how much colours count. Each is compared with the other
-//! half, and in every place the one with the smallest error is taken. What then differs between the two halves is
-//! filtered once more.
+//! There are four such means for each pixel, which differ in how much colours and features count. Each is compared with
+//! the other half, and in every place the one with the smallest error is taken. What then differs between the two halves
+//! is filtered once more.
+//!
+//! Before that, the texture of surfaces is divided out (`texture`), and the light of single samples far above all
+//! around them is taken out (`outliers`): it comes back only as far as both halves agree on it.
 //!
 //! Paths that neighbours share have errors in common, which averaging neighbours does not remove. They are found as
 //! what differs between the two halves over whole groups, and averaged over what lies beside them.
@@ -54,9 +57,9 @@ const KNEE: f32 = 0.1;
 /// Below any difference in what is compared that matters, squared.
 const LEAST: f32 = 2e-4;
 
-/// About how many bytes it takes for each pixel: planes of halves, variances, features and candidates, and their
-/// sums.
-pub const BYTES: usize = 4 * (6 + 3 + 8 + 18 + 24 + 6);
+/// About how many bytes it takes for each pixel: planes of halves, of what is compared, of texture and of outliers,
+/// variances, features and candidates, and their sums.
+pub const BYTES: usize = 4 * (6 + 6 + 6 + 6 + 3 + 9 + 32 + 32);
 
 /// See [`Pass`].
 struct Extent {
