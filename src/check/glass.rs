@@ -48,7 +48,7 @@ pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
     let rims: Vec<&[[Vec3; 2]]> = glass.iter().map(|one| &one.open[..]).collect();
     let groups = joined(&rims);
     let mut inwards = Vec::new();
-    for Joined { members, rim } in &groups {
+    for Joined { members, rim, .. } in &groups {
         let members: Vec<&Glass> = members.iter().map(|member| &glass[*member]).collect();
         let edges: usize = members.iter().map(|member| member.edges).sum();
         let triangles: Vec<[Vec3; 3]> =
@@ -183,7 +183,8 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Ve
             && (a.bounds.min - b.bounds.max).max_element().max((b.bounds.min - a.bounds.max).max_element())
                 <= near
     };
-    if !all.iter().any(|one| all.iter().any(|other| touch(one, other))) {
+    let touched = touched(all, all.iter().map(near).fold(0.0, f32::max), &touch);
+    if !touched.contains(&true) {
         return;
     }
     // The tree asks whether a surface is there, so that it can pass the entity's own.
@@ -192,7 +193,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Ve
     Arc::make_mut(&mut scene.bvh).set_presence(|_| Presence::Asked, &placed);
     let mut tracer = Tracer::new(&scene);
     for (number, glass) in all.iter().enumerate() {
-        if !all.iter().any(|other| touch(glass, other)) {
+        if !touched[number] {
             continue;
         }
         let near = near(glass);
@@ -220,6 +221,22 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Ve
             findings.push(Finding::new(Some(&checked.name(glass.entity)), what, remedy));
         }
     }
+}
+
+/// Which of them touch another one; none does that is farther away than `near`.
+fn touched(all: &[Glass], near: f32, touch: &dyn Fn(&Glass, &Glass) -> bool) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|a, b| all[*a].bounds.min.x.total_cmp(&all[*b].bounds.min.x));
+    let mut touched = vec![false; all.len()];
+    for (at, one) in order.iter().enumerate() {
+        let end = all[*one].bounds.max.x + near;
+        for other in order[at + 1..].iter().take_while(|other| all[**other].bounds.min.x <= end) {
+            if !(touched[*one] && touched[*other]) && touch(&all[*one], &all[*other]) {
+                (touched[*one], touched[*other]) = (true, true);
+            }
+        }
+    }
+    touched
 }
 
 /// Points of triangles, evenly by area, with the normals there.

@@ -21,7 +21,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     if !scene.lights.is_empty() && !shines && scene.materials.iter().any(|material| scatters(&material)) {
         findings.push(Finding::new(
             None,
-            "there is a body that scatters light, and no light gets into it: it bends light, and no ray can hit the lamps that there are",
+            "there is a body that scatters light, and none of the lamps' light is scattered in it: it bends light, and no ray can hit the lamps that there are",
             "ior: 1 for fog; or use Area(visible: true, …) or an Environment, or diffuse_transmission: 1 instead of transmission",
         ));
     }

@@ -1,8 +1,8 @@
 //! Single samples that spoil an image: too bright for it, or not numbers (NaN).
 
 use crate::error::words;
-use crate::film::{Film, Region};
-use crate::render::{Options, Session};
+use crate::film::Film;
+use crate::render::Session;
 use crate::study::explain::{GivenNames, explain};
 
 /// A pixel is examined if it brings at least this part of the image's light.
@@ -77,10 +77,10 @@ pub fn outliers(session: &Session) -> Vec<Outlier> {
             outliers.push(outlier(session, [x, y], sample, oddity));
         }
     }
-    for (pixel, share) in suspects(film) {
-        let Some((sample, part)) = brightest(session, pixel) else { continue };
+    let (pixels, shares): (Vec<_>, Vec<_>) = suspects(film).into_iter().unzip();
+    for ((pixel, share), (sample, part)) in pixels.iter().zip(shares).zip(brightest(session, &pixels)) {
         if part > OF_PIXEL {
-            outliers.push(outlier(session, pixel, sample, Oddity::Bright(share * part)));
+            outliers.push(outlier(session, *pixel, sample, Oddity::Bright(share * part)));
         }
     }
     outliers
@@ -110,28 +110,20 @@ fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
     brightest.into_iter().map(|(at, light)| (pixel(at), light / all)).collect()
 }
 
-/// A pixel's brightest sample, and which part of its light that is.
-fn brightest(session: &Session, [x, y]: [u32; 2]) -> Option<(u32, f32)> {
-    let samples = &session.gathered().samples;
-    if samples.count() > LONGEST {
-        return None;
+/// Of each pixel the brightest sample, and which part of its light that is; nothing if there are too many samples.
+fn brightest(session: &Session, pixels: &[[u32; 2]]) -> Vec<(u32, f32)> {
+    if pixels.is_empty() || session.gathered().samples.count() > LONGEST {
+        return Vec::new();
     }
-    let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
-    let options = Options { region: Some(region), variance: false, ..*session.options() };
-    let (mut sum, mut best) = (0.0, (0, 0.0));
-    // Part of an image has samples from the middle, too.
-    for sample in samples.iter().flatten() {
-        let alone =
-            Session::of(session.frame().clone(), sample + 1, options).with_samples(sample..sample + 1);
-        let film = alone.observe(Some([x, y]), &mut |_| ());
-        let place = film.region().index(x, y);
-        let light = film.radiance().get(place).map_or(0.0, |light| light.luminance());
-        sum += light;
-        if light > best.1 {
-            best = (sample, light);
+    let mut found = vec![(0, 0.0, 0.0); pixels.len()];
+    session.each_sample_of(pixels, &mut |sample, pixel, light| {
+        let (best, most, sum) = &mut found[pixel];
+        *sum += light;
+        if light > *most {
+            (*best, *most) = (sample, light);
         }
-    }
-    (sum > 0.0).then(|| (best.0, best.1 / sum))
+    });
+    found.into_iter().map(|(best, most, sum)| (best, most / sum.max(f32::MIN_POSITIVE))).collect()
 }
 
 fn outlier(session: &Session, pixel: [u32; 2], sample: u32, oddity: Oddity) -> Outlier {
@@ -144,7 +136,7 @@ fn outlier(session: &Session, pixel: [u32; 2], sample: u32, oddity: Oddity) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Unit;
+    use crate::film::{Region, Unit};
     use crate::math::Rgb;
 
     /// One sample of a thousand times the light of all others.

@@ -11,9 +11,11 @@ use crate::error::in_one_line;
 use crate::film::Region;
 use crate::formats::gltf::{Contents, contents};
 use crate::integrator::Frame;
+use crate::integrator::photons::NoPhotons;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
 use crate::render::Needs;
+use crate::render::photons::{self, Bytes};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, LightSamples};
 use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, World};
@@ -35,6 +37,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     // The world ends before anything is rendered.
     let rendering = rendering_bytes(before, &frame, &settings, &needs);
     facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
+    facts["photons"] = photons(&frame);
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -48,6 +51,14 @@ pub(super) fn rendering_bytes(
     needs: &Needs,
 ) -> Option<u64> {
     Some(before? + frame.scene.memory().total() as u64 + needs.bytes(frame, settings))
+}
+
+/// Photons as far as they are known before any is traced.
+fn photons(frame: &Frame) -> Value {
+    let (count, Bytes { ended, sorted }) = (photons::count_of(frame), Bytes::most(frame));
+    let none = count.err().map(NoPhotons::text);
+    let turns_off = frame.chooses_photons;
+    json!({"a_sample": count.unwrap_or(0), "none": none, "may_turn_off": turns_off, "ended_bytes": ended, "sorted_bytes": sorted})
 }
 
 /// Everything as one object; the text is made from it, so that both say the same.
@@ -239,6 +250,18 @@ fn text(facts: &Value) -> String {
         megabytes(&memory["lights"]),
         megabytes(&memory["film"])
     ));
+    let photons = &facts["photons"];
+    lines.push(match photons["none"].as_str() {
+        Some(none) => format!("photons    none: {none}"),
+        None => format!(
+            "photons    {}{} a sample{}; in memory at most {} as they end, and {} sorted",
+            if photons["may_turn_off"] == true { "at most " } else { "" },
+            photons["a_sample"],
+            if photons["may_turn_off"] == true { ", if they turn out to be of use" } else { "" },
+            megabytes(&photons["ended_bytes"]),
+            megabytes(&photons["sorted_bytes"])
+        ),
+    });
     let plain = |v: &Value| v.as_str().map_or_else(|| v.to_string(), in_one_line);
     for mesh in list(&facts["meshes"]) {
         let file = mesh["file"].as_str().map_or(String::new(), |file| format!(" of {file}"));

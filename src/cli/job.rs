@@ -345,6 +345,11 @@ fn finish(
     images: &[PathBuf],
     mut saved: Saved,
 ) -> Result<(), Failure> {
+    if session.leaves_photons_out() && !wanted.work.quiet {
+        output::tell(format_args!(
+            "note: photons would show as single dots here, so caustics are left to chance: --caustics 1 brings them"
+        ));
+    }
     let Job { header, names, authored, mut findings, mut phases, .. } = job;
     let start = Instant::now();
     let denoised = if wanted.output.denoise { session.denoised() } else { None };

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::profile_report::ProfileReport;
 use super::{Failure, args, output, usage};
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::{Frame, Schedule, Stop};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Level;
 use crate::study::profile::{self, ProfilePlan, counters, flow};
@@ -73,6 +73,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
     }
     let times = profile::time(&frame, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
+    let photons = crate::render::photons::plan(&frame, &Stop::NEVER).map(|plan| plan.count());
     let stages = profile::stage_times(&frame, &plan)?;
     bar.inc(1);
     let flows = flow::count(&frame, &plan);
@@ -88,6 +89,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         frame: &frame,
         times: &times,
         stages: &stages,
+        photons,
         flows: &flows,
         counted: &counted,
     };
@@ -100,7 +102,8 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
 fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<(), Failure> {
     let mut events = Vec::new();
     for (process, schedule) in [Schedule::Wavefront, Schedule::Recursive].into_iter().enumerate() {
-        let session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+        let mut session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+        session.prepare(&Stop::NEVER);
         let spans = on_threads(plan.threads, || session.spans())?;
         let name = if schedule == Schedule::Wavefront { "wavefront" } else { "recursive" };
         events.push(json!({"name": "process_name", "ph": "M", "pid": process, "args": {"name": name}}));

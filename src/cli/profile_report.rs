@@ -5,7 +5,9 @@ use serde_json::{Value, json};
 use super::profile::Profile;
 use crate::bvh::tally::Visits;
 use crate::film::PixelSum;
+use crate::integrator::photons::NoPhotons;
 use crate::integrator::{Frame, RayCounts, Schedule, Stage};
+use crate::render::photons::Bytes;
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
 use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
@@ -24,6 +26,8 @@ pub(super) struct ProfileReport<'a> {
     pub frame: &'a Frame,
     pub times: &'a [Timed; 2],
     pub stages: &'a StageTimes,
+    /// Photons of a sample, or why there are none.
+    pub photons: Result<u32, NoPhotons>,
     pub flows: &'a Flows,
     pub counted: &'a Result<Counted, String>,
 }
@@ -118,9 +122,9 @@ impl ProfileReport<'_> {
             Transport::Path => vec![
                 row("scattered rays", &rays(|rays| rays.scatter)),
                 row("connecting rays", &rays(|rays| rays.connect)),
-                row("rays of photons", &rays(|rays| rays.photon)),
             ],
         })
+        .chain(self.photons.is_ok().then(|| row("rays of photons", &rays(|rays| rays.photon))))
         .chain([
             row("shadow rays", &rays(|rays| rays.shadow)),
             row("queues", &|timed| match timed.schedule {
@@ -136,6 +140,14 @@ impl ProfileReport<'_> {
                 megabytes(memory.textures),
                 megabytes(film)
             ),
+            match self.photons {
+                Ok(photons) => format!(
+                    "photons             {} a sample, in memory {} at most",
+                    count(photons.into()),
+                    megabytes(Bytes::most(self.frame).total() as usize)
+                ),
+                Err(why) => format!("photons             none: {}", why.text()),
+            },
         ])
         .collect()
     }
@@ -178,8 +190,12 @@ impl ProfileReport<'_> {
 
     /// The path transport's shading sends the rays to lights by itself.
     fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
-        let lights = self.frame.transport == Transport::Whitted;
-        Stage::ALL.into_iter().filter(move |stage| lights || *stage != Stage::Light)
+        let (lights, photons) = (self.frame.transport == Transport::Whitted, self.photons.is_ok());
+        Stage::ALL.into_iter().filter(move |stage| match stage {
+            Stage::Light => lights,
+            Stage::Photons => photons,
+            _ => true,
+        })
     }
 
     /// The kinds of rays that the transport knows.
@@ -308,8 +324,10 @@ impl ProfileReport<'_> {
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
-                "queues_a_thread": wave_bytes(self.frame, self.plan), "peak": crate::memory::peak(),
+                "queues_a_thread": wave_bytes(self.frame, self.plan),
+                "photons": if self.photons.is_ok() { Bytes::most(self.frame).total() } else { 0 }, "peak": crate::memory::peak(),
             },
+            "photons": {"a_sample": self.photons.unwrap_or(0), "none": self.photons.err().map(NoPhotons::text)},
             "counters": counters,
         })
     }

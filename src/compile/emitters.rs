@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::glow::Glows;
 use super::light_tree::{self, LightBounds};
-use super::lights::Lamp;
+use super::lights::{Lamp, Lamps};
 use super::made::{Bits, Same, bits};
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
@@ -48,7 +48,7 @@ impl Inputs {
         textures: &Arc<Textures>,
         environment: &Arc<Environment>,
         materials: &[Material],
-        lamps: &[Lamp],
+        lamps: &Lamps,
     ) -> Inputs {
         let shining: Vec<_> = materials.iter().enumerate().filter(|(_, material)| material.emits()).collect();
         Inputs {
@@ -70,7 +70,8 @@ pub(super) struct CompiledEmitters {
     pub left_out: usize,
 }
 
-pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environment) -> CompiledEmitters {
+pub(super) fn compile(surfaces: &Surfaces, lamps: &Lamps, environment: &Environment) -> CompiledEmitters {
+    let Lamps { all: lamps, without_caustics, around_without_caustics } = lamps;
     let mut out = Emitters::default();
     let (mut areas, mut lights) = (HashMap::new(), Vec::new());
     for (index, lamp) in lamps.iter().enumerate() {
@@ -108,7 +109,13 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &[Lamp], environment: &Environ
     // Light that is nearly even all around is found by sampled directions as well as in any other way.
     if environment.panorama.is_some() && !environment.is_black() {
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
-        push(&mut out, kind::ENVIRONMENT, flag::VISIBLE, row);
+        let flags = if *around_without_caustics { flag::WITHOUT_PHOTONS } else { 0 };
+        push(&mut out, kind::ENVIRONMENT, flag::VISIBLE | flags, row);
+    }
+    for (light, without) in lights.iter().zip(without_caustics) {
+        if *without && light.emitter != NONE {
+            out.flags[light.emitter as usize] |= flag::WITHOUT_PHOTONS;
+        }
     }
     let mut glows = Glows::new(surfaces);
     let bounds: Vec<LightBounds> =
@@ -268,6 +275,7 @@ fn flags_of(material: &Material) -> u32 {
         (!material.one_sided_emission && !material.hides_back, flag::TWO_SIDED),
         (textured, flag::TEXTURED),
         (covered, flag::COVERED),
+        (!material.caustics, flag::WITHOUT_PHOTONS),
     ];
     flags.into_iter().filter(|(set, _)| *set).fold(0, |all, (_, flag)| all | flag)
 }

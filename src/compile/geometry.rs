@@ -92,7 +92,7 @@ impl Inputs {
             let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
             let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
             let replaced =
-                open.get(&entity.id()).map_or(Vec::new(), |sheet| sheets.all_thin(&sheet.materials));
+                open.get(&entity.id()).map_or(Vec::new(), |sheet| sheets.in_place_of(&sheet.materials));
             material = material.map(|own| in_place_of(own, &replaced));
             if let Shape::Plane { corners } = &*shape {
                 check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;

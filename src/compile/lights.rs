@@ -91,10 +91,20 @@ pub fn light_names(world: &World) -> Vec<String> {
     lights.map(|entity| world.name_of(entity)).collect()
 }
 
+/// Lamps, and which lights send no photons.
+#[derive(Debug, Default)]
+pub(super) struct Lamps {
+    pub all: Vec<Lamp>,
+    /// True for each lamp that sends none.
+    pub without_caustics: Vec<bool>,
+    /// True if light from all around sends none.
+    pub around_without_caustics: bool,
+}
+
 /// What light entities come to.
 #[derive(Default)]
 pub(super) struct CompiledLights {
-    pub lamps: Vec<Lamp>,
+    pub lamps: Lamps,
     /// Those that rays can hit.
     pub panels: Vec<Panel>,
 }
@@ -108,6 +118,7 @@ pub(super) fn compile(
     names: &mut Vec<String>,
 ) -> Result<CompiledLights, CompileError> {
     let mut out = CompiledLights::default();
+    let mut around = None;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
         let matrix = &transforms[&entity];
@@ -127,7 +138,15 @@ pub(super) fn compile(
                 let edges = [first - corner, second - corner];
                 let (samples, pattern) = (*samples, *pattern);
                 let outline = *outline;
-                out.lamps.push(Lamp::Area { corner, edges, outline, radiance, samples, pattern, material });
+                out.lamps.all.push(Lamp::Area {
+                    corner,
+                    edges,
+                    outline,
+                    radiance,
+                    samples,
+                    pattern,
+                    material,
+                });
             }
             world::Light::Environment { .. } => {}
             world::Light::Photometric { power_w, profile } => {
@@ -142,12 +161,18 @@ pub(super) fn compile(
                 let across = (along - axis * along.dot(axis)).normalize();
                 let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
                 let (axes, scale) = ([axis, across], 1.0 / mean);
-                out.lamps.push(Lamp::Photometric { place, intensity, scale, axes, profile, beam });
+                out.lamps.all.push(Lamp::Photometric { place, intensity, scale, axes, profile, beam });
             }
-            sky @ world::Light::Sky { .. } => out.lamps.extend(sun(sky, matrix)),
-            other => out.lamps.push(punctual(other, matrix)),
+            sky @ world::Light::Sky { .. } => out.lamps.all.extend(sun(sky, matrix)),
+            other => out.lamps.all.push(punctual(other, matrix)),
         }
+        let sends_none = world.entities.satisfies::<&world::WithoutCaustics>(entity);
+        if light.is_around() {
+            around.get_or_insert(sends_none);
+        }
+        out.lamps.without_caustics.resize(out.lamps.all.len(), sends_none);
     }
+    out.lamps.around_without_caustics = around.unwrap_or(false);
     Ok(out)
 }
 

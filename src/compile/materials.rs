@@ -84,9 +84,19 @@ impl<'a> Sheets<'a> {
         self.add(id, None, Material { hides_back: false, one_sided_emission: false, ..record })
     }
 
-    /// The materials of sheets of such thickness in place of some materials.
-    pub fn all_thin(&mut self, materials: &[(MaterialId, f32)]) -> Vec<[MaterialId; 2]> {
-        materials.iter().map(|(id, thickness)| [*id, self.thin(*id, *thickness)]).collect()
+    /// The materials of sheets of such thickness, or of interfaces, in place of some materials.
+    pub fn in_place_of(&mut self, materials: &[(MaterialId, Option<f32>)]) -> Vec<[MaterialId; 2]> {
+        let mut other = |id: MaterialId, thickness: Option<f32>| match thickness {
+            Some(thickness) => self.thin(id, thickness),
+            None => self.interface(id),
+        };
+        materials.iter().map(|(id, thickness)| [*id, other(*id, *thickness)]).collect()
+    }
+
+    /// The material of an interface, which encloses nothing.
+    fn interface(&mut self, id: MaterialId) -> MaterialId {
+        let record = self.materials[id.0 as usize];
+        self.add(id, Some([u32::MAX; 3]), Material { encloses: false, medium: Medium::CLEAR, ..record })
     }
 
     /// The material of a sheet of a thickness in metres, of what is within a body of this material. (What is scattered
@@ -222,6 +232,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         emission: color(m.emission),
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
+        caustics: m.caustics,
         // Below 1: what is thinner than its surroundings, as air in glass.
         ior: if m.ior == 0.0 { 1e3 } else { bending(m.ior.max(1e-3), m.roughness) },
         specular: scalar(m.specular),
@@ -345,6 +356,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         emission: color(m.emission),
         one_sided_emission: false,
         unlit: false,
+        caustics: m.caustics,
         ior: m.ior.unwrap_or(1.5),
         specular: if mirror || shines || glass { one } else { none },
         specular_color: if glass { white } else { color(reflection) },

@@ -1,4 +1,4 @@
-//! Surfaces that have a volume and a thickness: whether they enclose a body, or are thin sheets.
+//! Open surfaces of glass: those that have a thickness are thin sheets; three or more that meet in an edge are interfaces.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -17,7 +17,10 @@ const BODY: f64 = 0.75;
 /// The winding number above which its holes are too small for a shell.
 const HARDLY_OPEN: f64 = 0.99;
 
-/// All surfaces that have a volume, where any of them has a thickness.
+/// The smallest number of surfaces that make interfaces, and of their materials.
+const FEWEST: usize = 3;
+
+/// All surfaces of glass, where any of them has a thickness or some of them may be interfaces.
 #[derive(PartialEq)]
 pub(super) struct Inputs(Vec<Surface>);
 
@@ -27,8 +30,8 @@ struct Surface {
     name: String,
     corners: Corners,
     matrix: DAffine3,
-    /// Its materials that have a volume, and their thickness before the transform.
-    materials: Vec<(MaterialId, f32)>,
+    /// Its materials that are glass, and their thickness before the transform; none if they have no volume.
+    materials: Vec<(MaterialId, Option<f32>)>,
     /// Whether these are the mesh's own, of which it may have others.
     own: bool,
 }
@@ -56,8 +59,8 @@ pub(super) struct Sheet {
     pub entity: u32,
     /// What people call it.
     name: String,
-    /// Its materials that have a volume, and the thickness of each in the world.
-    pub materials: Vec<(MaterialId, f32)>,
+    /// Its materials that are glass, and the thickness of each in the world; none of interfaces.
+    pub materials: Vec<(MaterialId, Option<f32>)>,
     open: usize,
     edges: usize,
 }
@@ -65,12 +68,14 @@ pub(super) struct Sheet {
 impl Inputs {
     /// The surfaces of a world.
     pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Inputs {
-        let thickness = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
-            Material::Principled(ref material) => material.volume.map(|volume| volume.thickness),
-            Material::BlinnPhong(_) => None,
+        let glass = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
+            Material::Principled(ref material) => Some(Some(material.volume?.thickness)),
+            Material::BlinnPhong(ref material) => material.ior.map(|_| None),
         };
-        let ids = 0..world.assets.materials.len() as u32;
-        if !ids.clone().any(|id| thickness(MaterialId(id)).is_some_and(|thickness| thickness > 0.0)) {
+        let of_glass: Vec<_> =
+            (0..world.assets.materials.len() as u32).filter_map(|id| glass(MaterialId(id))).collect();
+        let has_thickness = of_glass.iter().flatten().any(|thickness| *thickness > 0.0);
+        if !has_thickness && of_glass.len() < FEWEST {
             return Inputs(Vec::new());
         }
         let surface = |entity: Entity| {
@@ -91,12 +96,13 @@ impl Inputs {
             ids.extend(given);
             ids.sort_unstable();
             ids.dedup();
-            let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, thickness(id)?))).collect();
+            let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, glass(id)?))).collect();
             let (name, matrix) = (world.name_of(entity), transforms[&entity]);
             let surface = Surface { entity: entity.id(), name, corners, matrix, materials, own };
             Some(surface).filter(|surface| !surface.materials.is_empty())
         };
-        Inputs(order.iter().filter_map(|entity| surface(*entity)).collect())
+        let surfaces: Vec<Surface> = order.iter().filter_map(|entity| surface(*entity)).collect();
+        Inputs(if has_thickness || surfaces.len() >= FEWEST { surfaces } else { Vec::new() })
     }
 }
 
@@ -171,8 +177,13 @@ pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
     }
     let mut sheets = Vec::new();
     let rims: Vec<&[[Vec3; 2]]> = rimmed.iter().map(|rimmed| &rimmed.open[..]).collect();
-    for Joined { members, rim } in joined(&rims) {
-        let members: Vec<&Rimmed> = members.iter().map(|member| &rimmed[*member]).collect();
+    for Joined { members, rim, crossed } in joined(&rims) {
+        sheets.extend(crossed.iter().map(|member| interface(&rimmed[*member])));
+        let has_volume =
+            |member: &&Rimmed| member.surface.materials.iter().all(|(_, thickness)| thickness.is_some());
+        let members =
+            members.iter().filter(|member| !crossed.contains(member)).map(|member| &rimmed[*member]);
+        let members: Vec<&Rimmed> = members.filter(has_volume).collect();
         let edges = members.iter().map(|member| member.edges).sum();
         if !is_crack(rim.len(), edges) {
             sheets.extend(sheets_of(&members, &rim));
@@ -181,6 +192,17 @@ pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
     let place = |sheet: &Sheet| inputs.0.iter().position(|surface| surface.entity == sheet.entity);
     sheets.sort_by_key(place);
     sheets
+}
+
+/// A surface between two of the bodies that meet in an edge: it bends light as it would in air.
+fn interface(rimmed: &Rimmed) -> Sheet {
+    Sheet {
+        entity: rimmed.surface.entity,
+        name: rimmed.surface.name.clone(),
+        materials: rimmed.surface.materials.iter().map(|(id, _)| (*id, None)).collect(),
+        open: rimmed.open.len(),
+        edges: rimmed.edges,
+    }
 }
 
 /// The members of a group with a rim, if they are sheets.
@@ -195,15 +217,16 @@ fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
     if count > MOST_TESTED || whole <= 0.0 {
         return Vec::new();
     }
-    let thickness = |member: &Rimmed, scale: f64| -> Vec<(MaterialId, f32)> {
+    let thickness = |member: &Rimmed, scale: f64| -> Vec<(MaterialId, Option<f32>)> {
         let of = member.surface.materials.iter();
-        of.map(|(id, thickness)| (*id, (f64::from(*thickness) * scale) as f32)).collect()
+        of.map(|(id, thickness)| (*id, thickness.map(|it| (f64::from(it) * scale) as f32))).collect()
     };
     let materials: Vec<_> =
         members.iter().zip(&scales).map(|(member, scale)| thickness(member, *scale)).collect();
-    let thinnest = materials.iter().flatten().map(|(_, thickness)| *thickness).fold(f32::INFINITY, f32::min);
+    let thinnest =
+        materials.iter().flatten().filter_map(|(_, thickness)| *thickness).fold(f32::INFINITY, f32::min);
     // Where the author does not say how thick it is, it is no sheet.
-    if thinnest <= 0.0 {
+    if thinnest <= 0.0 || thinnest.is_infinite() {
         return Vec::new();
     }
     let middle = rim.as_flattened().iter().sum::<Vec3>() / (2 * rim.len()) as f32;
@@ -214,7 +237,7 @@ fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
     if inside(&all) >= if is_thin { HARDLY_OPEN } else { BODY } {
         return Vec::new();
     }
-    let sheet = |(member, materials): (&&Rimmed, Vec<(MaterialId, f32)>)| Sheet {
+    let sheet = |(member, materials): (&&Rimmed, Vec<(MaterialId, Option<f32>)>)| Sheet {
         entity: member.surface.entity,
         name: member.surface.name.clone(),
         materials,
@@ -236,24 +259,43 @@ pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTra
     find(&Inputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
 }
 
-/// The sentence about surfaces that are rendered as sheets.
-pub(super) fn told(sheets: &[Sheet]) -> Option<String> {
+/// Sentences about surfaces that are rendered as sheets, and as interfaces.
+pub(super) fn told(sheets: &[Sheet]) -> Vec<String> {
     const MOST: usize = 4;
-    let one = |Sheet { name, materials, open, edges, .. }: &Sheet| {
-        let thickness = materials.iter().map(|(_, thickness)| *thickness).fold(0.0, f32::max);
-        let thickness = (f64::from(thickness) * 1e6).round() / 1e6;
-        format!("{} ({thickness} m, {open} of {edges} edges open)", words(name))
+    let listed = |one: &dyn Fn(&Sheet) -> Option<String>| {
+        let names: Vec<String> = sheets.iter().filter_map(one).collect();
+        let more = names.len().saturating_sub(MOST);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        (!names.is_empty()).then(|| format!("{}{more}", names[..names.len().min(MOST)].join(", ")))
     };
-    let names: Vec<String> = sheets.iter().take(MOST).map(one).collect();
-    let more = sheets.len().saturating_sub(MOST);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    (!sheets.is_empty()).then(|| {
+    let thin = listed(&|sheet: &Sheet| {
+        let Sheet { name, open, edges, .. } = sheet;
+        let thickness = f64::from(sheet.thickness()?);
+        let thickness = (thickness * 1e6).round() / 1e6;
+        Some(format!("{} ({thickness} m, {open} of {edges} edges open)", words(name)))
+    });
+    let thin = thin.map(|names| {
         format!(
             "open surfaces with a volume enclose nothing, and are thin sheets that absorb by their thickness and bend no \
-             light: {}{more} (close them to make bodies)",
-            names.join(", ")
+             light: {names} (close them to make bodies)"
         )
-    })
+    });
+    let interfaces =
+        listed(&|sheet: &Sheet| sheet.thickness().is_none().then(|| words(&sheet.name).to_string()));
+    let interfaces = interfaces.map(|names| {
+        format!(
+            "open surfaces that meet in an edge are interfaces, and bend light by the index behind them over that in \
+             front: {names} (close each of them to make bodies, whose indices are their own)"
+        )
+    });
+    thin.into_iter().chain(interfaces).collect()
+}
+
+impl Sheet {
+    /// The largest thickness of its materials; none of an interface.
+    fn thickness(&self) -> Option<f32> {
+        self.materials.iter().filter_map(|(_, thickness)| *thickness).reduce(f32::max)
+    }
 }
 
 #[cfg(test)]
@@ -306,7 +348,7 @@ mod tests {
         let found = find(&Inputs::new(&world, &order, &transforms));
         let told = compile(&world, None).unwrap().warnings.concat();
         assert_eq!(told.contains("thin sheets"), !found.is_empty(), "{told}");
-        found.iter().map(|sheet| (sheet.entity, sheet.materials[0].1)).collect()
+        found.iter().map(|sheet| (sheet.entity, sheet.materials[0].1.unwrap_or(-1.0))).collect()
     }
 
     #[test]

@@ -193,6 +193,7 @@ fn textures_of(material: &Material) -> Vec<Option<TextureId>> {
             ior: _,
             priority: _,
             emission,
+            caustics: _,
         }) => [diffuse, specular, kr, emission].map(color).to_vec(),
         Material::Principled(principled) => {
             let Principled {
@@ -222,6 +223,7 @@ fn textures_of(material: &Material) -> Vec<Option<TextureId>> {
                 anisotropy: Anisotropy { strength: _, rotation: _, texture: brushed },
                 iridescence:
                     Iridescence { factor, ior: _, thickness_minimum: _, thickness_maximum: _, thickness },
+                caustics: _,
             } = &**principled;
             let colors =
                 [base_color, emission, specular_color, diffuse_transmission_color, sheen_color].map(color);

@@ -68,10 +68,10 @@ pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split
     });
 
     let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| Plane::new(size, |_| 0.0)));
-    let mut area = 1.0;
     for stride in STRIDES {
         let means = smoothed(level, &excess, features, [RADIUS, stride]);
-        let accepted = accepted(&means, area);
+        // An outlier that is a mean over the scales before lies in so many pixels of this one.
+        let accepted = accepted(&means, (stride * stride) as f32);
         for (half, means) in means.iter().enumerate() {
             for (plane, mean) in spread[half].iter_mut().zip(means) {
                 *plane = Plane::of(size, |x, y| plane.at(x, y) + mean.at(x, y) * accepted.at(x, y));
@@ -80,8 +80,6 @@ pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split
                 *plane = without(mean, &accepted);
             }
         }
-        // The pixels that a value of the next scale is the mean of.
-        area = (RADIUS * RADIUS * stride * stride) as f32;
     }
     Split { base, spread }
 }
@@ -99,7 +97,12 @@ fn shares(color: &[[Plane; 3]; 2], features: &[Plane]) -> [Plane; 2] {
     let share = |half: usize, x: usize, y: usize, trusted: bool| {
         let own = bright[half].at(x, y);
         let limit = limit(own, &bright[1 - half], features, [x, y], trusted);
-        if own > limit { 1.0 - limit / own } else { 0.0 }
+        if own <= limit {
+            return 0.0;
+        }
+        // Two outliers that meet would agree on whatever is left of both.
+        let rest = if trusted { limit } else { limit / FACTOR };
+        1.0 - rest / own
     };
     let first = [0, 1].map(|half: usize| Plane::of(size, |x, y| share(half, x, y, true)));
     // Where a half has outliers, some of them meet one of the other half in the same pixel.

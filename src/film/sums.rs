@@ -52,6 +52,12 @@ impl Unit {
     fn inverse(self) -> f32 {
         libm::scalbnf(1.0, -self.0)
     }
+
+    /// Radiance in quanta, whose sums do not depend on their order; what is negative or NaN counts as none.
+    #[inline(always)]
+    pub(crate) fn counted(self, radiance: Rgb) -> [i64; 3] {
+        (radiance * self.inverse()).to_array().map(quanta)
+    }
 }
 
 /// A rectangle of pixels of an image: columns `x0..x1` and rows `y0..y1`, row 0 at the top.

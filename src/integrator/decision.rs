@@ -11,7 +11,7 @@ use super::photons::Photons;
 use super::shadow::ShadowRay;
 use super::sharing::lend::lends_at;
 use super::within::LitWithin;
-use super::{Frame, medium, path_tracing};
+use super::{Frame, direct, medium, onward, path_tracing};
 use crate::math::{Color, Vector};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
@@ -118,11 +118,13 @@ pub fn decide(
         return Decision { fate: Fate::Unlit, ..decision };
     }
     let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, &boundary.outside, key, true);
+    let mut to_light = Vector::zero();
     if !last && !scene.emitters.is_empty() && bsdf.scatters() {
-        let lit = path_tracing::sampled_light(frame, path, &surface, &bsdf, key, true);
+        let lit = direct::sampled_light(frame, path, &surface, &bsdf, key, true);
         decision.light = Some((lit.emitter.0, lit.share));
+        to_light = lit.sample.direction;
     }
-    let drawn = path_tracing::drawn(frame, path, &bsdf, key, true);
+    let drawn = onward::drawn(frame, path, &bsdf, key, true);
     let is_straight = boundary.is_straight(record);
     let (here, t) = (!last, hit.t);
     let vertex = path_tracing::ScatteringVertex {
@@ -138,9 +140,9 @@ pub fn decide(
         t,
         width,
     };
-    with_photons(&vertex, &bsdf, &drawn, &mut decision);
+    with_photons(&vertex, &bsdf, &drawn, to_light, &mut decision);
     let left = path.throughput * drawn.weight;
-    let straight = record.straight && path_tracing::goes_straight(&drawn) && is_straight;
+    let straight = record.straight && onward::goes_straight(&drawn) && is_straight;
     decision.fate = if last && !straight {
         Fate::Last
     } else if !drawn.valid {
@@ -161,12 +163,14 @@ fn with_photons(
     vertex: &path_tracing::ScatteringVertex<f32>,
     bsdf: &Bsdf<f32>,
     drawn: &BsdfSample<f32>,
+    to_light: Vector<f32>,
     decision: &mut Decision,
 ) {
     let Some(photons) = vertex.photons else { return };
     let (path, mut light) = (vertex.path, ShadowRay::none());
     if let Some((emitter, _)) = decision.light {
         (light.emitter, light.mask) = (Wrapping(emitter), true);
+        light.ray.direction = to_light;
         light.contribution = Color::black().complement();
     }
     let found = vertex.with_photons(photons, bsdf, drawn, &mut light, &mut { *path });

@@ -5,11 +5,13 @@
 pub mod begin;
 pub mod bounces;
 pub mod decision;
+pub mod direct;
 mod ends;
 pub mod frame;
 pub mod medium;
 mod mis;
 pub mod observe;
+pub mod onward;
 pub mod path;
 pub mod path_tracing;
 pub mod photons;

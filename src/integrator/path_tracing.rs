@@ -7,31 +7,27 @@
 //! gives off, then what its light sends.
 
 use super::Frame;
-use super::bounces::{self, SCATTERED};
-use super::ends::{is_last, roulette};
+use super::direct::{faces, to_light};
+use super::ends::is_last;
 use super::medium;
-use super::mis::{chance_of, choose, emission_share, heuristic};
+use super::mis::{chance_of, emission_share, heuristic};
+use super::onward::{drawn, unhindered};
 use super::path::Path;
 use super::photons::Photons;
 use super::photons::gather::{Gathered, elsewhere};
 use super::shadow::ShadowRay;
 use super::sharing::lend::{self, Shared};
 use super::within::LitWithin;
-use crate::math::{Color, NONE, Ray, Vector};
-use crate::sampling::draw::{draw_1d, draw_2d};
+use crate::math::Color;
+use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, Key};
 use crate::scene::{CompiledScene, Material};
 use crate::shading::boundary::{Between, Boundary};
-use crate::shading::emitter::{EmitterSample, SHADOW_END};
-use crate::shading::facing::facing;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::dispersion::Dispersive;
-use crate::shading::principled::draw::BsdfSample;
 use crate::shading::principled::parameters::{Has, Outside};
-use crate::shading::surface::leave;
-use crate::shading::{HitLanes, ShadingPoint, Surface, emitter, environment};
+use crate::shading::{HitLanes, ShadingPoint, Surface, environment};
 use crate::simd::{Float, Int, Mask, Outlined};
-use crate::world::Sampler;
 
 /// The result of a hit.
 pub struct VertexOutcome<F: Float> {
@@ -43,8 +39,18 @@ pub struct VertexOutcome<F: Float> {
     pub next: Path<F>,
     /// Whether it does.
     pub goes_on: F::Mask,
+    /// Paths that are forked off there.
+    pub fork: Option<Fork<F>>,
     /// What the hit means to shared paths, if there are any.
     pub shared: Option<Shared<F>>,
+}
+
+/// Paths that begin at a vertex of others, and have found nothing yet.
+pub struct Fork<F: Float> {
+    /// Where they go on.
+    pub next: Path<F>,
+    /// Lanes that have one.
+    pub mask: F::Mask,
 }
 
 /// Its radiance when the path has hit nothing; it ends there.
@@ -64,7 +70,7 @@ pub fn miss<F: Float>(frame: &Frame, photons: Option<Photons>, path: &Path<F>, m
         && scene.environment.panorama.is_some()
     {
         let density = photons.plan.emission.sky_density(scene, path.direction, mask);
-        light = light * photons.left_to_path(path, density, F::Mask::from_bits(0), mask);
+        light = light * photons.left_to_path(path, density, false, mask);
     }
     path.radiance + limited(frame, path, path.throughput * light)
 }
@@ -101,6 +107,7 @@ pub fn hit<F: Float>(
         shadow: ShadowRay::none(),
         next: *path,
         goes_on: F::Mask::from_bits(0),
+        fork: None,
         shared: None,
     };
     let arrives = mask & !flight.scattered;
@@ -157,18 +164,21 @@ pub fn hit<F: Float>(
         (out.shadow, out.next) = (scattered.shadow, scattered.next);
     }
     out.goes_on = out.goes_on | scattered.goes_on;
-    out.shared = scattered.shared;
+    (out.fork, out.shared) = (scattered.fork, scattered.shared);
     if photons.is_some() {
-        let mut light = path.throughput * scattered.gathered.light;
-        if let Some(shared) = &mut out.shared {
-            // What is lent is added where it is shared.
-            let lent = path.throughput * scattered.gathered.diffuse;
-            shared.lent.gathered = Color::select(shared.lends, lent, Color::black());
-            light = light - shared.lent.gathered;
-        }
+        let light = own_light(path, &scattered.gathered, &mut out.shared);
         out.radiance = Color::select(here, out.radiance + limited(frame, path, light), out.radiance);
     }
     out
+}
+
+/// What a path gathers for itself; what it lends is added where it is shared.
+#[inline(always)]
+fn own_light<F: Float>(path: &Path<F>, gathered: &Gathered<F>, shared: &mut Option<Shared<F>>) -> Color<F> {
+    let light = path.throughput * gathered.light;
+    let Some(shared) = shared else { return light };
+    shared.lent.gathered = Color::select(shared.lends, path.throughput * gathered.diffuse, Color::black());
+    light - shared.lent.gathered
 }
 
 /// What lies on both sides of a surface of that material.
@@ -181,34 +191,6 @@ pub(super) fn boundary<F: Float>(
     mask: F::Mask,
 ) -> Boundary<F> {
     Boundary::new(&scene.bodies, path.bodies, &Between::of(record), surface.inside, mask)
-}
-
-/// Paths that go on where there is no boundary, and whether they do. Where rays to lights pass the surface, too, what
-/// the path finds next is weighted against the light sample of the vertex before; all other rays end at it.
-#[inline(always)]
-pub(super) fn unhindered<F: Float>(
-    path: &Path<F>,
-    surface: &Surface<F>,
-    boundary: &Boundary<F>,
-    record: &Material,
-    t: F,
-    width: F,
-) -> (Path<F>, F::Mask) {
-    let one = F::Int::splat(1);
-    let next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, path.direction),
-        radiance: Color::black(),
-        depth: path.depth + one,
-        scatterings: path.scatterings + one,
-        pdf: if record.straight { path.pdf } else { F::zero() },
-        travelled: path.travelled + t,
-        // Photons that end behind it are not seen directly: no ray to the camera passes it.
-        branch: if record.straight { path.branch } else { path.branch | F::Int::splat(SCATTERED) },
-        width,
-        bodies: boundary.beyond(F::Mask::from_bits(u32::MAX)),
-        ..*path
-    };
-    (next, path.scatterings.lt(F::Int::splat(medium::MOST)) & path.throughput.max_component().gt(F::zero()))
 }
 
 /// Where a path meets a material, and its ray is `width` metres wide. What light goes straight through is looked up
@@ -251,6 +233,7 @@ struct Scattered<F: Float> {
     shadow: ShadowRay<F>,
     next: Path<F>,
     goes_on: F::Mask,
+    fork: Option<Fork<F>>,
     /// The light of photons that leaves it to the viewer.
     gathered: Gathered<F>,
     shared: Option<Shared<F>>,
@@ -279,9 +262,15 @@ impl<F: Float> ScatteringVertex<'_, F> {
         let drawn = drawn(frame, path, &bsdf, key, draws);
         let (mut next, goes_on) = self.onward(&drawn);
         next.facing = faces(frame, surface, &bsdf);
+        let mut fork = if has.transmission { self.forked(&bsdf) } else { None };
         let mut gathered = Gathered::nothing();
         if let Some(photons) = self.photons {
             gathered = self.with_photons(photons, &bsdf, &drawn, &mut light.0, &mut next);
+            if let Some(fork) = &mut fork {
+                // It goes through; the mirror image never does, and knows what this path knows.
+                let bends = fork.next.scatterings.eq(path.scatterings);
+                fork.next.landing = F::Int::select(bends, next.landing, path.landing);
+            }
         }
         let mut shared = None;
         if frame.sharing.is_some() {
@@ -289,42 +278,8 @@ impl<F: Float> ScatteringVertex<'_, F> {
             let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
             shared = Some(lend::shared(path, &vertex, here));
         }
-        Scattered { shadow: light.0, next, goes_on, gathered, shared }
+        Scattered { shadow: light.0, next, goes_on, fork, gathered, shared }
     }
-
-    /// Where a path goes on in a drawn direction.
-    #[inline(always)]
-    pub fn onward(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
-        let Self { frame, path, surface, key, width, .. } = *self;
-        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.boundary, drawn, key, width);
-        if self.point.material.straight {
-            self.go_straight_on(drawn, &mut next, &mut goes_on);
-        }
-        (next, goes_on)
-    }
-
-    /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
-    /// weighted against the light sample of the vertex before, whose ray went through the surface, too.
-    #[inline(always)]
-    fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, goes_on: &mut F::Mask) {
-        let Self { path, here, .. } = *self;
-        let passes = goes_straight(drawn) & self.boundary.is_straight(self.point.material);
-        let again = path.scatterings.lt(F::Int::splat(medium::MOST));
-        *goes_on = *goes_on & ((passes & again) | (here & !passes));
-        next.direction = Vector::select(passes, path.direction, next.direction);
-        next.branch = F::Int::select(passes, path.branch, next.branch);
-        next.pdf = F::select(passes, path.pdf, next.pdf);
-        next.facing = F::Int::select(passes, path.facing, next.facing);
-        next.travelled = F::select(passes, path.travelled + self.t, next.travelled);
-        let one = F::Int::splat(1);
-        next.scatterings = F::Int::select(passes, path.scatterings + one, path.scatterings);
-    }
-}
-
-/// The lanes whose direction leads straight through a surface that bends no light.
-#[inline(always)]
-pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
-    drawn.through & !drawn.wide & drawn.pdf.le(F::zero())
 }
 
 /// What the surface, which has such lobes, does to light, of the wavelength that the path follows if it follows one.
@@ -375,158 +330,4 @@ fn given_off<F: Float>(
     }
     let found = medium::emitted(frame, path.bodies, path.throughput * light, mask);
     path.radiance + limited(frame, path, found)
-}
-
-/// Where a surface faces, for choosing lights.
-#[inline(always)]
-fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
-    if frame.scene.emitters.len() < 2 {
-        return F::Int::splat(NONE);
-    }
-    facing(surface.geometric_normal, bsdf.lets_through())
-}
-
-/// A point of a light.
-pub(super) struct LightPoint<F: Float> {
-    /// The light.
-    pub emitter: F::Int,
-    /// Probability times density.
-    density: F,
-    /// The weight of finding it this way.
-    pub share: F,
-    /// Value · |cos| towards it.
-    value: Color<F>,
-    sample: EmitterSample<F>,
-}
-
-/// Chooses a light and a point of it.
-#[inline(always)]
-pub(super) fn sampled_light<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    surface: &Surface<F>,
-    bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
-    mask: F::Mask,
-) -> LightPoint<F> {
-    let scene = &frame.scene;
-    // Seen from where drawn directions begin, too: on a light itself the difference matters.
-    let position = surface.position + surface.geometric_normal * surface.offset;
-    let facing = faces(frame, surface, bsdf);
-    let (emitter, chance, u) = choose(frame, position, facing, (path.depth, key), mask);
-    let sample = emitter::sample(scene, emitter, position, u, mask);
-    let (value, own) = bsdf.evaluate(sample.direction, mask);
-    let density = sample.pdf * chance;
-    let share = F::select(sample.shared, heuristic(density, own), F::one());
-    LightPoint { emitter, density, share, value, sample }
-}
-
-/// The shadow ray to a point of a light, and value · |cos| towards it.
-#[inline(always)]
-fn to_light<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    surface: &Surface<F>,
-    boundary: &Boundary<F>,
-    bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
-    here: F::Mask,
-) -> (ShadowRay<F>, Color<F>) {
-    let scene = &frame.scene;
-    let mask = here & bsdf.scatters();
-    if scene.emitters.is_empty() || !mask.any() {
-        return (ShadowRay::none(), Color::black());
-    }
-    let zero = F::zero();
-    let LightPoint { emitter, density, share, value, sample } =
-        sampled_light(frame, path, surface, bsdf, key, mask);
-    let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
-    let through = sample.direction.dot(surface.geometric_normal).lt(zero);
-    let bodies = boundary.beyond(through);
-    // Nothing that is infinitely far away is in a body, however open that is.
-    let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
-    let contribution = medium::emitted(frame, bodies, path.throughput * light, somewhere);
-    let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
-    let shadow = ShadowRay {
-        ray: Ray {
-            origin,
-            direction: sample.direction,
-            t_min: zero,
-            t_max: sample.distance * F::splat(SHADOW_END),
-        },
-        contribution,
-        emitter,
-        bodies,
-        mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
-    };
-    (shadow, value)
-}
-
-/// A direction from a lobe.
-#[inline(always)]
-pub(super) fn drawn<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
-    mask: F::Mask,
-) -> BsdfSample<F> {
-    let which = if bsdf.lets_microfacets_through() {
-        draw_1d(frame.sampler, frame.samples, key, Dimension::Through.at(path.depth))
-    } else {
-        F::zero()
-    };
-    let mut u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
-    if let Some(grouping) = &frame.sharing
-        && frame.sampler == Sampler::Sobol
-    {
-        let first = mask & path.depth.eq(F::Int::splat(0));
-        if first.any() {
-            let joint =
-                grouping.joint(frame.seed, path.pixel, path.sample, Dimension::Scatter.at(path.depth));
-            u = (F::select(first, joint.0, u.0), F::select(first, joint.1, u.1));
-        }
-    }
-    bsdf.sample(which, u, mask)
-}
-
-/// The path that leaves a surface, if it goes on.
-#[inline(always)]
-fn reflected<F: Float>(
-    frame: &Frame,
-    path: &Path<F>,
-    surface: &Surface<F>,
-    boundary: &Boundary<F>,
-    drawn: &BsdfSample<F>,
-    key: Key<F::Int>,
-    width: F,
-) -> (Path<F>, F::Mask) {
-    let zero = F::zero();
-    let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
-    let throughput = path.throughput * weight;
-    let goes_on = valid & throughput.max_component().gt(zero);
-    // Paths through glass and between mirrors are few and bright: ending one of them shows.
-    let (throughput, survives) = roulette(frame, path, throughput, key, wide);
-    let goes_on = goes_on & survives;
-    let mut branch = bounces::counted::<F>(path.branch, wide, through);
-    if let Some(limits) = &frame.limits {
-        branch = bounces::limited::<F>(limits, branch);
-    }
-    // A wide lobe blurs what is seen in it over about this angle.
-    let spread = path.spread + F::select(wide, F::splat(0.2), zero);
-    let next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, direction),
-        direction,
-        throughput,
-        radiance: Color::black(),
-        branch,
-        depth: path.depth + F::Int::splat(1),
-        pdf,
-        width,
-        spread,
-        bodies: boundary.beyond(through),
-        travelled: zero,
-        ..*path
-    };
-    (next, goes_on)
 }

@@ -3,6 +3,7 @@
 //! thread's, so that no depth overflows it.
 
 mod photons;
+mod sharing;
 
 use std::num::Wrapping;
 use std::ops::Range;
@@ -10,14 +11,14 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use super::decision::decide;
-use super::observe::{self, Aside, Continuation, Observer};
-use super::path::{Path, pack_pixel, unpack_pixel};
+use super::observe::{self, Continuation, Observer};
+use super::path::{Path, pack_pixel};
 use super::path_tracing::VertexOutcome;
 use super::photons::Photons;
 use super::presence::{Shadow, Traced};
 use super::shadow::{ShadowRay, connect};
-use super::sharing::pilot::{Measured, Pilot};
-use super::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
+use super::sharing::pilot::{Measured, plain};
+use super::sharing::{Connections, Slots};
 use super::stop::{Stop, Watch};
 use super::straight::{Crossings, arriving};
 use super::whitted::{Scatter, WhittedVertex};
@@ -59,8 +60,10 @@ impl Recursion {
         let Work { frame, pilot, photons, level } = work;
         let looks = observer.looks();
         let Self { stack, crossings, forks, shared } = self;
+        let plain = frame.sharing.map(|_| plain(frame));
         let mut tile = Tile {
             frame,
+            plain: plain.as_ref().unwrap_or(frame),
             photons,
             level,
             statistics,
@@ -93,6 +96,7 @@ impl Recursion {
         let (level, looks, asked, stopped) = (Level::detect(), false, 0, false);
         let mut tile = Tile {
             frame,
+            plain: &plain(frame),
             photons,
             level,
             statistics,
@@ -114,6 +118,8 @@ impl Recursion {
 /// exists once, and so without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
     frame: &'a Frame,
+    /// The same for paths that are not shared.
+    plain: &'a Frame,
     photons: Option<Photons<'a>>,
     level: Level,
     statistics: &'a mut Statistics,
@@ -227,12 +233,13 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// The same under the path transport, which never forks.
+    /// The same under the path transport.
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         loop {
             let hit = self.meet(&path);
             let Some(outcome) = self.vertex(&mut path, hit) else { return to_rgb(path.radiance) };
             self.light(&mut path, &outcome);
+            self.fork(&outcome);
             match self.onward(&path, &outcome) {
                 Some(next) => path = Path { radiance: path.radiance, ..next },
                 None => return to_rgb(path.radiance),
@@ -299,129 +306,17 @@ impl<'a> Tile<'a> {
         Some(outcome.next)
     }
 
-    /// Renders samples whose paths are shared, block by block.
-    fn render_shared(
-        &mut self,
-        pilot: Option<&'a Pilot>,
-        film: &mut Film,
-        samples: Range<u32>,
-        slots: &mut Slots,
-        connections: &mut Connections,
-    ) {
-        let (frame, region) = (self.frame, film.region());
-        let mut begun = Vec::with_capacity(PIXELS);
-        slots.enter(frame, region);
-        if let Some(pilot) = pilot {
-            if !slots.recall() {
-                // The rays do not count.
-                let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
-                let crossings = &mut *self.crossings;
-                let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
-                let photons = self.photons.map(Photons::of_pilot);
-                let (frame, looks, asked, stopped) = (&pilot.frame, false, 0, false);
-                let mut aside = Tile {
-                    frame,
-                    photons,
-                    level,
-                    statistics,
-                    stack,
-                    crossings,
-                    forks,
-                    looks,
-                    observer,
-                    asked,
-                    stopped,
-                };
-                aside.look(slots);
-                if aside.stopped {
-                    return;
-                }
-                slots.choose(pilot);
+    /// Puts what is forked off at a vertex onto the stack.
+    fn fork(&mut self, outcome: &VertexOutcome<f32>) {
+        if let Some(fork) = &outcome.fork
+            && fork.mask
+        {
+            if self.looks {
+                self.observer.report(&observe::onward(Continuation::Refract, &fork.next));
             }
-            self.frame = &pilot.plain;
-            self.render_plain(film, samples.clone(), &|x, y| slots.is_plain(x, y));
-            self.frame = frame;
+            self.statistics.rays.refract += 1;
+            self.forks.push(fork.next);
         }
-        slots.start(samples);
-        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
-            for (pixel, sample) in begun.drain(..) {
-                let (x, y) = unpack_pixel(pixel);
-                if holds(&region, x, y) {
-                    film.count(x, y, sample);
-                }
-                self.statistics.rays.camera += 1;
-                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
-                self.share(path, film, slots);
-            }
-            let (level, stack) = (self.level, &mut *self.stack);
-            connections.finish(frame, level, slots, film, self.observer, &mut |rays, _, blocked, _| {
-                for (at, blocked) in blocked.iter_mut().enumerate() {
-                    let ray = rays.range(at..at + 1);
-                    *blocked = any_ray(level, &frame.scene.bvh, &ray.ray(0), ray.asker, stack).into();
-                }
-            });
-            self.statistics.rays.connect += std::mem::take(&mut connections.traced);
-        }
-    }
-
-    /// Looks at some pixels of a pilot's frame to see where sharing pays.
-    fn look(&mut self, slots: &mut Slots) {
-        slots.start_pilot();
-        let frame = self.frame;
-        let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
-        let mut begun = Vec::with_capacity(PIXELS);
-        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
-            for (pixel, sample) in begun.drain(..) {
-                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
-                self.share(path, &mut film, slots);
-            }
-            slots.measure(&film);
-        }
-    }
-
-    /// Follows a path to its end and leaves what it finds where others share it.
-    fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut Slots) {
-        let hit = self.meet(&path);
-        let first = self.vertex(&mut path, hit);
-        if let Some(outcome) = &first {
-            self.light(&mut path, outcome);
-        }
-        Within(film).deposit(path.pixel.0, path.sample.0, to_rgb(path.radiance));
-        let Some(outcome) = first else { return };
-        let lane = HitLanes::one(&hit);
-        let material = material_of(&self.frame.scene.geometry, &lane, true).0;
-        let of = (path.pixel.0, path.sample.0);
-        slots.first(of, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
-        let Some(next) = self.onward(&path, &outcome) else { return };
-        self.put_aside(&mut path);
-        let throughput = slots.leave(of, next.throughput, next.pdf);
-        let mut path = Path { throughput, radiance: Color::black(), ..next };
-        let hit = self.meet(&path);
-        if hit.is_miss() {
-            slots.miss(self.frame, of, path.direction);
-        }
-        let Some(outcome) = self.vertex(&mut path, hit) else {
-            return slots.deposit(of.0, of.1, to_rgb(path.radiance));
-        };
-        let lent = outcome.shared.as_ref().and_then(|shared| shared.lends.then_some(&shared.lent));
-        slots.second(of, path.radiance, lent);
-        self.put_aside(&mut path);
-        self.light(&mut path, &outcome);
-        slots.lit(of, path.radiance);
-        let next = self.onward(&path, &outcome);
-        self.put_aside(&mut path);
-        if let Some(next) = next {
-            let found = self.trace(next);
-            slots.deposit(of.0, of.1, found);
-        }
-    }
-
-    /// What the path has gathered has been put where it is shared.
-    fn put_aside(&mut self, path: &mut Path<f32>) {
-        if self.looks {
-            self.observer.report(&observe::aside(path));
-        }
-        path.radiance = Color::black();
     }
 
     /// Reports where the path goes on, or with what it ends.

@@ -96,7 +96,8 @@ pub fn hit<F: Float>(
     if let Some(photons) = photons
         && indirect.any()
     {
-        let answer = Answer { model: &shaded.model, normal: shaded.normal, to_viewer: -path.direction };
+        let (normal, own) = (shaded.normal, surface.geometric_normal);
+        let answer = Answer { model: &shaded.model, normal, own, to_viewer: -path.direction };
         let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
         let first = first_radius(path, width, &surface);
         let found = photons.gather((frame.max_depth, false), path, &surface, &answer, first, indirect).light;
@@ -117,13 +118,17 @@ pub fn hit<F: Float>(
 struct Answer<'a, F: Float> {
     model: &'a BlinnPhong<F>,
     normal: Vector<F>,
+    /// The normal of the surface itself, on the viewer's side.
+    own: Vector<F>,
     to_viewer: Vector<F>,
 }
 
 impl<F: Float> Receiver<F> for Answer<'_, F> {
     #[inline(always)]
     fn receive(&self, from: Vector<F>, _: F::Mask) -> (Color<F>, F) {
-        (self.model.evaluate(self.normal, self.to_viewer, from), F::zero())
+        let value = self.model.evaluate(self.normal, self.to_viewer, from);
+        // No light goes through what is diffuse.
+        (Color::select(from.dot(self.own).gt(F::zero()), value, Color::black()), F::zero())
     }
 
     #[inline(always)]

@@ -36,7 +36,7 @@ mod needs;
 mod observed;
 mod options;
 mod passes;
-mod photons;
+pub(crate) mod photons;
 pub(crate) mod prepare;
 pub(crate) mod session;
 mod threads;

@@ -95,7 +95,7 @@ impl Needs {
         area.saturating_mul(sums as u64)
             .saturating_add(above)
             .saturating_add(of_threads as u64)
-            .saturating_add(photons::most_bytes(frame))
+            .saturating_add(photons::Bytes::most(frame).total())
     }
 
     /// Checks whether there is enough memory.

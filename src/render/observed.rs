@@ -8,18 +8,20 @@ use rayon::prelude::*;
 
 use super::Session;
 use super::passes::{at_once, work};
+use super::prepare::Prepared;
 use super::session::lock;
 use crate::film::{Film, Region};
-use crate::integrator::observe::{Event, Somebody, Timekeeper};
+use crate::integrator::observe::{Event, Flow, Nobody, Somebody, Timekeeper};
+use crate::integrator::photons::Photons;
 use crate::integrator::wavefront::Wave;
 use crate::integrator::{Schedule, Stage, Statistics, Stop, Work, Worker};
 
 /// What a thread did and when, counted from the beginning.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    /// Which thread.
+    /// Which thread; the first one for photons, which are traced on all.
     pub thread: usize,
-    /// Where in the image.
+    /// Where in the image; all of it for photons.
     pub tile: Region,
     /// Which stage of the wave; none for a whole tile of the recursive schedule.
     pub stage: Option<Stage>,
@@ -30,19 +32,42 @@ pub struct Span {
 }
 
 impl Session {
-    /// Calls `render` with the work and a part of the samples, part by part.
-    fn for_samples(&self, mut render: impl FnMut(Work, Range<u32>)) {
-        let (prepared, end) = (self.prepared(), self.wanted.end);
-        let mut start = self.wanted.start;
-        while start < end {
-            let samples = start..end.min(start.saturating_add(at_once(Some(&prepared))));
-            let (photons, _) =
-                self.photons(Some(&prepared), samples.clone(), &Stop::NEVER).unwrap_or_default();
+    /// Calls `render` with the work and a part of some samples, part by part, and with what their photons took.
+    fn for_samples(
+        &self,
+        prepared: &Prepared,
+        wanted: Range<u32>,
+        render: &mut dyn FnMut(Work, Range<u32>, &Statistics),
+    ) {
+        let mut start = wanted.start;
+        while start < wanted.end {
+            let samples = start..wanted.end.min(start.saturating_add(at_once(Some(prepared))));
+            let (photons, took) =
+                self.photons(Some(prepared), samples.clone(), &Stop::NEVER).unwrap_or_default();
             render(
-                work(&self.frame, Some(&prepared), (start, &photons), self.options.level),
+                work(&self.frame, Some(prepared), (start, &photons), self.options.level),
                 samples.clone(),
+                &took,
             );
             start = samples.end;
+        }
+    }
+
+    /// Tells `look` what each sample that the film has brings to each of some pixels: its number, which pixel, and the
+    /// luminance.
+    pub(crate) fn each_sample_of(&self, pixels: &[[u32; 2]], look: &mut dyn FnMut(u32, usize, f32)) {
+        let (frame, options, prepared) = (&self.frame, &self.options, self.prepared());
+        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
+        for range in self.gathered.samples.iter() {
+            self.for_samples(&prepared, range, &mut |work, samples, _| {
+                for sample in samples {
+                    for (which, [x, y]) in pixels.iter().enumerate() {
+                        let pixel = Region { x0: *x, y0: *y, x1: x + 1, y1: y + 1 };
+                        let film = worker.render(work, pixel, sample..sample + 1, &mut Statistics::default());
+                        look(sample, which, film.radiance().first().map_or(0.0, |light| light.luminance()));
+                    }
+                }
+            });
         }
     }
 
@@ -51,31 +76,46 @@ impl Session {
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (frame, options) = (&self.frame, &self.options);
         let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-        let mut film = Film::new(Region { x0: 0, y0: 0, x1: 0, y1: 0 }, frame.unit);
-        for tile in self.tiles() {
+        let mut tiles = self.tiles();
+        tiles.retain(|tile| {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
-            if pixel.is_none_or(holds) {
-                film = Film::new(tile, frame.unit);
-                self.for_samples(|work, samples| {
-                    let (mut ignored, mut observer) = (Statistics::default(), Somebody(&mut *look));
-                    film.merge(&worker.observe(work, tile, samples, &mut ignored, &mut observer));
-                });
+            pixel.is_none_or(holds)
+        });
+        let last = tiles.last().copied().unwrap_or(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
+        let mut film = Film::new(last, frame.unit);
+        self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, took| {
+            if let Some(photons) = work.photons {
+                look(&Event::Wave(flow_of_photons(&photons, took)));
             }
-        }
+            for tile in &tiles {
+                let (mut ignored, mut observer) = (Statistics::default(), Somebody(&mut *look));
+                let rendered = worker.observe(work, *tile, samples.clone(), &mut ignored, &mut observer);
+                if *tile == last {
+                    film.merge(&rendered);
+                }
+            }
+        });
         film
     }
 
     /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
-    /// called at the end of each stage.
+    /// called at the end of each stage. All that photons take is one stage.
     pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
         let (frame, options) = (&self.frame, &self.options);
         let mut wave = Wave::new(frame, options.wave, options.sorting);
         let mut ignored = Statistics::default();
-        self.for_samples(|work, samples| {
+        self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, _| {
+            if work.photons.is_some() {
+                mark(Stage::Photons);
+            }
             for tile in self.tiles() {
                 let mut film = Film::new(tile, frame.unit);
                 let mut observer = Timekeeper(&mut *mark);
                 wave.render(work, &mut film, samples.clone(), &mut ignored, &mut observer);
+                if let Some(photons) = work.photons {
+                    photons.draw(frame, &mut film, samples.clone(), &mut Nobody);
+                    mark(Stage::Photons);
+                }
             }
         });
     }
@@ -83,8 +123,15 @@ impl Session {
     /// Renders all samples on all threads and says when each thread did what.
     pub(crate) fn spans(&self) -> Vec<Span> {
         let start = Instant::now();
-        let spans = Mutex::new(Vec::new());
-        self.for_samples(|work, samples| self.add_spans(work, &samples, start, &spans));
+        let (spans, mut last) = (Mutex::new(Vec::new()), Duration::ZERO);
+        self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, _| {
+            if work.photons.is_some() {
+                let (tile, stage, end) = (self.gathered.film.region(), Some(Stage::Photons), start.elapsed());
+                lock(&spans).push(Span { thread: 0, tile, stage, start: last, end });
+            }
+            self.add_spans(work, &samples, start, &spans);
+            last = start.elapsed();
+        });
         spans.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
@@ -114,4 +161,11 @@ impl Session {
             lock(spans).append(&mut own);
         });
     }
+}
+
+/// The photons of some samples as a stage: their rays come in, and those that have ended on a surface go on.
+fn flow_of_photons(photons: &Photons, took: &Statistics) -> Flow {
+    let leaving = photons.samples.iter().map(|of_sample| of_sample.map.count()).sum();
+    let entering = took.rays.photon as usize;
+    Flow { stage: Stage::Photons, entering, leaving, capacity: 0, width: 0, lanes: [0; 17] }
 }

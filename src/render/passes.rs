@@ -106,7 +106,7 @@ impl Session {
         samples: Range<u32>,
         stop: &Stop,
     ) -> Option<(Vec<OfSample>, Statistics)> {
-        let Some(plan) = prepared.and_then(|prepared| prepared.plan.as_ref()) else {
+        let Some(plan) = prepared.and_then(|prepared| prepared.plan.as_ref().ok()) else {
             return Some(Default::default());
         };
         let all = Mutex::new(Statistics::default());
@@ -149,7 +149,7 @@ fn one_by_one(
 
 /// The most samples that are rendered at once.
 pub(super) fn at_once(prepared: Option<&Prepared>) -> u32 {
-    let plan = prepared.and_then(|prepared| prepared.plan.as_ref());
+    let plan = prepared.and_then(|prepared| prepared.plan.as_ref().ok());
     plan.map_or(u32::MAX, photons::samples_at_once)
 }
 
@@ -160,7 +160,7 @@ pub(super) fn work<'a>(
     (first, samples): (u32, &'a [OfSample]),
     level: Level,
 ) -> Work<'a> {
-    let plan = prepared.and_then(|prepared| prepared.plan.as_ref()).filter(|_| !samples.is_empty());
+    let plan = prepared.and_then(|prepared| prepared.plan.as_ref().ok()).filter(|_| !samples.is_empty());
     let photons = plan.map(|plan| Photons { plan, first, samples });
     Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), photons, level }
 }

@@ -1,4 +1,4 @@
-//! Photons: whether a frame has any, and those of the samples that are rendered next.
+//! Decides whether a frame has photons, and traces those of the samples that are rendered next.
 
 use rayon::prelude::*;
 
@@ -7,15 +7,17 @@ use std::sync::Arc;
 use super::{Options, Session, camera_medium};
 use crate::bvh::{Asker, Stack, closest_ray};
 use crate::integrator::path::{Path, pack_pixel};
+#[cfg(any(feature = "cli", feature = "python"))]
+use crate::integrator::photons::draw::Splat;
 use crate::integrator::photons::draw::{is_in_image, view};
 use crate::integrator::photons::gather::first_radius;
+use crate::integrator::photons::map::{Map, Photon, Radii};
 use crate::integrator::photons::targets::targets;
-use crate::integrator::photons::{Landed, OfSample, Plan, emission::Emission};
-#[cfg(any(feature = "cli", feature = "python"))]
-use crate::integrator::photons::{draw::Splat, map::Photon};
+use crate::integrator::photons::{Landed, NoPhotons, OfSample, Plan, emission::Emission};
 use crate::integrator::presence::Traced;
 use crate::integrator::recursive::Recursion;
 use crate::integrator::{Frame, Statistics, Stop, Worker, begin, path_tracing, whitted};
+use crate::math::elementary::{exp2, log2};
 use crate::math::{Color, Vec3, Vector};
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, Surface};
@@ -24,72 +26,156 @@ use crate::world::Transport;
 use std::num::Wrapping;
 use std::ops::Range;
 
-/// Photons that are traced one after another: about as many as a wave has paths.
+/// The number of photons that are traced in one go: about as many as a wave has paths.
 const CHUNK: u32 = 1 << 13;
-/// Photons that are traced to see whether any of them ends where it is of use.
+/// The number of trial photons, of which some must end where they are of use.
 const PILOT: u32 = 1 << 12;
 /// Their sample: behind all others.
 const PILOT_SAMPLE: u32 = u32::MAX;
 /// Camera rays along the longer side of the image that measure pixels.
 const LONGER_SIDE: u32 = 48;
-/// The most rays of a tile of the small image whose brightness is measured.
+/// The largest number of rays of a tile of the small image whose brightness is measured.
 const MOST_RAYS: u64 = 1 << 21;
-/// The most mirrors and panes before something else.
+/// The largest number of mirrors and panes before another surface.
 const MOST_BENDS: usize = 32;
-/// About how many photons of all samples may be in memory at once, unless one sample has more: 60 bytes each.
+/// The number of photons of all samples that may be in memory together, unless one sample has more.
 const IN_MEMORY: u64 = 1 << 18;
 
-/// What the photons of a frame have in common; none if there are none, or if they would be of no use.
-pub fn plan(frame: &Frame, stop: &Stop) -> Option<Plan> {
+/// The largest number of photons of a sample unless a scene names one: those of large images would fill the memory.
+const MOST_CHOSEN: f32 = 1048576.0;
+
+/// Sets up the photons of a frame, or returns the reason why there are none. The result has no meaning if stopped.
+pub fn plan(frame: &Frame, stop: &Stop) -> Result<Plan, NoPhotons> {
+    let stop = &for_photons(stop);
     let (per_pixel, pixels_wide) = frame.photons?;
     let scene = &frame.scene;
     let targets = targets(scene, frame.transport);
-    let count = count(frame, per_pixel);
-    let radius = usual_radius(frame)? * pixels_wide;
-    let mut stack = Stack::new(&scene.bvh);
-    let mut bodies_at = |place: Vec3| camera_medium::around(scene, place, &mut stack);
-    let emission = Emission::new(scene, frame.transport, targets, count, &mut bodies_at)?;
-    let plan = Plan::new(frame, emission, radius);
+    let radius = usual_radius(frame).ok_or(NoPhotons::NotSeen)? * pixels_wide;
+    let bodies_at = |places: &[Vec3]| {
+        let around = |stack: &mut Stack, place: &Vec3| camera_medium::around(scene, *place, stack);
+        places.par_iter().map_init(|| Stack::new(&scene.bvh), around).collect()
+    };
+    let plan_of = |per_pixel: f32| {
+        let count = count(frame, per_pixel);
+        let emission = Emission::new(scene, frame.transport, targets.clone(), count, &bodies_at);
+        emission.map(|emission| Plan::new(frame, emission, radius)).ok_or(NoPhotons::NoLamp)
+    };
+    let plan = plan_of(per_pixel)?;
+    if !frame.chooses_photons {
+        return Ok(plan);
+    }
     let mut worker = Worker::Recursive(Box::new(Recursion::new(&plan.frame)));
     let numbers = 0..PILOT;
     let statistics = &mut Statistics::default();
     let landed = worker.trace_photons(&plan, Level::detect(), PILOT_SAMPLE, numbers, statistics, stop);
-    let any = !landed.photons.is_empty() && !stop.is_set();
-    (any && (!frame.chooses_photons || are_enough(frame, &plan, &landed, stop))).then_some(plan)
+    if landed.photons.is_empty() || stop.is_set() {
+        return Err(NoPhotons::NoneLands);
+    }
+    let trial = Trial { count: plan.count(), seen: seen(frame, &landed), others: others(frame, stop) };
+    let plan = plan_of(per_pixel * trial.fitting(frame, radius))?;
+    if trial.are_enough(frame, plan.count()) { Ok(plan) } else { Err(NoPhotons::Dots) }
 }
 
-/// Whether photons lie so close together that they make a picture, and no single bright dots. Those of the sun on a lake
-/// would not: an image is better without their light. What photons bring to a pixel, in this many samples, should not
-/// deviate by more than so many times the brightness of the image.
+/// What trial photons show, and a small image.
+struct Trial<'a> {
+    /// The number of photons of a sample that they stand for.
+    count: u32,
+    /// The photons that end in the image, if nothing hides them there, and their light in it.
+    seen: Vec<(&'a Photon, f64)>,
+    /// The luminance of the small image's pixels without photons.
+    others: Vec<f32>,
+}
+
+/// The fewest and the most photons that are chosen, as factors.
+const CHOSEN: [f32; 2] = [0.5, 4.0];
+/// The number of photons of a sample within the usual radius that is chosen where they end: where they bring little of the
+/// image's light, and where they bring all of it.
+const CROWD: [f32; 2] = [10.0, 100.0];
+
+/// True if photons lie so close together that they make a picture, and no single bright dots. Those of the sun on a
+/// lake do not: an image is better without their light. The light of photons in a pixel, in this many samples, should
+/// not deviate by more than this many times the brightness of the image.
 const SAMPLES: f64 = 16.0;
 const DEVIATION: f64 = 4.0;
-/// About the light that a surface sends to the camera of what falls on it: half of it, evenly.
+/// A typical fraction of the light on a surface that leaves it to the camera: half, evenly.
 const SENT: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
 
-fn are_enough(frame: &Frame, plan: &Plan, landed: &Landed, stop: &Stop) -> bool {
-    let mut squares = 0.0;
+impl Trial<'_> {
+    /// The number of photons that each of them stands for, over the number of pixels.
+    fn scale(&self, frame: &Frame) -> f64 {
+        let pixels = f64::from(frame.size[0]) * f64::from(frame.size[1]);
+        f64::from(self.count) / f64::from(PILOT) / pixels
+    }
+
+    /// The light that photons bring to a pixel, on average.
+    fn light(&self, frame: &Frame) -> f64 {
+        self.seen.iter().map(|(_, light)| light).sum::<f64>() * self.scale(frame)
+    }
+
+    /// The mean of other light, as far as no pixel has more than this.
+    fn other_light(&self, most: f64) -> f64 {
+        let sum: f64 = self.others.iter().map(|light| f64::from(*light).min(most)).sum();
+        sum / self.others.len().max(1) as f64
+    }
+
+    /// A factor on the number of photons: a power of two. Caustics that are small hold more photons than the noise of all
+    /// else is worth; those that cover the image hold few, and there may be no other noise.
+    fn fitting(&self, frame: &Frame, radius: f32) -> f32 {
+        // Within this radius lie as many of them as of all photons within the usual one.
+        let radius = radius * (self.count as f32 / PILOT as f32).sqrt();
+        let photons = self.seen.iter().map(|(photon, _)| *photon);
+        let map = Map::new(photons.clone(), Radii { shrink: 1.0, most: radius });
+        let around = |photon: &Photon| {
+            let [x, y, z] = photon.position;
+            let around = map.around(Vector::new(x, y, z), photon.normal(), radius, u32::MAX);
+            around.map_or(0, |around| around.count().saturating_sub(1))
+        };
+        let mut crowds: Vec<usize> = photons.map(around).collect();
+        let middle = crowds.len() / 2;
+        if crowds.is_empty() {
+            return 1.0;
+        }
+        let median = (*crowds.select_nth_unstable(middle).1).max(1);
+        let light = self.light(frame);
+        // Lamps that are seen bring no noise.
+        let part = light / (light + self.other_light(4.0 * light)).max(f64::MIN_POSITIVE);
+        let [few, many] = CROWD;
+        let power = log2(few) + log2(many / few) * (part * part * part * part) as f32;
+        exp2((power - log2(median as f32)).round()).clamp(CHOSEN[0], CHOSEN[1])
+    }
+
+    fn are_enough(&self, frame: &Frame, count: u32) -> bool {
+        let squares: f64 = self.seen.iter().map(|(_, light)| light * light).sum();
+        // The more photons there are, the less light each of them has.
+        let more = f64::from(count) / f64::from(self.count);
+        let deviation = (squares * self.scale(frame) / more / SAMPLES).sqrt();
+        let mean = self.other_light(f64::INFINITY) + self.light(frame);
+        mean <= 0.0 || deviation <= DEVIATION * mean
+    }
+}
+
+/// The luminance of a small image's pixels without photons.
+fn others(frame: &Frame, stop: &Stop) -> Vec<f32> {
+    let small = Frame { photons: Err(NoPhotons::Off), ..frame.small(LONGER_SIDE) };
+    let mut session = Session::of(Arc::new(small), 1, Options::default());
+    session.advance_until(1, &stop.or_after_rays(MOST_RAYS), &|_| ());
+    session.film().radiance().iter().map(|pixel| pixel.luminance()).collect()
+}
+
+/// Finds the photons that end in the image, as if nothing were between: they may be seen in mirrors, or through glass.
+fn seen<'a>(frame: &Frame, landed: &'a Landed) -> Vec<(&'a Photon, f64)> {
+    let mut seen = Vec::new();
     for (_, photon) in &landed.photons {
         let [x, y, z] = photon.position;
-        // As if nothing were between: it may be seen in mirrors, or through glass.
         let view = view(frame, Vector::new(x, y, z), (0.5, 0.5));
         if is_in_image(frame, &view) {
             let facing = view.to_camera.dot(photon.normal()).abs();
             let [r, g, b] = photon.flux;
-            let light = f64::from(Color::new(r, g, b).luminance() * SENT * view.importance * facing);
-            squares += light * light;
+            let light = Color::new(r, g, b).luminance() * SENT * view.importance * facing;
+            seen.push((photon, f64::from(light)));
         }
     }
-    let pixels = f64::from(frame.size[0]) * f64::from(frame.size[1]);
-    let of_a_sample = squares * f64::from(plan.count()) / f64::from(PILOT) / pixels;
-    let deviation = (of_a_sample / SAMPLES).sqrt();
-    // Without photons: their light is what is in question.
-    let small = Frame { photons: None, ..frame.small(LONGER_SIDE) };
-    let mut session = Session::of(Arc::new(small), 1, Options::default());
-    session.advance_until(1, &stop.or_after_rays(MOST_RAYS), &|_| ());
-    let light = session.film().radiance();
-    let mean =
-        light.iter().map(|pixel| f64::from(pixel.luminance())).sum::<f64>() / light.len().max(1) as f64;
-    mean <= 0.0 || deviation <= DEVIATION * mean
+    seen
 }
 
 /// The mean of the radii at the first surfaces where photons may end, as a few of the camera's rays find them; none if
@@ -127,11 +213,12 @@ fn usual_radius(frame: &Frame) -> Option<f32> {
     (count > 0.0).then(|| (sum / count) as f32)
 }
 
-/// Where a path goes on that has met something that makes caustics.
+/// The ray of a path behind something that makes caustics.
 fn next(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Option<Path<f32>> {
     if frame.transport == Transport::Path {
         let outcome = path_tracing::hit(frame, None, path, hit, material, true);
-        return outcome.goes_on.then_some(outcome.next);
+        let through = outcome.fork.and_then(|fork| fork.mask.then_some(fork.next));
+        return through.or(outcome.goes_on.then_some(outcome.next));
     }
     let (vertex, scatter, _) = whitted::hit(frame, None, path, hit, true);
     match (scatter.refracts, scatter.reflects) {
@@ -141,7 +228,7 @@ fn next(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> 
     }
 }
 
-/// How many samples are rendered at once at most, so that their photons take little memory.
+/// The largest number of samples that are rendered together, so that their photons take little memory.
 pub fn samples_at_once(plan: &Plan) -> u32 {
     at_once(plan.count())
 }
@@ -150,42 +237,90 @@ fn at_once(count: u32) -> u32 {
     (IN_MEMORY / u64::from(count).max(1)).clamp(1, 16) as u32
 }
 
-/// The most memory that photons of a frame take.
+/// The peak memory of a frame's photons. Both parts exist while they are sorted.
 #[cfg(any(feature = "cli", feature = "python"))]
-pub fn most_bytes(frame: &Frame) -> u64 {
-    let Some((per_pixel, _)) = frame.photons else { return 0 };
-    let count = count(frame, per_pixel);
-    // While they are sorted they are there twice.
-    let each = 2 * (size_of::<Photon>() + size_of::<Splat>()) + 3 * size_of::<u32>();
-    u64::from(count) * u64::from(at_once(count)) * each as u64
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bytes {
+    /// In the order in which they end.
+    pub ended: u64,
+    /// In maps, and in the order of the image.
+    pub sorted: u64,
 }
 
-/// Photons of a sample.
+#[cfg(any(feature = "cli", feature = "python"))]
+impl Bytes {
+    /// The estimate for a frame.
+    pub fn most(frame: &Frame) -> Self {
+        let Ok(count) = count_of(frame) else { return Self::default() };
+        let bytes = |each: usize| u64::from(count) * u64::from(at_once(count)) * each as u64;
+        let ended = bytes(size_of::<(u32, Photon)>() + size_of::<(u32, Splat)>());
+        // Up to twice as many buckets as photons, and where each of them has got to while it is filled.
+        let buckets = 4 * size_of::<u32>();
+        Self { ended, sorted: bytes(size_of::<Photon>() + size_of::<Splat>() + buckets) }
+    }
+
+    /// Both together.
+    pub fn total(self) -> u64 {
+        self.ended + self.sorted
+    }
+}
+
+/// The number of photons of a sample, if a frame may have any; the largest number if it is chosen.
+#[cfg(any(feature = "cli", feature = "python"))]
+pub fn count_of(frame: &Frame) -> Result<u32, NoPhotons> {
+    let factor = if frame.chooses_photons { CHOSEN[1] } else { 1.0 };
+    frame.photons.map(|(per_pixel, _)| count(frame, per_pixel * factor))
+}
+
+/// The number of photons of a sample.
 fn count(frame: &Frame, per_pixel: f32) -> u32 {
     let pixels = frame.size.map(|side| side as f32);
-    (per_pixel * pixels[0] * pixels[1]).clamp(1.0, 1e9) as u32
+    let most = if frame.chooses_photons { MOST_CHOSEN } else { 1e9 };
+    (per_pixel * pixels[0] * pixels[1]).clamp(1.0, most) as u32
+}
+
+/// A limit of rays is one of tiles, not of photons.
+fn for_photons<'a>(stop: &Stop<'a>) -> Stop<'a> {
+    stop.or_after_rays(u64::MAX)
 }
 
 /// Calls a function with a worker and what that has done.
 pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut Statistics)) + Sync + 'a;
 
-/// The photons of some samples, traced on all threads; none if it was stopped. `with` lends a worker.
+/// Traces the photons of some samples on all threads; none if stopped. `with` lends a worker.
 pub fn trace(plan: &Plan, samples: Range<u32>, stop: &Stop, with: &Lend) -> Option<Vec<OfSample>> {
-    let chunks = plan.count().div_ceil(CHUNK);
+    let stop = &for_photons(stop);
+    let landed = trace_chunks(plan, samples.clone(), stop, with, |landed| landed);
+    if stop.is_set() {
+        return None;
+    }
+    let of_samples: Vec<&[Landed]> = landed.chunks(chunks(plan) as usize).collect();
+    Some(samples.into_par_iter().zip(of_samples).map(|(sample, some)| plan.of_sample(sample, some)).collect())
+}
+
+/// The number of chunks into which the photons of a sample are cut.
+fn chunks(plan: &Plan) -> u32 {
+    plan.count().div_ceil(CHUNK).max(1)
+}
+
+/// Calls a function with each chunk of some samples' photons and returns the results in order; meaningless if stopped.
+pub fn trace_chunks<T: Send>(
+    plan: &Plan,
+    samples: Range<u32>,
+    stop: &Stop,
+    with: &Lend,
+    then: impl Fn(Landed) -> T + Sync,
+) -> Vec<T> {
+    let chunks = chunks(plan);
     let todo: Vec<(u32, u32)> =
-        samples.clone().flat_map(|sample| (0..chunks).map(move |chunk| (sample, chunk))).collect();
+        samples.flat_map(|sample| (0..chunks).map(move |chunk| (sample, chunk))).collect();
     let trace = |(sample, chunk): (u32, u32)| {
         let numbers = chunk * CHUNK..((chunk + 1) * CHUNK).min(plan.count());
         let mut landed = Landed::default();
         with(&mut |worker, statistics| {
             landed = worker.trace_photons(plan, Level::detect(), sample, numbers.clone(), statistics, stop);
         });
-        landed
+        then(landed)
     };
-    let landed: Vec<Landed> = todo.into_par_iter().map(trace).collect();
-    if stop.is_set() {
-        return None;
-    }
-    let of_samples: Vec<&[Landed]> = landed.chunks(chunks.max(1) as usize).collect();
-    Some(samples.into_par_iter().zip(of_samples).map(|(sample, some)| plan.of_sample(sample, some)).collect())
+    todo.into_par_iter().map(trace).collect()
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{camera_medium, photons};
-use crate::integrator::photons::{Photons, Plan};
+use crate::integrator::photons::{NoPhotons, Photons, Plan};
 use crate::integrator::recursive::Recursion;
 use crate::integrator::sharing::pilot::{MOST_RAYS, Pilot};
 use crate::integrator::{Frame, Stop};
@@ -23,8 +23,8 @@ pub fn frame(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Frame
 pub struct Prepared {
     /// What was found out about sharing, if blocks of pixels choose how many of them share.
     pub pilot: Option<Pilot>,
-    /// What the photons of all samples have in common, if there are any.
-    pub plan: Option<Plan>,
+    /// What the photons of all samples have in common, or why there are none.
+    pub plan: Result<Plan, NoPhotons>,
 }
 
 impl Prepared {
@@ -32,6 +32,12 @@ impl Prepared {
     pub fn new(frame: &Frame, stop: &Stop) -> Option<Self> {
         let prepared = Self::while_going(frame, stop);
         (!stop.is_set()).then_some(prepared)
+    }
+
+    /// Photons of a sample, or why there are none.
+    #[cfg(feature = "cli")]
+    pub fn photons(&self) -> Result<u32, NoPhotons> {
+        self.plan.as_ref().map(Plan::count).map_err(|why| *why)
     }
 
     /// The same without an end before it is done.
@@ -42,7 +48,7 @@ impl Prepared {
     fn while_going(frame: &Frame, stop: &Stop) -> Self {
         let chooses = frame.sharing.is_some_and(|grouping| grouping.chooses);
         let plan = photons::plan(frame, stop);
-        Self { pilot: chooses.then(|| pilot(frame, plan.as_ref(), stop)), plan }
+        Self { pilot: chooses.then(|| pilot(frame, plan.as_ref().ok(), stop)), plan }
     }
 }
 

@@ -155,7 +155,7 @@ impl Session {
     }
 
     /// Computes what samples depend on, unless that is known. Returns false if it was stopped.
-    pub(super) fn prepare(&mut self, stop: &Stop) -> bool {
+    pub(crate) fn prepare(&mut self, stop: &Stop) -> bool {
         if self.prepared.is_none() {
             self.prepared = Prepared::new(&self.frame, stop).map(Arc::new);
         }
@@ -163,8 +163,16 @@ impl Session {
     }
 
     /// What samples depend on, computed now unless it is known.
-    pub(super) fn prepared(&self) -> Arc<Prepared> {
+    pub(crate) fn prepared(&self) -> Arc<Prepared> {
         self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.frame)))
+    }
+
+    /// Whether photons are left out because they would show as single dots.
+    #[cfg(feature = "cli")]
+    pub(crate) fn leaves_photons_out(&self) -> bool {
+        use crate::integrator::photons::NoPhotons;
+        let plan = self.prepared.as_ref().map(|prepared| prepared.plan.as_ref());
+        matches!(plan, Some(Err(NoPhotons::Dots)))
     }
 
     /// Whether every sample has been rendered.

@@ -39,6 +39,8 @@ pub mod flag {
     pub const ROUND: u32 = 32;
     /// Only a part of it is there: its material's coverage.
     pub const COVERED: u32 = 16;
+    /// No photons begin on it.
+    pub const WITHOUT_PHOTONS: u32 = 64;
 }
 
 /// Columns by emitter. What shines from all around comes last, if that is an emitter.

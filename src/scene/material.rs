@@ -176,6 +176,8 @@ pub struct Material {
     pub one_sided_emission: bool,
     /// Its base colour is what is seen; no light falls on it.
     pub unlit: bool,
+    /// False if no photons are aimed at it, nor begin on it.
+    pub caustics: bool,
     /// Index of refraction of the inside.
     pub ior: f32,
     /// Strength of the dielectric's reflection; also what it grows to at grazing angles.
@@ -305,7 +307,8 @@ impl Material {
         let is_clear = self.diffuse_transmission.is_zero() && self.sheen_color.is_black();
         let narrow = |roughness: &ScalarParam| roughness.factor <= CAUSTIC_ROUGHNESS;
         let coat = self.coat.is_zero() || narrow(&self.coat_roughness);
-        !self.unlit && self.has_mirror() && nothing_below && is_clear && narrow(&self.roughness) && coat
+        let may = self.caustics && !self.unlit && self.has_mirror();
+        may && nothing_below && is_clear && narrow(&self.roughness) && coat
     }
 
     /// Whether photons may end at it. Those of Whitted's transport may also go on from there.
@@ -319,7 +322,9 @@ impl Material {
     /// Whether it makes caustics under either transport.
     pub fn makes_caustics_under(&self, transport: Transport) -> bool {
         match transport {
-            Transport::Whitted => !self.unlit && (!self.classic.kr.is_black() || self.classic.ior > 0.0),
+            Transport::Whitted => {
+                self.caustics && !self.unlit && (!self.classic.kr.is_black() || self.classic.ior > 0.0)
+            }
             Transport::Path => self.makes_caustics(),
         }
     }

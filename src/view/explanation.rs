@@ -44,6 +44,7 @@ pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value>
         "agrees": wave == one,
         "compared": compared,
         "schedules": {"wavefront": by_wave, "recursive": by_one},
+        "photons": lives.first().map(explain::json::drawn),
         "paths": lives.first().map_or_else(Vec::new, |life| paper.life(life)),
     }))
 }

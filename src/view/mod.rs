@@ -15,10 +15,12 @@
 //! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue and 255 for each pixel, row by row from the top; size, samples and stops in `X-` headers |
 //! | `GET /pixel?x=X&y=Y` | what is known of a pixel |
 //! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their places in the image |
+//! | `GET /photons?sample=N` | where a sample's photons end, with their places in the image |
 //! | `POST /do` | a wish ([`command::Wish`]) |
 
 pub mod command;
 mod explanation;
+mod photons;
 pub mod picture;
 pub mod scene;
 pub mod server;

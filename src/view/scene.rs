@@ -92,8 +92,13 @@ pub struct ChangedSettings {
 }
 
 impl ChangedSettings {
-    fn apply(&self, settings: &mut Settings) {
-        settings.transport = self.transport.unwrap_or(settings.transport);
+    fn apply(&self, world: &mut World) {
+        if let Some(transport) = self.transport {
+            // As a command that names the transport does.
+            world.settings.max_depth = world.depth_under(transport);
+            world.settings.transport = transport;
+        }
+        let settings = &mut world.settings;
         settings.sampler = self.sampler.unwrap_or(settings.sampler);
         if let Some(depth) = self.max_depth {
             (settings.max_depth, settings.depth_limits) = (depth, DepthLimits::default());
@@ -169,7 +174,7 @@ impl LiveScene {
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let read = read(&self.path, &self.options, &sources, &self.change).and_then(|(mut world, said)| {
-            self.changed.apply(&mut world.settings);
+            self.changed.apply(&mut world);
             let compiled = compiled(&self.path, &world, self.camera.as_deref(), Some(&self.compiled))?;
             Ok((world, said, compiled))
         });
@@ -201,7 +206,7 @@ impl LiveScene {
 
     /// Changes settings, from now on: whatever its files say later.
     pub fn change_settings(&mut self, change: ChangedSettings) -> Result<(), SceneError> {
-        change.apply(&mut self.world.settings);
+        change.apply(&mut self.world);
         self.changed = change.after(self.changed);
         self.compile()?;
         self.look_for_faults();

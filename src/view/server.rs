@@ -29,6 +29,7 @@ use tokio_stream::{Stream, StreamExt};
 
 use super::command::Wish;
 use super::explanation::explanation;
+use super::photons::photons_of;
 use super::picture::{Display, Layer, Picture, picture, pixel};
 use super::viewer::Viewer;
 use crate::simd::give_back_freed;
@@ -94,6 +95,7 @@ impl Server {
             .route("/image", get(image))
             .route("/pixel", get(one_pixel))
             .route("/explain", get(explain))
+            .route("/photons", get(photons))
             .route("/do", post(carry_out))
             .layer(from_fn_with_state(site.clone(), guard))
             // Browsers ask for it whatever a page says.
@@ -261,15 +263,27 @@ async fn one_pixel(State(site): State<Arc<Site>>, Query(Place { x, y, .. }): Que
 
 async fn explain(State(site): State<Arc<Site>>, Query(Place { x, y, sample }): Query<Place>) -> Response {
     let explained = aside(move || {
-        let (generation, shown) = (site.viewer.generation(), site.viewer.shown());
+        let shown = site.viewer.shown();
         let mut explained = explanation(&shown, [x, y], sample.unwrap_or(0))?;
-        explained["generation"] = json!(generation);
+        explained["generation"] = json!(shown.generation);
         let sample = explained["sample"].as_u64().unwrap_or_default() as u32;
         let command = (site.command)(&shown.recipe, [x, y], sample);
         explained["command"] = json!(command);
         Some(explained)
     });
     answer(explained.await.flatten())
+}
+
+#[derive(Deserialize)]
+struct Which {
+    sample: Option<u32>,
+}
+
+async fn photons(State(site): State<Arc<Site>>, Query(Which { sample }): Query<Which>) -> Response {
+    match aside(move || photons_of(&site.viewer.shown(), sample.unwrap_or(0))).await {
+        Some(found) => axum::Json(found).into_response(),
+        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the photons could not be traced"),
+    }
 }
 
 fn answer(found: Option<Value>) -> Response {

@@ -10,6 +10,7 @@ use super::scene::LiveScene;
 use super::viewer::{Shown, Work};
 use crate::check::Finding;
 use crate::film::Region;
+use crate::integrator::photons::NoPhotons;
 use crate::integrator::{Frame, Stage};
 use crate::render::Options;
 use crate::study::profile::flow::{self, Flows};
@@ -35,6 +36,8 @@ pub struct Status {
     rays: u64,
     elapsed: Duration,
     is_done: bool,
+    /// Photons of a sample, or why there are none, once that is known.
+    photons: Option<Result<u32, NoPhotons>>,
     /// What the queues held when they were last examined.
     pub queues: Option<Flows>,
 }
@@ -100,6 +103,7 @@ pub struct Pixels {
     wanted: u32,
     samples: f64,
     noise: Option<f64>,
+    photons: Option<Result<u32, NoPhotons>>,
 }
 
 impl Pixels {
@@ -108,7 +112,8 @@ impl Pixels {
         let Shown { size, wanted, ref gathered, .. } = *shown;
         let is_small = size != shown.frame.size;
         let samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
-        Pixels { size, wanted, samples, noise: gathered.film.relative_noise() }
+        let photons = shown.prepared.as_ref().map(|prepared| prepared.photons());
+        Pixels { size, wanted, samples, noise: gathered.film.relative_noise(), photons }
     }
 }
 
@@ -128,6 +133,7 @@ impl Status {
             rays: 0,
             elapsed: Duration::ZERO,
             is_done: false,
+            photons: None,
             queues: None,
         };
         status.describe(Described::new(scene, &work));
@@ -149,7 +155,7 @@ impl Status {
     pub fn pixels(&mut self, pixels: Pixels, elapsed: Duration) {
         self.serial += 1;
         (self.shown, self.wanted, self.elapsed) = (pixels.size, pixels.wanted, elapsed);
-        (self.samples, self.noise) = (pixels.samples, pixels.noise);
+        (self.samples, self.noise, self.photons) = (pixels.samples, pixels.noise, pixels.photons);
     }
 
     /// Records the result of a pass.
@@ -176,6 +182,9 @@ impl Status {
             "is_done": self.is_done,
             "is_paused": self.is_paused,
             "error": self.error,
+            "photons": self.photons.map(|photons| {
+                json!({"a_sample": photons.unwrap_or(0), "none": photons.err().map(NoPhotons::text)})
+            }),
             "queues": self.queues.as_ref().map(flows_json),
         });
         if let (Some(all), Value::Object(scene)) = (all.as_object_mut(), &self.scene) {

@@ -15,6 +15,7 @@ use super::tev::Tev;
 use super::watched::{LOOK, Watched};
 use crate::film::{Features, Film, Region};
 use crate::integrator::{Frame, Schedule, Stop};
+use crate::render::prepare::Prepared;
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::{GivenNames, Recipe};
 
@@ -50,6 +51,10 @@ pub struct Shown {
     pub features: Arc<OnceLock<Vec<Features>>>,
     /// How to ask for the same elsewhere.
     pub recipe: Arc<Recipe>,
+    /// What was computed before its samples, once that is known.
+    pub prepared: Option<Arc<Prepared>>,
+    /// How often it had begun anew.
+    pub generation: u64,
 }
 
 impl Shown {
@@ -64,7 +69,20 @@ impl Shown {
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
         let recipe = Arc::new(scene.recipe(&frame));
-        Shown { frame, gathered, small: None, size, wanted, options, names, entities, features, recipe }
+        Shown {
+            frame,
+            gathered,
+            small: None,
+            size,
+            wanted,
+            options,
+            names,
+            entities,
+            features,
+            recipe,
+            prepared: None,
+            generation: 0,
+        }
     }
 }
 
@@ -149,11 +167,6 @@ impl Viewer {
     /// The picture's serial number.
     pub fn serial(&self) -> u64 {
         self.lock().status.serial
-    }
-
-    /// How often it has begun anew.
-    pub fn generation(&self) -> u64 {
-        self.lock().status.generation
     }
 
     /// Notifies of news.
@@ -297,7 +310,8 @@ impl Viewer {
         let before = self.publish(|state| {
             described.into_iter().for_each(|described| state.status.describe(described));
             state.status.pixels(pixels, elapsed);
-            std::mem::replace(&mut state.shown, shown)
+            let generation = state.status.generation;
+            std::mem::replace(&mut state.shown, Shown { generation, ..shown })
         });
         // Freeing many of them takes time, too.
         drop(before);
@@ -340,13 +354,21 @@ impl Rendering {
         if session.is_done() {
             return;
         }
+        let start = Instant::now();
+        if !session.prepare(&Stop::at(&viewer.stop)) {
+            return;
+        }
         let count = next_count(session, self.spent);
+        let prepared = Some(session.prepared());
         let features = self.features.clone();
         let frame = session.frame().clone();
         // A pass has some of its tiles long before others.
         let small = (session.samples_done().0 == 0).then_some(small);
-        let shown =
-            Shown { small, ..Shown::new(scene, frame, session.gathered().clone(), options, features) };
+        let shown = Shown {
+            small,
+            prepared,
+            ..Shown::new(scene, frame, session.gathered().clone(), options, features)
+        };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
         let show = |gathered: Gathered| {
@@ -367,7 +389,6 @@ impl Rendering {
                 gathered.into_iter().for_each(&show);
             }
         };
-        let start = Instant::now();
         session.advance_until(count, &Stop::at(&viewer.stop), &watch);
         self.spent += start.elapsed();
         if viewer.stop.load(Ordering::Acquire) && !session.is_done() {

@@ -11,6 +11,9 @@ pub(crate) const MOST_TESTED: usize = 1 << 20;
 /// open edges at their rims.
 const EDGES_FOR_A_CRACK: usize = 1000;
 
+/// How far apart vertices in the same place may be, compared with the size of all: what rounding makes of a seam.
+const SAME: f32 = 1e-6;
+
 /// The edges of triangles. Vertices in the same place count as one, whatever they are split for.
 pub(crate) struct Edges {
     /// How many there are.
@@ -22,7 +25,12 @@ pub(crate) struct Edges {
 impl Edges {
     /// The edges of triangles between some vertices. Triangles without area have none.
     pub fn of(positions: &[Vec3], triangles: impl Iterator<Item = [u32; 3]>) -> Edges {
-        let place = |vertex: u32| (positions[vertex as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
+        let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) = positions.iter().fold(bounds, |(low, high), at| (low.min(*at), high.max(*at)));
+        let near = (SAME * (high - low).max_element()).max(f32::MIN_POSITIVE);
+        let rounded = |at: &Vec3| ((*at - low) / near).round().to_array().map(|c| c as i32);
+        let places: Vec<[i32; 3]> = positions.iter().map(rounded).collect();
+        let place = |vertex: u32| places[vertex as usize];
         // Each vertex by the first one in its place.
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         order.sort_unstable_by_key(|vertex| (place(*vertex), *vertex));
@@ -121,6 +129,8 @@ pub(crate) struct Joined {
     pub members: Vec<usize>,
     /// Their open edges that meet no others.
     pub rim: Vec<[Vec3; 2]>,
+    /// Members that meet more than one other in the same edge.
+    pub crossed: Vec<usize>,
 }
 
 /// Joins surfaces by their open edges.
@@ -149,6 +159,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<Joined> {
     };
     let mut first: Vec<usize> = (0..rims.len()).collect();
     let mut left: Vec<Vec<[Vec3; 2]>> = vec![Vec::new(); rims.len()];
+    let mut crossed = vec![false; rims.len()];
     for (number, rim) in rims.iter().enumerate() {
         for edge in *rim {
             let [from, to] = edge.map(|end| others(number, end));
@@ -156,6 +167,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<Joined> {
             if met.is_empty() {
                 left[number].push(*edge);
             }
+            crossed[number] |= met.len() > 1;
             for other in met {
                 let (a, b) = (root(&first, number), root(&first, other));
                 first[a.max(b)] = a.min(b);
@@ -166,6 +178,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<Joined> {
     for (number, left) in left.into_iter().enumerate() {
         let group = &mut groups[root(&first, number)];
         group.members.push(number);
+        group.crossed.extend(crossed[number].then_some(number));
         group.rim.extend(left);
     }
     groups.retain(|group| !group.members.is_empty());
@@ -207,6 +220,8 @@ pub(crate) mod tests {
         let mut all = torus(80, 40);
         let volume = |all: &[[Vec3; 3]]| six_volumes(Vec3::ZERO, all.iter().copied());
         assert!(edges(&all).are_closed() && edges(&all).open.is_empty() && volume(&all) > 0.0);
+        all[100][1].z += 1e-7;
+        assert!(edges(&all).open.is_empty(), "what rounding does at a seam");
         all[200][0].x += 1e-5;
         assert!(edges(&all).are_closed() && !edges(&all).open.is_empty(), "a crack");
         all.iter_mut().for_each(|triangle| triangle.swap(1, 2));

@@ -31,8 +31,7 @@ impl Settings {
         if let Caustics::Photons { photons, radius } = self.caustics {
             above("the photons of caustics", photons, 0.0)?;
             within("the photons of caustics", photons, 0.0, Caustics::MOST_PHOTONS)?;
-            above("the radius of caustics", radius, 0.0)?;
-            within("the radius of caustics", radius, 0.0, Caustics::LARGEST_RADIUS)?;
+            within("the radius of caustics", radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS)?;
         }
         check_color("ambient", self.ambient)?;
         match self.background {

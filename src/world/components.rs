@@ -250,6 +250,10 @@ pub enum Light {
     },
 }
 
+/// Marks an entity whose [`Light`] sends no photons: its caustics are left to chance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WithoutCaustics;
+
 impl Light {
     /// True if it is an environment or a sky.
     pub(crate) fn is_around(&self) -> bool {

@@ -103,6 +103,8 @@ pub struct BlinnPhong {
     /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. Under the Whitted
     /// transport it lights no other surface.
     pub emission: ColorInput,
+    /// As [`Principled::caustics`].
+    pub caustics: bool,
 }
 
 impl Default for BlinnPhong {
@@ -117,6 +119,7 @@ impl Default for BlinnPhong {
             ior: None,
             priority: 0,
             emission: ColorInput::Constant(Rgb::BLACK),
+            caustics: true,
         }
     }
 }
@@ -178,6 +181,8 @@ pub struct Principled {
     pub anisotropy: Anisotropy,
     /// A thin film (KHR_materials_iridescence).
     pub iridescence: Iridescence,
+    /// False if no photons are aimed at the surface, nor begin on it if it emits: its caustics are left to chance.
+    pub caustics: bool,
 }
 
 impl Default for Principled {
@@ -210,6 +215,7 @@ impl Default for Principled {
             sheen_roughness: none,
             anisotropy: Anisotropy::default(),
             iridescence: Iridescence::default(),
+            caustics: true,
         }
     }
 }

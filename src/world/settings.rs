@@ -236,7 +236,8 @@ pub enum Caustics {
     Photons {
         /// Photons for each pixel in each of its samples, above 0 and at most [`Caustics::MOST_PHOTONS`].
         photons: f32,
-        /// The radius of the first sample in widths of a pixel, above 0 and at most [`Caustics::LARGEST_RADIUS`].
+        /// The radius of the first sample in widths of a pixel, from [`Caustics::LEAST_RADIUS`] to
+        /// [`Caustics::LARGEST_RADIUS`].
         radius: f32,
     },
 }
@@ -249,6 +250,8 @@ impl Caustics {
     pub const RADIUS: f32 = 1.4;
     /// The most photons for each pixel.
     pub const MOST_PHOTONS: f32 = 64.0;
+    /// The least first radius. The cells in which photons are found are made for it, and there are only so many.
+    pub const LEAST_RADIUS: f32 = 0.01;
     /// The largest first radius.
     pub const LARGEST_RADIUS: f32 = 64.0;
 

@@ -145,7 +145,7 @@ fn decoded(text: &str) -> Vec<u8> {
 const PIXELS: &str = "const c = document.getElementById('image'); if (!c.width || c.width < 96) return null; \
     const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let s = 0; \
     for (let i = 0; i < d.length; i++) s = (s * 31 + d[i]) % 1000000007; return [s, c.width, c.height];";
-const DONE: &str = "return document.getElementById('status').textContent.includes('done');";
+const DONE: &str = "return document.getElementById('time-left').textContent === 'done';";
 
 #[test]
 fn the_page_shows_explains_and_obeys_in_a_real_browser() {
@@ -219,6 +219,43 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     browser.open(&shown.address().replace("token=", "token=0"));
     let refused = browser.run("return document.body.textContent;");
     assert!(refused.as_str().is_some_and(|text| text.contains("token")), "{refused}");
+}
+
+/// Photons lie over the image for as long as they belong to it.
+#[test]
+fn the_page_shows_photons_in_a_real_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let shown = Shown::with(&super::view::glass(), &["--caustics", "0.25", "--size", "480x270"]);
+    let browser = Browser::new(1400, 900);
+    browser.open(&shown.address());
+    browser.when("the last sample", DONE);
+    let state = browser.run("return document.getElementById('photons-state').textContent;");
+    assert_eq!(state, "32,400 for each sample.");
+    let click = "document.getElementById('show-photons').click(); return true;";
+    let text = "return document.getElementById('photons-count').textContent;";
+    browser.run(click);
+    let first = browser.when("the count", text);
+    let counts = first.as_str().unwrap_or_default();
+    assert!(counts.starts_with("Of 32,400, ") && counts.contains("directly"), "{counts}");
+    let painted = "const c = document.getElementById('landings'); if (c.hidden) return null; \
+        const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+        let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n;";
+    let many = browser.when("the points", painted);
+    assert!(many.as_u64() > Some(5_000), "{many}");
+    browser.photograph("photons.png");
+    // A hand turns the camera: others lie there.
+    browser.drag([0.5, 0.5], [80, 20]);
+    shown.when("a moved camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
+    let other = "const n = document.getElementById('photons-count').textContent; return n !== FIRST && \
+        !document.getElementById('landings').hidden;";
+    browser.when("other photons", &other.replace("FIRST", &first.to_string()));
+    browser.photograph("photons_moved.png");
+    browser.run(click);
+    browser.when("no photons", "return document.getElementById('landings').hidden;");
+    assert_eq!(browser.complaints(), [""; 0]);
 }
 
 /// Whether the page shows other pixels than these.

@@ -26,7 +26,7 @@ const FLOOR: &str = r#"(shape: Plane(corners: ((-50, 0, 50), (50, 0, 50), (50, 0
 const CAMERA: &str =
     "(camera: Pinhole(vertical_fov_degrees: 12), transform: LookAt(from: (2, 1, 0), to: (0, 0, 0))),";
 const IN_MIRROR: &str = r#"
-    (camera: Pinhole(vertical_fov_degrees: 8), transform: LookAt(from: (2, 1, 0), to: (-1, 0.5, 0))),
+    (camera: Pinhole(vertical_fov_degrees: 5), transform: LookAt(from: (2, 1, 0), to: (-1, 0.2, 0))),
     (shape: Plane(corners: ((-1, -1, 3), (-1, -1, -3), (-1, 1.5, -3), (-1, 1.5, 3))), material: (kr: 1, diffuse: 0)),"#;
 /// A pane, and lamps of all kinds above.
 const PANE: &str = r#"(shape: Mesh("cube.ply"), material: (ior: 1.5), transform: (translate: (0, 2, 0), scale: (9, 0.2, 9))),"#;
@@ -114,6 +114,130 @@ fn photons_bring_what_paths_find_by_chance() {
     }
 }
 
+/// What photons and paths share, where either could bring it, and what only paths bring: no light counts twice, or not at
+/// all.
+#[test]
+fn photons_leave_to_paths_what_they_do_not_bring() {
+    let rough = "Principled(metallic: 1, roughness: 0.3, base_color: (0.9, 0.8, 0.6))";
+    let ball = |material: &str| {
+        format!(
+            "(shape: Sphere(radius_m: 0.7), material: {material}, transform: (translate: (0.2, 0.9, 0.2))),"
+        )
+    };
+    let floor = |material: &str| {
+        format!(
+            "(shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: {material}),"
+        )
+    };
+    let eye =
+        "(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 3, 4), to: (0, 0.3, 0))),";
+    let point = "(light: Point(power_w: 500), transform: (translate: (-1.5, 3.5, 0.5))),";
+    let lamp = "(shape: Sphere(radius_m: 0.5), material: (diffuse: 0, emission: 20), transform: (translate: (-1.5, 3.5, 0.5))),";
+    let matte = floor("(diffuse: 0.6)");
+    for (what, entities) in [
+        (
+            "an environment with a sun in it",
+            format!("{eye}{matte}{}(light: Environment(image: \"sun.hdr\")),", ball(rough)),
+        ),
+        ("a highlight in a mirror", format!("{eye}{}{}{point}", floor("(kr: 0.5, diffuse: 0.3)"), ball(rough))),
+        (
+            "a lamp, and one without caustics",
+            format!("{eye}{matte}{}{lamp}{}", ball("(ior: 1.5)"), lamp.replace("emission: 20", "emission: (5, 20, 9), caustics: false").replace("-1.5, 3.5", "1.5, 3")),
+        ),
+        (
+            "a ball, and one without caustics",
+            format!("{eye}{matte}{}{lamp}{}", ball("(ior: 1.5)"), ball("(ior: 1.5, caustics: false)").replace("0.2, 0.9, 0.2", "-1, 2, 0.4")),
+        ),
+        (
+            "a highlight in fog",
+            format!(
+                "{eye}{matte}{}{point}(shape: Mesh(\"cube.ply\"), transform: (scale: 8),
+                 material: Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1,
+                    volume: (attenuation_color: 0.9, attenuation_distance_m: 2, multiscatter_color: 0.5))),",
+                ball(rough)
+            ),
+        ),
+        (
+            "a dome around all",
+            format!("{eye}{matte}{}{lamp}(shape: Sphere(radius_m: 9), material: (diffuse: 0, emission: 0.5)),", ball("(ior: 1.5)")),
+        ),
+        (
+            "the back of paper in a mirror",
+            format!(
+                "(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, -1, 2), to: (0, -3, 0.5))),
+                 (shape: Plane(corners: ((-9, -3, 9), (9, -3, 9), (9, -3, -9), (-9, -3, -9))), material: (kr: 1, diffuse: 0)),
+                 {}{}{lamp}",
+                floor("Principled(metallic: 0, roughness: 1, specular: 0, base_color: 0.8, diffuse_transmission: 0.7)"),
+                ball("(ior: 1.5)")
+            ),
+        ),
+    ] {
+        let mut by_chance = scene(4096, &entities);
+        by_chance.settings.caustics = Caustics::Off;
+        let mut with_photons = scene(512, &entities);
+        // Pixels are large here: the usual radius would blur the edges of shadows.
+        with_photons.settings.caustics = Caustics::Photons { photons: 4.0, radius: 0.6 };
+        assert_alike(&Picture::of(&with_photons), &Picture::of(&by_chance), 0.12, what);
+    }
+}
+
+/// Lamps whose light does not fall with distance shine on a ball behind a thin pane as without it.
+#[test]
+fn panes_do_not_change_how_light_falls_with_distance() {
+    let ball = single_ball(1.0, "(ior: 1.000001)");
+    for lamp in [
+        "(light: Point(power_w: 1000, falloff: Constant), transform: (translate: (0, 6, 0))),",
+        "(light: Point(power_w: 1000), transform: (translate: (0, 6, 0))),",
+    ] {
+        let pane = "(shape: Plane(corners: ((-9, 5, 9), (9, 5, 9), (9, 5, -9), (-9, 5, -9))),
+                     material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0)),";
+        let bare = landed(&format!("{ROOM}{ball}{lamp}"), 8).0;
+        let behind = landed(&format!("{ROOM}{ball}{pane}{lamp}"), 8).0;
+        assert!((behind / bare - 1.0).abs() < 0.01, "{lamp}: {behind}, and {bare} without the pane");
+    }
+}
+
+/// Photons are as many as it takes. They are left out where they would be single dots on an image that has enough other
+/// light, and nowhere else.
+#[test]
+fn photons_are_as_many_as_it_takes_and_none_where_they_would_be_dots() {
+    let photons = |entities: &str| {
+        use rayfront::render::Session;
+        let world = scene(1, entities);
+        let compiled = rayfront::compile::compile(&world, None).expect("a scene");
+        let mut session = Session::new(compiled, &world.settings, Options::default());
+        session.advance(1);
+        session.statistics().rays.photon
+    };
+    let pool = "(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 4, 3), to: (0, 0, 0))),
+        (shape: Plane(corners: ((-9, -1, 9), (9, -1, 9), (9, -1, -9), (-9, -1, -9))), material: (diffuse: 0.6)),
+        (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (ior: 1.333)),
+        (light: Directional(irradiance: 3), transform: LookAt(from: (1, 2, 0), to: (0, 0, 0))),";
+    // All light in a pool comes by photons: there are four for each pixel.
+    assert!(photons(pool) > 4 * 32 * 24, "{} rays of photons in a pool", photons(pool));
+    let ball =
+        "(camera: Pinhole(vertical_fov_degrees: 60), transform: LookAt(from: (0, 3, 4), to: (0, 0.3, 0))),
+        (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.6)),
+        (shape: Sphere(radius_m: 0.2), material: (ior: 1.5), transform: (translate: (0, 0.3, 0))),
+        (light: Point(power_w: 500), transform: (translate: (-1.5, 3.5, 0.5))),";
+    let few = photons(ball);
+    assert!((1..2 * 32 * 24).contains(&few), "{few} rays of photons for a small ball");
+    let lake = "(camera: Pinhole(vertical_fov_degrees: 45), transform: LookAt(from: (0, 2, 14), to: (0, 1.5, 0))),
+        (shape: Plane(corners: ((-2000, 0, -3), (2000, 0, -3), (2000, 0, -4000), (-2000, 0, -4000))), material: (ior: 1.333)),
+        (shape: Plane(corners: ((-200, 0, 50), (200, 0, 50), (200, 0, -3), (-200, 0, -3))), material: (diffuse: 0.4)),
+        (shape: Plane(corners: ((-3, 0, -1), (3, 0, -1), (3, 4, -1), (-3, 4, -1))), material: (diffuse: 0.6)),
+        (light: Sky(elevation_degrees: 40, azimuth_degrees: 200)),";
+    assert_eq!(photons(lake), 0, "few of the photons that fall on a lake shine on a house beside it");
+    let (sun, water) = ("(light: Directional(irradiance: 3),", "(ior: 1.333)");
+    assert!(pool.contains(sun) && pool.contains(water));
+    assert_eq!(
+        photons(&pool.replace(sun, &format!("(caustics: false, {}", &sun[1..]))),
+        0,
+        "a lamp without caustics"
+    );
+    assert_eq!(photons(&pool.replace(water, "(ior: 1.333, caustics: false)")), 0, "water without caustics");
+}
+
 /// The same with few photons and with many, and with other radii: nothing but noise and blur depends on them.
 #[test]
 fn the_number_of_photons_does_not_change_the_mean() {
@@ -127,29 +251,32 @@ fn the_number_of_photons_does_not_change_the_mean() {
 
 #[test]
 fn a_lamp_that_moves_a_little_moves_its_caustic() {
+    // The camera looks from aside, past the ball, at the floor below it.
     let at = |x: f64| {
         let text = format!(
-            r#"(camera: Orthographic(height_m: 1.2), transform: LookAt(from: (0, 5, 0.001), to: (0, 0, 0))),
+            r#"(camera: Orthographic(height_m: 1.2), transform: LookAt(from: (0, 2, 5), to: (0, 0, 0))),
             (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.5)),
             (shape: Sphere(radius_m: 0.3), material: (ior: 1.5), transform: (translate: (0, 0.5, 0))),
             (light: Point(power_w: 100), transform: (translate: ({x}, 3, 0))),"#
         );
         let picture = Picture::of(&scene(64, &text));
+        let height = picture.pixels.len() / picture.width;
         let (mut sum, mut weighted) = (0.0, 0.0);
         for (i, pixel) in picture.pixels.iter().enumerate() {
-            // What is brighter than the lamp alone could make it.
+            // Below the ball in the image, what is brighter than the lamp alone could make it.
             let light = f64::from(pixel.g) - 0.3;
-            if light > 0.0 {
+            if light > 0.0 && i / picture.width >= height * 2 / 5 {
                 sum += light;
                 weighted += light * (i % picture.width) as f64;
             }
         }
         weighted / sum
     };
-    // A pixel is 5 cm wide. Through the middle of the ball, the spot goes the other way by a sixth of what the lamp does.
-    let (middle, aside) = (at(0.0), at(0.05));
+    // A pixel is 5 cm wide. Through the middle of the ball, the spot goes the other way by a fifth of what the lamp does:
+    // it is 0.5 m below that, and the lamp 2.5 m above.
+    let (middle, aside) = (at(0.0), at(0.25));
     let moved = (aside - middle).abs();
-    assert!((0.1..0.5).contains(&moved), "the spot is at column {aside}, and was at {middle}");
+    assert!((0.8..1.2).contains(&moved), "the spot is at column {aside}, and was at {middle}");
 }
 
 /// Every kind of lamp, lens and filter, absorbing, rough and dispersing glass, mirrors, instances, fog.
@@ -244,7 +371,7 @@ fn landed(entities: &str, samples: u32) -> (f64, u32) {
     use rayfront::internals::integrator::{Statistics, Stop, Worker};
     use rayfront::internals::render::{Prepared, frame};
     let world = world(&format!(
-        "(settings: (size: (64, 64), transport: Path, max_depth: 200),
+        "(settings: (size: (64, 64), transport: Path, max_depth: 200, caustics: (photons: 1)),
           entities: [(camera: Pinhole, transform: LookAt(from: (0, 2, 6), to: (0, 0, 0))), {entities}])"
     ));
     let frame = frame(rayfront::compile::compile(&world, None).expect("a scene"), &world.settings);

@@ -400,7 +400,7 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
                      attenuation_distance_m: 2, multiscatter_color: 1))",
                 ),
             ]),
-            vec!["no light gets into it", "Area(visible: true"],
+            vec!["none of the lamps' light is scattered in it", "Area(visible: true"],
         ),
         (
             "more bodies than a path can remember",

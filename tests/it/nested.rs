@@ -98,6 +98,24 @@ fn water_between_panes_lets_through_what_fresnels_equations_say() {
     }
 }
 
+/// Interfaces that meet in an edge far away: each bends light by the index behind it over that in front.
+#[test]
+fn interfaces_that_meet_in_an_edge_let_through_what_fresnels_equations_say() {
+    let interface =
+        |ior: f64, corners: &str| format!("(shape: Plane(corners: ({corners})), material: (ior: {ior})),");
+    let slabs = interface(GLASS, "(-900, -99, 0), (900, -99, 3), (900, 99, 3), (-900, 99, 0)")
+        + &interface(WATER / GLASS, "(-900, -99, 0), (900, -99, 0), (900, 99, 0), (-900, 99, 0)")
+        + &interface(WATER, "(-900, -99, 0), (-900, 99, 0), (900, 99, -3), (900, -99, -3)");
+    for transport in TRANSPORTS {
+        for degrees in [0.0, 45.0] {
+            let found = transmittance(transport, &slabs, degrees);
+            let expected = through(&[1.0, GLASS, WATER, 1.0], degrees);
+            let tolerance = if transport.contains("Path") { 0.006 } else { 0.001 };
+            assert!((found - expected).abs() < tolerance, "{degrees}°, {transport}: {found}, not {expected}");
+        }
+    }
+}
+
 /// A ball in water, seen from within the water; lamps and camera are there, too.
 fn in_water(transport: &str, water: Option<&str>, material: &str) -> Picture {
     let around = water.map_or(String::new(), |volume| {
@@ -121,6 +139,7 @@ fn in_water(transport: &str, water: Option<&str>, material: &str) -> Picture {
 }
 
 /// Only the ratio of two indices matters: in water, all else looks as in air with an index that is smaller by as much.
+/// But the water gives back a hundredth of the light from its surface.
 #[test]
 fn things_in_water_look_like_things_of_a_smaller_index_in_air() {
     let cases = [
@@ -146,12 +165,12 @@ fn things_in_water_look_like_things_of_a_smaller_index_in_air() {
                 let metallic = if case.contains("metallic") { "" } else { "metallic: 0, " };
                 format!("Principled({metallic}{smooth}{})", case.replace("IOR", &ior.to_string()))
             };
-            let samples = "transport: Path, samples: 64, max_depth: 8";
+            let samples = "transport: Path, samples: 128, max_depth: 8";
             let under = in_water(samples, Some(""), &of(ior));
             let over = in_water(samples, None, &of(ior / 1.25));
             let [under, over] = [mean(&under), mean(&over)];
             for (under, over) in under.iter().zip(over) {
-                assert!((under / over - 1.0).abs() < 0.02, "{case}, {ior}: {under}, not {over}");
+                assert!((under / over - 1.01).abs() < 0.02, "{case}, {ior}: {under}, not {over}");
             }
         }
     }

@@ -70,5 +70,5 @@ fn all_studies_are_well_formed() {
         }
         count += 1;
     }
-    assert_eq!(count, 6);
+    assert_eq!(count, 7);
 }

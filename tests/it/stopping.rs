@@ -18,8 +18,12 @@ const PATIENCE: Duration = Duration::from_secs(100);
 
 /// Shells of glass: a path splits in two at each, up to 2^40 times.
 fn shells(settings: &str) -> String {
-    let shells: String = (0..30)
-        .map(|i| format!("(shape: Sphere(radius_m: {}), material: (ior: 1.5)),", 1.0 + 0.01 * f64::from(i)))
+    // Glass and air in turn, so that light is reflected at each of them.
+    let shells: String = (0..8)
+        .map(|i| {
+            let (radius, ior) = (1.0 + 0.01 * f64::from(i), if i % 2 == 1 { 1.5 } else { 1.0 });
+            format!("(shape: Sphere(radius_m: {radius}), material: (ior: {ior})),")
+        })
         .collect();
     format!(
         "(settings: (max_depth: 40, min_throughput: 0, transport: Whitted, {settings}), entities: [

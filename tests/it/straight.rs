@@ -201,7 +201,7 @@ fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
     let way_out = (1.0f64 + 0.01).sqrt();
     let expected = [0.9f64, 0.5, 0.2].map(|c| 2.0 * 0.6 * 0.8 / PI * c.powf(way_in + way_out));
     assert_near(floor(FEW, &ball), expected, 2e-3, "from within");
-    // A lamp in it, and one behind a second body within.
+    // A lamp in it, behind a second body, which lies within and replaces it.
     let lamp = format!(
         "{LAMP}(shape: Sphere(radius_m: 5), {}),
          (shape: Sphere(radius_m: 0.5), transform: (translate: (0.5, 1, 0)),
@@ -211,8 +211,7 @@ fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
     );
     let (square, cosine) = (5.0f64, 2.0 / 5.0f64.sqrt());
     let plain = 0.8 / PI * 100.0 / (4.0 * PI) / square * cosine;
-    // Behind a body within a body there is none.
-    let before = 5.0f64.sqrt() / 2.0 - 0.5;
+    let before = 5.0f64.sqrt() - 1.0;
     let expected = [(0.9f64, 0.25), (0.5, 1.0), (0.2, 1.0)]
         .map(|(color, tint)| plain * tint * 0.3 * color.powf(before + way_out));
     assert_near(floor(FEW, &lamp), expected, 2e-3, "a lamp within");

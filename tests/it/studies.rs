@@ -226,6 +226,62 @@ fn a_profile_of_the_path_transport_adds_up() {
     }
 }
 
+/// Photons are a stage of their own, which has all their rays once, however many tiles there are.
+#[test]
+fn a_profile_has_photons_as_a_stage() {
+    let folder = folder();
+    let arguments = ["profile", "scene.ron", "--size", "96x72", "--spp", "2", "--runs", "1"];
+    for transport in ["path", "whitted"] {
+        let more = ["--transport", transport, "--caustics", "1"];
+        let profile = json(folder.path(), &[&arguments[..], &more].concat());
+        let stage = &profile["stages"]["photons"];
+        let rays = &profile["wavefront"]["rays"]["photon"];
+        assert!(rays.as_u64() > Some(10_000) && rays == &profile["recursive"]["rays"]["photon"], "{profile}");
+        assert_eq!(&stage["in"], rays, "{transport}");
+        assert!(stage["out"].as_u64() > Some(100) && stage["out"].as_u64() < rays.as_u64(), "{stage}");
+        assert!(stage["seconds"].as_f64() > Some(0.0) && stage["calls"].as_u64() > Some(0), "{stage}");
+        assert_eq!(profile["photons"]["a_sample"], 96 * 72);
+        let table = stdout(folder.path(), &[&arguments[..], &more].concat());
+        for line in ["rays of photons", "photons             6912 a sample", "\nphotons  "] {
+            assert!(table.contains(line), "{line}: {table}");
+        }
+    }
+    let table = stdout(folder.path(), &[&arguments[..], &["--transport", "whitted"]].concat());
+    assert!(
+        table.contains("photons             none: under Whitted's transport")
+            && !table.contains("rays of photons")
+    );
+    assert!(
+        table.lines().filter(|line| !line.starts_with("counters")).all(|line| line.chars().count() <= 100)
+    );
+}
+
+/// `info` says how much memory photons take at most, and why there are none.
+#[test]
+fn info_tells_of_photons() {
+    let folder = folder();
+    let path = std::fs::read_to_string(folder.path().join("scene.ron")).expect("the scene");
+    std::fs::write(
+        folder.path().join("path.ron"),
+        path.replace("samples: 4,", "samples: 4, transport: Path,"),
+    )
+    .expect("a file");
+    let facts = json(folder.path(), &["info", "path.ron"]);
+    let photons = &facts["photons"];
+    assert_eq!((&photons["a_sample"], &photons["none"]), (&(4 * 16 * 12).into(), &serde_json::Value::Null));
+    assert!(
+        photons["ended_bytes"].as_u64() > Some(0) && photons["sorted_bytes"].as_u64() > Some(0),
+        "{photons}"
+    );
+    let text = stdout(folder.path(), &["info", "path.ron"]);
+    assert!(
+        text.contains("\nphotons    at most 768 a sample, if they turn out to be of use; in memory at most "),
+        "{text}"
+    );
+    let text = stdout(folder.path(), &["info", "scene.ron"]);
+    assert!(text.contains("\nphotons    none: under Whitted's transport"), "{text}");
+}
+
 #[test]
 fn a_profile_counts_what_rendering_counts() {
     let folder = folder();
@@ -316,7 +372,7 @@ fn a_study_is_done_once_and_reported_in_one_page() {
     let errors = |text: &str| -> Vec<String> {
         let lines = text.lines().filter(|line| line.contains(",light,"));
         let mut lines: Vec<String> =
-            lines.map(|line| line.rsplit(',').nth(8).unwrap_or_default().into()).collect();
+            lines.map(|line| line.rsplit(',').nth(10).unwrap_or_default().into()).collect();
         lines.sort();
         lines
     };
@@ -335,15 +391,49 @@ fn a_series_may_be_of_another_scene() {
     std::fs::write(folder.path().join("small.ron"), study).expect("a file");
     stdout(folder.path(), &["study", "small.ron"]);
     let text = std::fs::read_to_string(folder.path().join("out/small/results.csv")).expect("results");
-    let column = text.lines().next().and_then(|line| line.split(',').position(|name| name == "mse"));
-    let errors = |label: &str| -> Vec<f64> {
-        let rows = text.lines().filter(|line| line.contains(label));
-        rows.filter_map(|row| row.split(',').nth(column?)?.parse().ok()).collect()
-    };
-    let [dim, bright] = [errors("dim"), errors("bright")];
+    let [dim, bright] = ["dim", "bright"].map(|label| column(&text, "mse", label));
     assert_eq!((dim.len(), bright.len()), (4, 4), "{text}");
     for (dim, bright) in dim.iter().zip(bright) {
         assert!((bright / dim - 4.0).abs() < 0.01, "{dim} {bright}");
+    }
+}
+
+/// A column of a study's results, in the rows that hold a text.
+fn column(results: &str, name: &str, text: &str) -> Vec<f64> {
+    let at = results.lines().next().and_then(|line| line.split(',').position(|head| head == name));
+    let rows = results.lines().filter(|line| line.contains(text));
+    rows.filter_map(|row| row.split(',').nth(at?)?.parse().ok()).collect()
+}
+
+/// Gathered photons are blurred by their radius and by nothing else. Bias falls with r², and noise of a bias this large,
+/// in images this small, is a tenth of it.
+#[test]
+fn halving_the_radius_of_photons_quarters_their_bias() {
+    let folder = folder();
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/studies/photons_scene.ron");
+    std::fs::copy(shipped, folder.path().join("photons_scene.ron")).expect("a scene");
+    let study = r#"(title: "t", experiments: [
+        (name: "radius", scenes: [File("photons_scene.ron")], with: (size: (64, 48), samples: 4, photons: 4),
+         x: PhotonRadius([3, 6]), series: [(label: "gathered")], seeds: 2,
+         reference: (samples: 64, hide: ["\"mirror\""],
+                     set: ["\"camera\".transform = LookAt(from: (0, 3.5, -1.8), to: (0, 2.5, -1))"]),
+         plots: [(y: SquaredBias), (y: Variance)]),
+    ])"#;
+    std::fs::write(folder.path().join("small.ron"), study).expect("a file");
+    stdout(folder.path(), &["study", "small.ron"]);
+    let results = std::fs::read_to_string(folder.path().join("out/small/results.csv")).expect("results");
+    let mean = |name: &str, radius: u32| {
+        let values = column(&results, name, &format!("photons_scene,gathered,{radius},"));
+        assert_eq!(values.len(), 2, "{results}");
+        0.5 * (values[0] + values[1])
+    };
+    let bias = (mean("squared_bias", 6) / mean("squared_bias", 3)).sqrt();
+    assert!((2.9..4.4).contains(&bias), "{bias}\n{results}");
+    assert!(mean("variance", 3) > 1.5 * mean("variance", 6), "{results}");
+    // Both together are the error.
+    for radius in [3, 6] {
+        let parts = mean("squared_bias", radius) + mean("variance", radius);
+        assert!((parts / mean("mse", radius) - 1.0).abs() < 0.1, "{radius}: {parts}\n{results}");
     }
 }
 

@@ -46,6 +46,7 @@ impl AssetFiles for MadeUp {
             Some("floats") => Ok(floats().into()),
             Some("ramp") => Ok(ramp().into()),
             Some("lamp") => Ok(lamp(1.0).into()),
+            Some("sun") => Ok(sun().into()),
             Some("bright-lamp") => Ok(lamp(1000.0).into()),
             _ => Err(LoadError::Invalid {
                 file: path.into(),
@@ -129,6 +130,14 @@ fn lamp(whole: f32) -> Image {
     };
     let texels = (0..SIZE[0] * SIZE[1]).map(texel).collect();
     Image { source: None, width: SIZE[0], height: SIZE[1], texels: Texels::Rgb32(texels) }
+}
+
+/// A small sun in a dim sky.
+fn sun() -> Image {
+    let texel = |i: u32| {
+        if (8..10).contains(&(i / 64)) && (20..22).contains(&(i % 64)) { [400.0; 3] } else { [0.1; 3] }
+    };
+    Image { source: None, width: 64, height: 32, texels: Texels::Rgb32((0..64 * 32).map(texel).collect()) }
 }
 
 /// Flat, with coloured corners and texture coordinates.

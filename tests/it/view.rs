@@ -43,7 +43,7 @@ impl Shown {
         Shown::with(SCENE, &[])
     }
 
-    fn with(scene: &str, options: &[&str]) -> Shown {
+    pub fn with(scene: &str, options: &[&str]) -> Shown {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
         let mut program = Command::new(env!("CARGO_BIN_EXE_rayfront"))
@@ -184,6 +184,91 @@ fn every_layer_is_there_and_pixels_are_explained() {
     let [x, y] = [0, 1].map(|axis| first["to"][axis].as_f64().expect("a place in the image"));
     assert!((x - 48.5).abs() <= 1.0 && (y - 30.5).abs() <= 1.0, "the vertex lies in its pixel: {x}, {y}");
     assert_eq!(first["vertex"]["lights"][0]["light"], "lamp");
+}
+
+/// The scene with a ball of glass, whose pixels gather their own samples alone.
+pub fn glass() -> String {
+    SCENE
+        .replace("(diffuse: (0.8, 0.2, 0.1))", "(ior: 1.5)")
+        .replace("samples: 4,", "samples: 4, filter: Box,")
+}
+
+/// Photons that the page shows lie on the floor, where the renderer draws them into that sample: as many as it says.
+#[test]
+fn photons_are_shown_where_the_renderer_draws_them() {
+    let shown = Shown::with(&glass(), &["--caustics", "1"]);
+    shown.when("the image", |status| status["is_done"] == true);
+    let status = shown.json("/status");
+    assert_eq!(status["photons"], json!({"a_sample": 96 * 54, "none": null}));
+    let found = shown.json("/photons?sample=2");
+    let number = |name: &str| found[name].as_u64().expect(name);
+    assert_eq!((number("emitted"), number("sample"), &found["none"]), (96 * 54, 2, &Value::Null));
+    assert!(number("emitted") >= number("landed") && number("landed") >= number("in_picture"), "{found}");
+    assert!(number("in_picture") > number("seen") && number("seen") > 50, "{found}");
+    let points = found["points"].as_array().expect("points");
+    assert_eq!(points.len() as u64, number("in_picture"));
+    // By pixel, those that the camera sees.
+    let mut counts = std::collections::BTreeMap::new();
+    for point in points.iter().filter(|point| point[5] == 1) {
+        let place = [0, 1].map(|axis| point[axis].as_f64().expect("a place") as u32);
+        *counts.entry(place).or_insert(0) += 1;
+    }
+    let most = counts.iter().max_by_key(|(_, count)| **count).map(|(place, _)| *place).expect("a pixel");
+    let (mut on_floor, mut looked_at) = (0, 0);
+    for [x, y] in [most, [0, 0]].into_iter().chain(counts.keys().step_by(counts.len() / 12).copied()) {
+        let explained = shown.json(&format!("/explain?x={x}&y={y}&sample=2"));
+        let count = counts.get(&[x, y]).copied().unwrap_or(0);
+        assert_eq!(explained["photons"]["count"], count, "{x}, {y}");
+        assert_eq!(explained["agrees"], true);
+        if count > 0 {
+            looked_at += 1;
+            on_floor += u32::from(shown.json(&format!("/pixel?x={x}&y={y}"))["entity"] == "floor");
+        }
+    }
+    // In a pixel at the edge of the ball, the floor may be the smaller part.
+    assert!(2 * on_floor > looked_at, "{on_floor} of {looked_at}");
+    // Through the ball a path gathers them.
+    let explained = shown.json("/explain?x=42&y=38&sample=2");
+    assert!(explained["paths"][0]["steps"][1]["vertex"]["photons"][0].as_f64() > Some(0.01), "{explained}");
+    // A function of the sample, the scene and its settings.
+    assert!(
+        shown.json("/photons?sample=2") == found
+            && shown.json("/photons?sample=1")["points"] != found["points"]
+    );
+    assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);
+    let status = shown
+        .when("another camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
+    let moved = shown.json("/photons?sample=2");
+    assert!(moved["generation"] == status["generation"] && moved["points"] != found["points"]);
+}
+
+/// As many as the page can show are sent, and it is told how many there are.
+#[test]
+fn only_some_of_many_photons_are_sent() {
+    let shown = Shown::with(&glass(), &["--caustics", "6", "--spp", "1"]);
+    shown.when("the image", |status| status["is_done"] == true);
+    let found = shown.json("/photons");
+    assert_eq!(found["points"].as_array().map(Vec::len), Some(4000));
+    assert!(found["in_picture"].as_u64() > Some(4000), "{}", found["in_picture"]);
+}
+
+#[test]
+fn without_photons_the_page_says_why() {
+    let glass = glass();
+    for (scene, options, why) in [
+        (SCENE, &[][..], "no material throws light"),
+        (&glass, &["--caustics", "off"], "caustics are off"),
+        (&glass, &["--transport", "whitted"], "only if asked for"),
+        (&glass, &["--depth", "0"], "no bounces"),
+        (&glass, &["--hide", "Light", "--caustics", "1"], "no lamp"),
+    ] {
+        let shown = Shown::with(scene, options);
+        let status = shown.when("the first pass", |status| !status["photons"].is_null());
+        let none = status["photons"]["none"].as_str().unwrap_or_default();
+        assert!(none.contains(why) && status["photons"]["a_sample"] == 0, "{options:?}: {status}");
+        let found = shown.json("/photons");
+        assert!(found["none"] == none && found["points"] == json!([]) && found["landed"] == 0, "{found}");
+    }
 }
 
 /// What the page says is to be typed explains the sample that the page shows, whatever options and wishes it has.

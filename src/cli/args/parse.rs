@@ -84,8 +84,9 @@ pub fn parse_caustics(text: &str) -> Result<Caustics, String> {
     }
     let photons = number(photons, Caustics::MOST_PHOTONS);
     let radius = radius.map_or(Some(Caustics::RADIUS), |radius| number(radius, Caustics::LARGEST_RADIUS));
+    let radius = radius.filter(|radius| *radius >= Caustics::LEAST_RADIUS);
     photons.zip(radius).map(|(photons, radius)| Caustics::Photons { photons, radius }).ok_or_else(|| {
-        "expected auto, off, or photons for each pixel above 0, at most 64, and perhaps a radius, as in 2,1.4".into()
+        "expected auto, off, or photons for each pixel above 0, at most 64, and perhaps a radius from 0.01 to 64, as in 2,1.4".into()
     })
 }
 

@@ -93,6 +93,7 @@ pub(super) struct BlinnPhong<'a> {
     pub ior: Option<Raw<'a>>,
     pub priority: Option<Raw<'a>>,
     pub emission: Option<Raw<'a>>,
+    pub caustics: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]
@@ -123,6 +124,7 @@ pub(super) struct Principled<'a> {
     pub sheen_roughness: Option<Raw<'a>>,
     pub anisotropy: Option<Raw<'a>>,
     pub iridescence: Option<Raw<'a>>,
+    pub caustics: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]
@@ -206,6 +208,7 @@ pub(super) struct Entity<'a> {
     pub material: Option<Raw<'a>>,
     pub light: Option<Raw<'a>>,
     pub camera: Option<Raw<'a>>,
+    pub caustics: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

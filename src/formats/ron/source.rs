@@ -165,7 +165,8 @@ impl<'a> Source<'a> {
     pub(super) fn unknown(&self, name: &str, kind: &str, known: &[&str]) -> LoadError {
         let suggestion = suggest(name, known.iter().copied());
         let known = known.join(", ");
-        self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kind}s: {known}", shorten(name)))
+        let kinds = kind.strip_suffix('y').map_or_else(|| format!("{kind}s"), |stem| format!("{stem}ies"));
+        self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kinds}: {known}", shorten(name)))
     }
 
     /// Translates what `ron` says about the text into a place in it and our words.

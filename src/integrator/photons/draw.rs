@@ -1,4 +1,4 @@
-//! Where the camera sees a point: the inverse of `shading::camera::ray`.
+//! Projection of points into the image: the inverse of `shading::camera::ray`.
 
 use crate::film::Film;
 use crate::integrator::Frame;
@@ -8,19 +8,19 @@ use crate::scene::Projection;
 use crate::shading::camera;
 use crate::simd::Float;
 
-/// A point as the camera sees it, if nothing is between.
+/// A point as the camera sees it if nothing lies between.
 pub struct View<F: Float> {
     /// Unit vector from the point to the camera.
     pub to_camera: Vector<F>,
-    /// How far it is to the lens.
+    /// The distance to the lens.
     pub distance: F,
     /// Columns from the left of the image, in pixels.
     pub column: F,
     /// Rows from its top.
     pub row: F,
-    /// What a pixel shows of a unit of light that leaves the point towards the camera, for each unit of |cos| there: m⁻².
+    /// The value of a pixel for a unit of light that leaves the point towards the camera, per unit of |cos| there: m⁻².
     pub importance: F,
-    /// Where it is in front of the camera.
+    /// Lanes whose point lies in front of the camera.
     pub seen: F::Mask,
 }
 
@@ -104,7 +104,7 @@ pub struct Splat {
     pub column: f32,
     /// Rows from its top.
     pub row: f32,
-    /// What it adds to a pixel of a box filter.
+    /// The light that it adds to a pixel of a box filter.
     pub light: Color<f32>,
 }
 
@@ -125,7 +125,7 @@ const BLOCK: u32 = 16;
 pub struct Splats {
     /// Blocks in a row.
     columns: u32,
-    /// Where each block begins, and the end.
+    /// The first splat of each block, and the end.
     starts: Vec<u32>,
     splats: Vec<Splat>,
 }
@@ -157,7 +157,7 @@ impl Splats {
         Self { columns, starts, splats: sorted }
     }
 
-    /// Bytes that they take.
+    /// Their size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..]) + size_of_val(&self.splats[..])
     }

@@ -1,4 +1,4 @@
-//! How photons begin: at lamps, towards what makes caustics.
+//! Emission of photons: from lamps, towards what makes caustics.
 //!
 //! An emitter is chosen by the light that it sends to all targets, a target by the size in which it is seen, a ray
 //! uniformly among those that are aimed at it. A ray may be aimed at several targets at once; what it carries is
@@ -6,6 +6,7 @@
 
 use std::num::Wrapping;
 
+use super::aim::{Angles, Chances, cone};
 use super::targets::Ball;
 use crate::math::{Color, Vec3, Vector};
 use crate::sampling::hash::{combine, mix};
@@ -13,26 +14,26 @@ use crate::sampling::sobol;
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
-use crate::scene::emitters::kind;
+use crate::scene::emitters::{flag, kind};
 use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
 use crate::shading::environment;
 use crate::shading::principled::basis::Basis;
-use crate::simd::{Float, Int};
+use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
 
 const PI: f32 = std::f32::consts::PI;
 
-/// What sends photons to where.
+/// The distribution from which photons are drawn.
 pub struct Emission {
     targets: Vec<Ball>,
-    /// Of each emitter the probability that it or one before it is chosen.
+    /// The probability, for each emitter, that it or one before it is chosen.
     cumulative: Vec<f64>,
-    /// Of each emitter the probability that it is chosen.
+    /// The probability, for each emitter, that it is chosen.
     chances: Vec<f32>,
-    /// Of each emitter the number of photons of a sample per unit of its phase space, m⁻² sr⁻¹, rounded to a power of
-    /// two; infinite for what paths cannot find, 0 for what sends no photons.
+    /// The number of photons of a sample, for each emitter, per unit of its phase space, m⁻² sr⁻¹, rounded to a power
+    /// of two; infinite for emitters that paths cannot find, 0 for those that send no photons.
     densities: Vec<f32>,
-    /// Of each emitter the bodies that it is in ([`crate::scene::Bodies`]).
+    /// The bodies, for each emitter, that it lies in ([`crate::scene::Bodies`]).
     bodies: Vec<u32>,
     /// The discs of all targets together, m².
     discs: f32,
@@ -42,17 +43,17 @@ pub struct Emission {
 
 /// A photon that has left its lamp.
 pub struct Emitted {
-    /// Where.
+    /// The place on the lamp.
     pub origin: Vector<f32>,
-    /// Where to.
+    /// Unit vector along its ray.
     pub direction: Vector<f32>,
-    /// In watts; per square metre of the first thing that it meets if it does not fall with distance.
+    /// Its light in watts, over the square of its way if that does not fall with distance.
     pub flux: Color<f32>,
-    /// False if what arrives is the same at any distance.
+    /// False if the irradiance is equal at all distances.
     pub falls: bool,
-    /// The bodies that it begins in.
+    /// The bodies in which it begins.
     pub bodies: u32,
-    /// See [`Emission::density`].
+    /// See [`Emission::densities`].
     pub density: f32,
 }
 
@@ -65,14 +66,14 @@ struct Ray {
 }
 
 impl Emission {
-    /// For some of a scene's emitters. None if none of them sends anything to the targets. `bodies_at` returns the
-    /// bodies around a place.
+    /// Builds the distribution for some of a scene's emitters; none if no light of theirs goes to the targets.
+    /// `bodies_at` returns the bodies around some places.
     pub fn new(
         scene: &CompiledScene,
         transport: Transport,
         targets: Vec<Ball>,
         count: u32,
-        bodies_at: &mut dyn FnMut(Vec3) -> u32,
+        bodies_at: &dyn Fn(&[Vec3]) -> Vec<u32>,
     ) -> Option<Self> {
         let discs = targets.iter().map(Ball::disc).sum();
         let emitters = scene.emitters.len();
@@ -87,7 +88,9 @@ impl Emission {
         };
         // Under Whitted's transport only lights that are entities light anything.
         let is_light = |emitter: u32| {
-            transport == Transport::Path || scene.lights.iter().any(|light| light.emitter == emitter)
+            let sends = scene.emitters.flags[emitter as usize] & flag::WITHOUT_PHOTONS == 0;
+            sends
+                && (transport == Transport::Path || scene.lights.iter().any(|light| light.emitter == emitter))
         };
         let volume = |emitter: u32| {
             if is_light(emitter) { emission.light_and_volume(scene, emitter) } else { (0.0, 0.0) }
@@ -104,29 +107,40 @@ impl Emission {
             emission.cumulative.push(sum);
             emission.chances[emitter] = chance as f32;
             if chance > 0.0 {
-                let is_found = scene.emitters.flags[emitter] & crate::scene::emitters::flag::VISIBLE != 0;
+                let is_found = scene.emitters.flags[emitter] & flag::VISIBLE != 0;
                 let density = count as f32 * chance as f32 / volume.max(f32::MIN_POSITIVE);
                 emission.densities[emitter] = if is_found { power_of_two(density) } else { f32::INFINITY };
-                let (what, row) = scene.emitters.row(emitter as u32);
-                if !matches!(what, kind::DIRECTIONAL | kind::ENVIRONMENT) {
-                    emission.bodies[emitter] = bodies_at(middle(what, row));
-                }
             }
+        }
+        let is_placed = |emitter: &usize| {
+            let what = scene.emitters.kinds[*emitter];
+            emission.chances[*emitter] > 0.0 && !matches!(what, kind::DIRECTIONAL | kind::ENVIRONMENT)
+        };
+        let placed: Vec<usize> = (0..emitters).filter(is_placed).collect();
+        let middle_of = |emitter: &usize| {
+            let (what, row) = scene.emitters.row(*emitter as u32);
+            middle(what, row)
+        };
+        let middles: Vec<Vec3> = placed.iter().map(middle_of).collect();
+        for (emitter, bodies) in placed.into_iter().zip(bodies_at(&middles)) {
+            emission.bodies[emitter] = bodies;
         }
         Some(emission)
     }
 
-    /// About the light that an emitter sends to the targets, and the volume of the phase space of its rays.
+    /// Estimates the light that an emitter sends to the targets, and the volume of the phase space of its rays.
     fn light_and_volume(&self, scene: &CompiledScene, emitter: u32) -> (f32, f32) {
         let (what, row) = scene.emitters.row(emitter);
         let light = Color::new(row[10], row[11], row[12]).luminance();
         let place = middle(what, row);
-        let angles: f32 = self.angles(scene, emitter, place).iter().sum();
+        let angles: f32 = self.angles(scene, emitter, place).0.iter().sum();
         match what {
             kind::TRIANGLE | kind::QUAD => {
                 let volume = area(scene, emitter) * angles;
                 (light * volume, volume)
             }
+            // What it sends inwards is left to paths, which find it wherever they go.
+            kind::SPHERE if self.targets.iter().any(|ball| is_within(ball, place, row[9])) => (0.0, 0.0),
             kind::SPHERE => {
                 let volume = PI * row[9] * row[9] * angles;
                 (light * volume, volume)
@@ -149,7 +163,7 @@ impl Emission {
         }
     }
 
-    /// The solid angles that are drawn from to aim at each target, from a place on an emitter.
+    /// The solid angles of the targets from a place on an emitter.
     fn angles(&self, scene: &CompiledScene, emitter: u32, place: Vec3) -> Angles {
         let (what, row) = scene.emitters.row(emitter);
         let mut angles = Angles::default();
@@ -184,12 +198,31 @@ impl Emission {
         angles
     }
 
-    /// What sends photons from its place in the list of emitters per unit of its phase space; see the field.
+    /// The density of an emitter; see the field.
     pub fn densities(&self) -> &[f32] {
         &self.densities
     }
 
-    /// The same of what lies infinitely far away, which is the last emitter, in each direction.
+    /// The number of photons of a sample that emitters send per unit of their phase space, for light that comes to a
+    /// place from some direction.
+    #[inline(always)]
+    pub fn density<F: Float>(
+        &self,
+        scene: &CompiledScene,
+        emitter: F::Int,
+        direction: Vector<F>,
+        mask: F::Mask,
+    ) -> F {
+        let density = F::gather(&self.densities, emitter, mask);
+        let last = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
+        let sky = mask & emitter.eq(last);
+        if scene.environment.panorama.is_none() || !sky.any() {
+            return density;
+        }
+        F::select(sky, self.sky_density(scene, direction, sky), density)
+    }
+
+    /// The density of the emitter that lies infinitely far away, the last one, in each direction.
     #[inline(always)]
     pub fn sky_density<F: Float>(&self, scene: &CompiledScene, direction: Vector<F>, mask: F::Mask) -> F {
         let chance = self.chances.last().copied().unwrap_or(0.0);
@@ -198,26 +231,22 @@ impl Emission {
         power_of_two_lanes(density)
     }
 
-    /// Photons of a sample.
+    /// The number of photons of a sample.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// The emitter that a number in [0, 1) chooses, and what is left of the number.
-    fn choose(&self, u: f32) -> (u32, f32) {
-        let u = f64::from(u);
-        let last = self.cumulative.len() - 1;
-        let at = self.cumulative.partition_point(|sum| *sum <= u).min(last);
-        let before = if at == 0 { 0.0 } else { self.cumulative[at - 1] };
-        let width = (self.cumulative[at] - before).max(f64::MIN_POSITIVE);
-        (at as u32, ((u - before) / width).clamp(0.0, 1.0 - f64::from(f32::EPSILON)) as f32)
+    /// The emitter that a number in [0, 1) chooses.
+    fn choose(&self, u: f32) -> u32 {
+        let chosen = self.cumulative.partition_point(|sum| *sum <= f64::from(u));
+        chosen.min(self.cumulative.len() - 1) as u32
     }
 
-    /// Photon `number` of all samples together. None if it would carry nothing.
+    /// Draws photon `number` of all samples together; none if it would carry no light.
     pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<Emitted> {
         let draw = Draw::new(seed, number);
         let (which, target) = draw.two(0);
-        let (emitter, _) = self.choose(which);
+        let emitter = self.choose(which);
         let (place, toward) = (draw.two(1), draw.two(2));
         let (what, row) = scene.emitters.row(emitter);
         let ray = match what {
@@ -296,7 +325,7 @@ impl Emission {
         Some(Ray { origin: vector(origin), direction, light, density: None })
     }
 
-    /// From infinitely far away: on a disc across a target.
+    /// Draws a ray from infinitely far away, on a disc across a target.
     fn ray_of_sky(
         &self,
         scene: &CompiledScene,
@@ -316,12 +345,10 @@ impl Emission {
             (sample.direction, sample.radiance, None)
         };
         let direction = -to_light;
-        let mut rest = target * self.discs;
-        let chosen = self.targets.iter().position(|ball| {
-            rest -= ball.disc();
-            rest < 0.0
-        });
-        let ball = self.targets[chosen.unwrap_or(self.targets.len() - 1)];
+        let mut discs = Angles::default();
+        self.targets.iter().zip(&mut discs.0).for_each(|(ball, disc)| *disc = ball.disc());
+        let chances = Chances::new(discs.of(self.targets.len()));
+        let ball = self.targets[chances.choose(target)?];
         let (x, y) = concentric_disk(place.0, place.1);
         let basis = Basis::about(direction);
         let across = (basis.x * x + basis.y * y) * ball.radius;
@@ -331,15 +358,14 @@ impl Emission {
             let along = vec3(direction) * way.dot(vec3(direction));
             **other == ball || (way - along).length_squared() < other.radius * other.radius
         };
-        let count = self.targets.iter().filter(meets).count();
-        // It begins outside of the scene: other things may be in its way.
-        let bounds = scene.bounds;
-        let back = (bounds.center() - through).length() + bounds.size().length();
-        let origin = vector(through) + to_light * back;
-        Some(Ray { origin, direction, light: light * (self.discs / count as f32), density })
+        let met = self.targets.iter().enumerate().filter(|(_, ball)| meets(ball));
+        let density_of_rays: f32 = met.map(|(number, _)| chances.density(number)).sum();
+        // It begins where it comes into the scene: other things may be in its way.
+        let origin = vector(through) + to_light * way_out(scene, through, vec3(to_light));
+        Some(Ray { origin, direction, light: light * (1.0 / density_of_rays), density })
     }
 
-    /// A direction towards one of the targets, and the density of such directions per steradian. `radius` is that of
+    /// Draws a direction towards one of the targets; returns it and its density per steradian. `radius` is that of
     /// the emitter if rays begin anywhere on a disc across them.
     fn aim(
         &self,
@@ -349,17 +375,8 @@ impl Emission {
         target: f32,
         u: (f32, f32),
     ) -> Option<(Vector<f32>, f32)> {
-        let total: f32 = angles.iter().sum();
-        let mut rest = target * total;
-        let mut chosen = None;
-        for (number, angle) in angles.iter().enumerate().filter(|(_, angle)| **angle > 0.0) {
-            chosen = Some(number);
-            rest -= angle;
-            if rest < 0.0 {
-                break;
-            }
-        }
-        let chosen = chosen?;
+        let chances = Chances::new(angles.of(self.targets.len()));
+        let chosen = chances.choose(target)?;
         let ball = self.targets[chosen];
         let way = ball.center - origin;
         let part = cone(way.length(), ball.radius + radius);
@@ -377,32 +394,31 @@ impl Emission {
             let near = (way - vec3(direction) * along).length_squared() < reach * reach;
             *angle > 0.0 && (number == chosen || inside || (along > 0.0 && near))
         };
-        let count = self.targets.iter().zip(angles.iter()).enumerate().filter(|each| among(*each)).count();
-        Some((direction, count as f32 / total))
+        let aimed = self.targets.iter().zip(angles.of(self.targets.len())).enumerate();
+        let density = aimed.filter(|each| among(*each)).map(|(number, _)| chances.density(number)).sum();
+        Some((direction, density))
     }
 }
 
-/// One number for each target.
-#[derive(Default)]
-struct Angles([f32; super::targets::MOST]);
-
-impl Angles {
-    fn iter(&self) -> std::slice::Iter<'_, f32> {
-        self.0.iter()
-    }
+/// The distance from a place to the end of everything along a direction.
+fn way_out(scene: &CompiledScene, place: Vec3, direction: Vec3) -> f32 {
+    let (low, high) = (scene.bounds.min - place, scene.bounds.max - place);
+    let out = [0, 1, 2].map(|axis| {
+        let wall = if direction[axis] > 0.0 { high[axis] } else { low[axis] };
+        let way = wall / direction[axis];
+        if way.is_nan() { f32::INFINITY } else { way.max(0.0) }
+    });
+    let nearest = out.into_iter().fold(f32::INFINITY, f32::min);
+    let size = scene.bounds.size().length();
+    nearest.min(size) * 1.001 + place.abs().max_element() * 1e-5
 }
 
-/// 1 − cosine of the angle that a ball takes up; 2 from within.
-fn cone(distance: f32, radius: f32) -> f32 {
-    if distance <= radius {
-        return 2.0;
-    }
-    let sine = radius / distance;
-    let square = sine * sine;
-    square / (1.0 + (1.0 - square).sqrt())
+/// True if a ball lies wholly within a sphere.
+fn is_within(ball: &Ball, center: Vec3, radius: f32) -> bool {
+    (ball.center - center).length() + ball.radius <= radius
 }
 
-/// The middle of what has a place.
+/// The middle of an emitter that has a place.
 fn middle(what: u32, row: &[f32; 13]) -> Vec3 {
     let edges = Vec3::from_slice(&row[3..]) + Vec3::from_slice(&row[6..]);
     let part = match what {

@@ -1,8 +1,9 @@
-//! Photons at the vertices of paths: what they bring, and what is left to the paths.
+//! The light of photons at the vertices of paths, and the weights that divide light between photons and paths.
 
 use super::Photons;
 use super::map::Around;
 use crate::integrator::begin;
+use crate::integrator::bounces::{self, LobeKind};
 use crate::integrator::path::Path;
 use crate::integrator::path_tracing::ScatteringVertex;
 use crate::integrator::shadow::ShadowRay;
@@ -12,9 +13,14 @@ use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
 use crate::shading::surface::{HitLanes, Surface};
 use crate::simd::{Float, Int, Mask};
+use crate::world::Transport;
 
 const PI: f32 = std::f32::consts::PI;
-/// A surface where photons end.
+/// The largest number of photons of a cell that a vertex looks at behind a diffuse bounce. There the noise of paths hides
+/// that of photons, and bright caustics hold thousands.
+const INDIRECT: u32 = 64;
+
+/// A surface that gathers photons.
 pub trait Receiver<F: Float> {
     /// Value · |cos| towards the viewer for light that comes from a direction, and the density with which the path would
     /// have drawn that; 0 if it never does.
@@ -26,14 +32,14 @@ pub trait Receiver<F: Float> {
 /// The light of photons that leaves a vertex to the viewer.
 #[derive(Clone, Copy)]
 pub struct Gathered<F: Float> {
-    /// All of it.
+    /// All light.
     pub light: Color<F>,
-    /// What leaves by the diffuse lobe; black unless that is asked for.
+    /// The part that leaves by the diffuse lobe; black unless paths are shared.
     pub diffuse: Color<F>,
 }
 
 impl<F: Float> Gathered<F> {
-    /// Nothing.
+    /// No light.
     #[inline(always)]
     pub fn nothing() -> Self {
         Self { light: Color::black(), diffuse: Color::black() }
@@ -52,7 +58,7 @@ impl<F: Float> Receiver<F> for Bsdf<F> {
     }
 }
 
-/// Set in [`Path::landing`] once the path has met something that makes caustics.
+/// Flag of [`Path::landing`]: the path has met something that makes caustics.
 const BEHIND: u32 = 1 << 15;
 
 /// The first radius and the density of the direction, per unit of its cosine, in one word: the upper halves of two
@@ -62,7 +68,7 @@ fn packed<F: Float>(radius: F, density: F) -> F::Int {
     (radius.to_bits() & F::Int::splat(0xffff_0000)) | density.to_bits().shr::<16>()
 }
 
-/// The first radius at a path's vertices, 0 as long as it has met nothing where photons end.
+/// The first radius at a path's vertices, 0 until it meets a surface where photons end.
 #[inline(always)]
 fn stored_radius<F: Float>(landing: F::Int) -> F {
     (landing & F::Int::splat(0xffff_0000)).reinterpret()
@@ -78,7 +84,6 @@ fn direction_density<F: Float>(landing: F::Int) -> F {
 #[inline(always)]
 fn leaving<F: Float>(surface: &Surface<F>, radius: F, direction: Vector<F>, pdf: F) -> F::Int {
     let cosine = surface.geometric_normal.dot(direction).abs().max(F::splat(1e-6));
-    // A mirror's only direction: photons that end here do not find its light.
     let density = F::select(pdf.gt(F::zero()), pdf / cosine, F::splat(f32::INFINITY));
     packed(radius, density)
 }
@@ -108,11 +113,16 @@ pub(crate) fn first_radius<F: Float>(path: &Path<F>, width: F, surface: &Surface
     F::select(own.gt(F::zero()), own, fresh)
 }
 
-/// The part of a photon's light that is not left to paths.
+/// The weight of the first of two techniques with these densities (balance heuristic, Veach 1997).
+#[inline(always)]
+fn balanced<F: Float>(own: F, other: F) -> F {
+    F::one() / (F::one() + other / own.max(F::splat(1e-30)))
+}
+
+/// The weight of a photon against paths that find the same light.
 #[inline(always)]
 pub(in crate::integrator) fn own_part<F: Float>(density: F, radius: F, pdf: F, cosine: F) -> F {
-    let found = density * radius * radius * F::splat(PI);
-    F::one() / (F::one() + pdf / (cosine * found).max(F::splat(1e-30)))
+    balanced(density * radius * radius * F::splat(PI), pdf / cosine)
 }
 
 impl<F: Float> ScatteringVertex<'_, F> {
@@ -130,9 +140,9 @@ impl<F: Float> ScatteringVertex<'_, F> {
         let Self { frame, path, surface, here, width, .. } = *self;
         let bends = next.scatterings.eq(path.scatterings);
         if self.point.material.makes_caustics() {
-            let emitters = photons.plan.emission.densities();
-            let density = F::gather(emitters, light.emitter, light.mask);
-            let left = photons.left_to_path(path, density, F::Mask::from_bits(u32::MAX), light.mask);
+            let emission = &photons.plan.emission;
+            let density = emission.density(&frame.scene, light.emitter, light.ray.direction, light.mask);
+            let left = photons.left_to_path(path, density, true, light.mask);
             light.contribution = light.contribution * left;
             next.landing = F::Int::select(bends, behind::<F>(path.landing), path.landing);
             return Gathered::nothing();
@@ -159,7 +169,7 @@ fn only_one<I: Int>(sample: I, mask: I::Mask) -> Option<u32> {
 }
 
 impl Photons<'_> {
-    /// For each lane its sample's factor on first radii, and the largest radius.
+    /// Returns for each lane its sample's factor on first radii, and the largest radius.
     #[inline(always)]
     fn radius<F: Float>(&self, sample: F::Int, first: F, mask: F::Mask) -> F {
         if let Some(sample) = only_one(sample, mask) {
@@ -176,18 +186,24 @@ impl Photons<'_> {
         F::load(&radii)
     }
 
-    /// What is left to a path that has found an emitter of this density: 1 unless photons bring its light, too.
+    /// The weight of a path that has found an emitter of this density against photons: 1 if no photon brings its light.
+    /// `is_lit`: the path stands on the surface that makes the caustic, and a light sample has found the emitter.
     #[inline(always)]
     pub(in crate::integrator) fn left_to_path<F: Float>(
         &self,
         path: &Path<F>,
         density: F,
-        is_narrow: F::Mask,
+        is_lit: bool,
         mask: F::Mask,
     ) -> F {
         let landing = path.landing;
-        let is_behind = !(landing & F::Int::splat(BEHIND)).eq(F::Int::splat(0)) | is_narrow;
-        let shares = mask & is_behind & !landing.eq(F::Int::splat(0)) & density.gt(F::zero());
+        let own = direction_density::<F>(landing);
+        // A mirror's only direction, or one from within a body: photons that end there do not bring its light.
+        let mut shares =
+            mask & !landing.eq(F::Int::splat(0)) & density.gt(F::zero()) & own.lt(F::splat(f32::INFINITY));
+        if !is_lit {
+            shares = shares & !(landing & F::Int::splat(BEHIND)).eq(F::Int::splat(0));
+        }
         if !shares.any() || !self.plan.is_found_by_paths {
             return F::one();
         }
@@ -195,12 +211,10 @@ impl Photons<'_> {
             return F::select(shares, F::zero(), F::one());
         }
         let radius = self.radius(path.sample, stored_radius(landing), shares);
-        let found = density * radius * radius * F::splat(PI);
-        let part = F::one() / (F::one() + found / direction_density::<F>(landing).max(F::splat(1e-30)));
-        F::select(shares, part, F::one())
+        F::select(shares, balanced(own, density * radius * radius * F::splat(PI)), F::one())
     }
 
-    /// What is left to a path of the light of an emitter that it has hit.
+    /// The weight of a path that has hit an emitter against photons.
     #[inline(always)]
     pub(in crate::integrator) fn left_of_hit<F: Float>(
         &self,
@@ -211,11 +225,11 @@ impl Photons<'_> {
         let index = emitter::of_hit(&self.plan.frame.scene, hit, mask);
         let found = mask & !index.eq(F::Int::splat(NONE));
         let density = F::gather(self.plan.emission.densities(), index, found);
-        self.left_to_path(path, density, F::Mask::from_bits(0), found)
+        self.left_to_path(path, density, false, found)
     }
 
-    /// The light of the photons around a vertex that leaves it to the viewer. `first` is the first radius. Its
-    /// diffuse part is found if it is wanted.
+    /// Returns the light of the photons around a vertex that leaves it to the viewer. `first` is the first radius. The
+    /// diffuse part is computed on request.
     #[inline(always)]
     pub(in crate::integrator) fn gather<F: Float>(
         &self,
@@ -284,7 +298,8 @@ impl Photons<'_> {
         for (column, value) in normal.iter_mut().zip([n.x, n.y, n.z]) {
             value.store(column);
         }
-        let (mut depths, mut free) = ([0; 16], [0; 16]);
+        let (mut depths, mut free, mut bounces) = ([0; 16], [0; 16], [0; 16]);
+        path.branch.store(&mut bounces);
         path.depth.store(&mut depths);
         path.scatterings.store(&mut free);
         for lane in 0..F::WIDTH {
@@ -293,7 +308,10 @@ impl Photons<'_> {
             }
             let place = Vector::new(place[0][lane], place[1][lane], place[2][lane]);
             let normal = Vector::new(normal[0][lane], normal[1][lane], normal[2][lane]);
-            all.lanes[lane] = self.of(samples[lane]).around(place, normal, radii[lane]);
+            let is_path = self.plan.frame.transport == Transport::Path;
+            let is_indirect = is_path && bounces::counts(bounces[lane])[LobeKind::Diffuse as usize] > 0;
+            let most = if is_indirect { INDIRECT } else { u32::MAX };
+            all.lanes[lane] = self.of(samples[lane]).around(place, normal, radii[lane], most);
             all.left |= u32::from(all.lanes[lane].is_some()) << lane;
             all.most[lane] = (max_depth + free[lane]).saturating_sub(depths[lane]);
         }
@@ -335,7 +353,7 @@ impl AroundLanes<'_> {
             }
             let most = self.most[lane];
             let next = self.lanes[lane].as_mut().and_then(|around| around.next_within(most));
-            let Some((photon, part)) = next else {
+            let Some((photon, kernel)) = next else {
                 self.left &= !(1 << lane);
                 continue;
             };
@@ -345,7 +363,7 @@ impl AroundLanes<'_> {
                 found.from[axis][lane] = value;
                 found.flux[axis][lane] = photon.flux[axis];
             }
-            found.kernel[lane] = 2.0 * (1.0 - part);
+            found.kernel[lane] = kernel;
             found.density[lane] = photon.density();
         }
         (found.lanes != 0).then_some(found)

@@ -3,17 +3,18 @@
 use std::num::Wrapping;
 
 use crate::math::Vector;
+use crate::sampling::hash::{combine, mix};
 use crate::shading::facing::{from_square, to_square};
 use crate::simd::{Float, Int, Mask};
 
-/// Where a photon has ended: 32 bytes.
+/// A photon at its end: 32 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Photon {
     /// In world space.
     pub position: [f32; 3],
     /// In watts.
     pub flux: [f32; 3],
-    /// Where it came from, on an unfolded octahedron: 16 bits for each coordinate.
+    /// The direction that it came from, on an unfolded octahedron: 16 bits for each coordinate.
     direction: u32,
     /// The normal of the surface, on the side where it arrived: 8 bits for each coordinate; its bounces, at most 255;
     /// the exponent of its density.
@@ -21,7 +22,7 @@ pub struct Photon {
 }
 
 impl Photon {
-    /// The most bounces of a photon.
+    /// The largest number of bounces of a photon.
     pub const MOST_BOUNCES: u32 = 255;
 
     /// `from`: unit vector to where it came from. `density` is a power of two: see `Emission`.
@@ -75,10 +76,10 @@ fn unpacked(words: [u32; 2], steps: f32) -> Vector<f32> {
     from_square(x, y)
 }
 
-/// What becomes of radii at one sample.
+/// The change of radii at one sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radii {
-    /// How much smaller they are than at the first sample.
+    /// Their size over that at the first sample.
     pub shrink: f32,
     /// The largest one, in metres, twice the usual one: larger ones would be in too many cells.
     pub most: f32,
@@ -97,20 +98,20 @@ impl Radii {
 pub struct Map {
     /// 1 over the width of a cell.
     per_cell: f32,
-    /// What becomes of radii at its sample.
+    /// The change of radii at its sample.
     pub radii: Radii,
     /// Buckets − 1.
     mask: u32,
-    /// A bit for each of some more hashes of cells, set where photons are: most cells are empty, and this is small enough
-    /// to be in the nearest cache.
+    /// A bit for each of some more hashes of cells, set where photons are: most cells are empty, and this is small
+    /// enough to be in the nearest cache.
     filled: Vec<u32>,
-    /// Where each bucket begins, and the end.
+    /// The first photon of each bucket, and the end.
     starts: Vec<u32>,
     photons: Vec<Photon>,
 }
 
-/// The width of a cell over the largest radius: four usual radii. No radius reaches into more than two cells along an axis
-/// then. Narrower ones hold fewer photons that are too far away, but there are more of them around a place, and most are
+/// The width of a cell over the largest radius: four usual radii. Then no radius reaches into more than two cells along
+/// an axis. Narrower cells hold fewer photons that are too far away, but more of them lie around a place, and most are
 /// empty.
 const CELL: f32 = 2.000_01;
 
@@ -118,7 +119,7 @@ const CELL: f32 = 2.000_01;
 type Cell = [i32; 3];
 
 impl Map {
-    /// Of photons in their order.
+    /// Builds the map of photons, given in their order.
     pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, radii: Radii) -> Self {
         let cell = (radii.most * CELL).max(f32::MIN_POSITIVE);
         let count = photons.clone().count();
@@ -148,7 +149,12 @@ impl Map {
         map
     }
 
-    /// Bytes that it takes.
+    /// The number of its photons.
+    pub fn count(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Its size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.photons[..]) + size_of_val(&self.starts[..]) + size_of_val(&self.filled[..])
     }
@@ -168,7 +174,7 @@ impl Map {
         self.filled.len() as u32 * 32 - 1
     }
 
-    /// The places around which cells are not all empty: what [`Map::around`] finds out one by one.
+    /// Finds the places around which cells are not all empty; [`Map::around`] does so for one place.
     #[inline(always)]
     pub fn may_hold<F: Float>(&self, place: Vector<F>, radius: F, mask: F::Mask) -> F::Mask {
         let zero = F::Int::splat(0);
@@ -199,9 +205,15 @@ impl Map {
         self.hash(cell) & self.mask
     }
 
-    /// All photons around a place on a surface with this normal, in an order that depends on nothing else; none if all
-    /// cells there are empty.
-    pub fn around(&self, place: Vector<f32>, normal: Vector<f32>, radius: f32) -> Option<Around<'_>> {
+    /// Finds the photons around a place on a surface with this normal, in an order that depends on nothing else; none if
+    /// all cells there are empty. Of a cell with more than `most` photons, each s-th one stands for s of them.
+    pub fn around(
+        &self,
+        place: Vector<f32>,
+        normal: Vector<f32>,
+        radius: f32,
+        most: u32,
+    ) -> Option<Around<'_>> {
         let position = [place.x, place.y, place.z];
         let low = self.cell(position.map(|c| c - radius));
         let high = self.cell(position.map(|c| c + radius));
@@ -219,14 +231,19 @@ impl Map {
                 }
             }
         }
-        let around = Around { map: self, place, normal, radius, cells, count, cell: 0, at: 0, end: 0 };
-        (count > 0).then_some(around)
+        if count == 0 {
+            return None;
+        }
+        let [x, y, z] = position.map(|c| Wrapping(c.to_bits()));
+        let number = mix(combine(combine(x, y), z)).0;
+        let (cell, at, end, step) = (0, 0, 0, 1);
+        Some(Around { map: self, place, normal, radius, most, number, cells, count, cell, at, end, step })
     }
 }
 
 /// Factors that spread cells over buckets.
 const PRIMES: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
-/// 2⁰ to 2³¹.
+/// The powers of two from 2⁰ to 2³¹.
 const POWERS: [u32; 32] = {
     let mut powers = [1; 32];
     let mut i = 1;
@@ -236,7 +253,7 @@ const POWERS: [u32; 32] = {
     }
     powers
 };
-/// Bits for each bucket.
+/// The bits of `filled` for each bucket.
 const BITS: usize = 2;
 
 /// Photons around a place.
@@ -245,6 +262,10 @@ pub struct Around<'a> {
     place: Vector<f32>,
     normal: Vector<f32>,
     radius: f32,
+    /// The largest number of photons of a cell that are looked at.
+    most: u32,
+    /// A random number of the place, which says with which photon a cell begins.
+    number: u32,
     cells: [Cell; 8],
     count: usize,
     /// The next one of the cells.
@@ -252,46 +273,52 @@ pub struct Around<'a> {
     /// Photons of the present one.
     at: u32,
     end: u32,
+    /// The number of photons that each one stands for.
+    step: u32,
 }
 
-/// What is more inclined than this belongs to another surface: a cosine.
+/// The least cosine between normals of one surface.
 const ALIKE: f32 = 0.8;
-/// What lies farther off the plane, in radii, does so, too.
+/// The largest distance of one surface's photons from the tangent plane, in radii.
 const FLAT: f32 = 0.3;
 
 impl<'a> Around<'a> {
-    /// The next photon with at most so many bounces, and the square of its distance over that of the radius.
+    /// Returns the next photon with at most so many bounces, and the kernel there.
     pub fn next_within(&mut self, most: u32) -> Option<(&'a Photon, f32)> {
         self.find(|(photon, _)| photon.bounces() <= most)
     }
 }
 
 impl<'a> Iterator for Around<'a> {
-    /// A photon and the square of its distance over that of the radius.
+    /// A photon, and the kernel (Epanechnikov's) there times the number of photons that it stands for.
     type Item = (&'a Photon, f32);
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             while self.at < self.end {
                 let photon = &self.map.photons[self.at as usize];
-                self.at += 1;
+                self.at += self.step;
                 let [x, y, z] = photon.position;
                 let way = Vector::new(x, y, z) - self.place;
                 let part = way.dot(way) / (self.radius * self.radius);
                 if part < 1.0
                     && way.dot(self.normal).abs() < FLAT * self.radius
-                    && photon.normal().dot(self.normal) > ALIKE
+                    // On either side: light may go through.
+                    && photon.normal().dot(self.normal).abs() > ALIKE
                     // Cells of the same hash share a bucket.
                     && self.map.cell(photon.position) == self.cells[self.cell - 1]
                 {
-                    return Some((photon, part));
+                    return Some((photon, 2.0 * (1.0 - part) * self.step as f32));
                 }
             }
             if self.cell == self.count {
                 return None;
             }
             let bucket = self.map.bucket(self.cells[self.cell]) as usize;
-            (self.at, self.end) = (self.map.starts[bucket], self.map.starts[bucket + 1]);
+            let (first, end) = (self.map.starts[bucket], self.map.starts[bucket + 1]);
+            self.step = (end - first).div_ceil(self.most).max(1);
+            self.at = first + self.number.rotate_right(4 * self.cell as u32) % self.step;
+            self.end = end;
             self.cell += 1;
         }
     }

@@ -18,6 +18,7 @@
 //! photons: a / (a + p / |cos θ'|)
 //! ```
 
+mod aim;
 pub mod draw;
 pub mod emission;
 pub mod gather;
@@ -37,22 +38,59 @@ use draw::{Splat, Splats};
 use emission::Emission;
 use map::{Map, Photon, Radii};
 
-/// What photons of all samples have in common.
+/// A reason for which a frame has no photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoPhotons {
+    /// The settings turn photons off.
+    Off,
+    /// Whitted's transport has photons only if the settings name them.
+    Whitted,
+    /// Paths end at the first surface.
+    NoBounces,
+    /// No material makes caustics.
+    NoCaustics,
+    /// No lamp sends light to what makes caustics.
+    NoLamp,
+    /// The camera sees no surface where photons could end.
+    NotSeen,
+    /// No trial photon ended on a surface.
+    NoneLands,
+    /// Photons would lie so far apart that they would be single bright dots.
+    Dots,
+}
+
+impl NoPhotons {
+    /// Human-readable: the end of a sentence.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Off => "caustics are off",
+            Self::Whitted => "under Whitted's transport there are some only if asked for (--caustics 1)",
+            Self::NoBounces => "paths have no bounces (--depth 1 or more gives them some)",
+            Self::NoCaustics => "no material throws light onto other things, as glass and mirrors do",
+            Self::NoLamp => "no lamp lights what would throw light onto other things",
+            Self::NotSeen => "the camera sees no surface where photons could end",
+            Self::NoneLands => "none of those that were tried ended on a surface",
+            Self::Dots => "they would make only single bright dots (--caustics 1 insists)",
+        }
+    }
+}
+
+/// The setup of photons, common to all samples.
 pub struct Plan {
-    /// The frame that they are traced by: other random numbers, no roulette.
+    /// The settings by which they are traced: other random numbers, no roulette.
     pub frame: Frame,
-    /// Where they begin.
+    /// The distribution from which they are drawn.
     pub emission: Emission,
     /// The radius of the first sample in widths of a pixel.
     pub pixels: f32,
     /// The usual radius of the first sample, in metres: cells are made for it.
     pub radius: f32,
-    /// Whether paths look for the same light: see [`Transport`].
+    /// True if paths may find the same light: see [`Transport`].
     pub is_found_by_paths: bool,
 }
 
 impl Plan {
-    /// For a frame.
+    /// The photons of a frame.
     pub fn new(frame: &Frame, emission: Emission, radius: f32) -> Self {
         Self {
             frame: frame_of(frame),
@@ -63,12 +101,12 @@ impl Plan {
         }
     }
 
-    /// Photons of each sample.
+    /// The number of photons of each sample.
     pub fn count(&self) -> u32 {
         self.emission.count()
     }
 
-    /// Of photons of a sample, in the order of their numbers.
+    /// Builds the map of photons of a sample, given in the order of their numbers.
     pub fn of_sample(&self, sample: u32, landed: &[Landed]) -> OfSample {
         let photons = landed.iter().flat_map(|some| some.photons.iter().map(|(_, photon)| photon));
         let splats = Splats::new(
@@ -78,14 +116,14 @@ impl Plan {
         OfSample { map: Map::new(photons, self.radii(sample)), splats }
     }
 
-    /// What becomes of radii at a sample.
+    /// The change of radii at a sample.
     pub fn radii(&self, sample: u32) -> Radii {
         let shrink = shrink(sample);
         Radii { shrink, most: 2.0 * self.radius * shrink }
     }
 }
 
-/// The frame by which photons of a frame are traced.
+/// Derives the settings by which photons of a frame are traced.
 pub fn frame_of(frame: &Frame) -> Frame {
     let seed = frame.seed ^ 0x7068_6f74_6f6e;
     // Where they end, a vertex of the camera's path is one more bounce.
@@ -97,6 +135,7 @@ pub fn frame_of(frame: &Frame) -> Frame {
         sharing: None,
         clamp: None,
         roulette_depth: None,
+        splitting: 1.0,
         ..frame.clone()
     }
 }
@@ -104,24 +143,24 @@ pub fn frame_of(frame: &Frame) -> Frame {
 /// The photons of some samples.
 #[derive(Clone, Copy)]
 pub struct Photons<'a> {
-    /// What they have in common.
+    /// Their common setup.
     pub plan: &'a Plan,
     /// The first of the samples.
     pub first: u32,
-    /// Of each sample; nothing for a pilot, whose paths leave to photons what these would bring, and gather none.
+    /// The photons of each sample; empty for a pilot, whose paths leave light to photons but gather none.
     pub samples: &'a [OfSample],
 }
 
 /// The photons of a sample.
 pub struct OfSample {
-    /// Those that paths gather.
+    /// The photons that paths gather.
     pub map: Map,
-    /// Those that the camera sees.
+    /// The photons that the camera sees.
     pub splats: Splats,
 }
 
 impl<'a> Photons<'a> {
-    /// For a pilot's paths.
+    /// The photons of a pilot's paths.
     pub fn of_pilot(self) -> Photons<'a> {
         Photons { samples: &[], ..self }
     }
@@ -131,7 +170,7 @@ impl<'a> Photons<'a> {
         &self.samples[(sample - self.first) as usize].map
     }
 
-    /// Draws what the camera sees of some samples' photons into a film.
+    /// Draws the photons of some samples that the camera sees into a film.
     pub fn draw(&self, frame: &Frame, film: &mut Film, samples: Range<u32>, observer: &mut dyn Observer) {
         for sample in samples {
             self.samples[(sample - self.first) as usize].splats.draw(frame, film, sample, observer);
@@ -139,24 +178,24 @@ impl<'a> Photons<'a> {
     }
 }
 
-/// What has become of some photons.
+/// The ends of some photons.
 #[derive(Default)]
 pub struct Landed {
-    /// Where they have ended, with their numbers.
+    /// Their places and light, with their numbers.
     pub photons: Vec<(u32, Photon)>,
-    /// Those that the camera sees.
+    /// The photons that the camera sees.
     pub splats: Vec<(u32, Splat)>,
 }
 
 impl Landed {
-    /// Puts photons into the order of their numbers, in whichever one they have ended.
+    /// Sorts photons by number. Under Whitted's transport one may end several times: in the order of its bounces.
     pub fn sort(&mut self) {
-        self.photons.sort_unstable_by_key(|(number, _)| *number);
+        self.photons.sort_by_key(|(number, _)| *number);
         // The film does not need their order; those who look on do.
-        self.splats.sort_unstable_by_key(|(number, _)| *number);
+        self.splats.sort_by_key(|(number, _)| *number);
     }
 
-    /// Adds a photon that has ended; `light` is what the camera sees of it at its place in the image.
+    /// Adds a photon that ends here. `light` is its light for the camera at its place in the image.
     pub fn add(&mut self, number: u32, photon: Photon, (column, row): (f32, f32), light: Color<f32>) {
         self.photons.push((number, photon));
         if light.max_component() > 0.0 {

@@ -1,14 +1,17 @@
-//! Where photons are aimed: balls around everything that makes caustics.
+//! Targets of photons: balls around everything that makes caustics.
 
 use crate::bvh::SPHERE;
 use crate::math::{NONE, Vec3};
 use crate::scene::{CompiledScene, Geometry};
 use crate::world::Transport;
 
-/// The most balls. A ray of light is compared with each of them.
+/// The largest number of balls. Each ray of light is compared with all of them.
 pub(super) const MOST: usize = 32;
 /// A ball is divided if the discs of its parts together take up less than this fraction of its own.
 const WORTH: f32 = 0.7;
+
+/// The largest number of pieces that are divided; that takes a moment.
+const LARGE: u32 = 1 << 17;
 
 /// A ball that encloses something that makes caustics.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +79,7 @@ impl Cluster {
         Self { ball: Ball { center, radius: radius * 1.001 }, pieces }
     }
 
-    /// Two parts of it, if these are worth it.
+    /// Divides it into two parts where that saves enough photons.
     fn divided(self) -> Result<[Self; 2], Self> {
         if self.pieces.len() < 2 {
             return Err(self);
@@ -114,10 +117,12 @@ fn pieces(scene: &CompiledScene, transport: Transport) -> Vec<Piece> {
     }
     let does = |primitive: u32, instance: u32| makes[geometry.material_of(primitive, instance) as usize];
     let mut pieces = Vec::new();
-    for triangle in 0..geometry.world_triangles {
-        if does(triangle, NONE) {
-            pieces.push(box_of(geometry, triangle));
-        }
+    // Of large meshes several triangles are one piece: neighbours in a list mostly are neighbours in space.
+    let run = (geometry.world_triangles / LARGE + 1) as usize;
+    for first in (0..geometry.world_triangles).step_by(run) {
+        let some = first..geometry.world_triangles.min(first + run as u32);
+        let boxes = some.filter(|at| does(*at, NONE)).map(|at| box_of(geometry, at));
+        pieces.extend(boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]));
     }
     for sphere in 0..geometry.world_spheres {
         if does(sphere | SPHERE, NONE) {

@@ -1,6 +1,5 @@
-//! What happens to a photon at a surface: the same functions as for the camera's paths, with a factor for shading
-//! normals. Paths count light within bodies as if it had been outside, where radiance is less by the square of the
-//! index; the light of photons is counted in the same way, so that it is less by that within.
+//! Scatters photons at surfaces by the functions of the camera's paths, with a factor for shading normals. Light that
+//! ends in a body is counted as paths count it (`medium::emitted`).
 
 use std::num::Wrapping;
 
@@ -11,14 +10,14 @@ use super::gather::{first_radius, own_part};
 use super::map::Radii;
 use crate::integrator::Frame;
 use crate::integrator::medium;
+use crate::integrator::onward::{drawn, unhindered};
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::{ScatteringVertex, boundary, bsdf, drawn, shading_point, unhindered};
+use crate::integrator::path_tracing::{ScatteringVertex, boundary, bsdf, shading_point};
 use crate::integrator::shadow::ShadowRay;
 use crate::integrator::whitted::{WhittedVertex, scatter};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::draw::{draw_1d, draw_2d};
-use crate::scene::material::is_real;
 use crate::shading::boundary::Boundary;
 use crate::shading::classic::Shaded;
 use crate::shading::emitter::SHADOW_END;
@@ -26,40 +25,40 @@ use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, camera};
 use crate::simd::{Float, Int, Mask};
 
-/// What becomes of photons that have hit a material.
+/// The photons that have hit a material, after it: they go on, or end, or both.
 pub struct PhotonOutcome<F: Float> {
-    /// Those that go on.
+    /// The photons that go on.
     pub next: Path<F>,
-    /// Where they do.
+    /// Their rays.
     pub goes_on: F::Mask,
-    /// Where they end, to be gathered.
+    /// The photons that end here, to be gathered.
     pub lands: F::Mask,
-    /// Where that is.
+    /// Their places.
     pub position: Vector<F>,
-    /// The normal there, on their side.
+    /// The normals there, on the side where they arrived.
     pub normal: Vector<F>,
-    /// What they carry then.
+    /// Their light.
     pub flux: Color<F>,
-    /// To the camera, if it may see that.
+    /// Rays to the camera, for photons that it may see.
     pub to_camera: ShadowRay<F>,
-    /// Column and row where it sees that.
+    /// Columns and rows of the image where it sees them.
     pub place: (F, F),
 }
 
 /// The path of a photon that has left its lamp, as [`Path`] keeps it. Of the fields that only the camera's paths need,
-/// `facing` holds the bits of the photon's density, and `width` is not 0 until a photon meets the first thing whose
-/// lamp does not fall with distance.
+/// `facing` holds the bits of the photon's density, `width` the length of its way, and `spread` is not 0 if its lamp's
+/// light does not fall with distance.
 #[inline(always)]
 pub fn density<F: Float>(path: &Path<F>) -> F {
     path.facing.reinterpret()
 }
 
-/// A photon as a path.
-pub fn path(frame: &Frame, sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
+/// Stores a new photon as a path.
+pub fn path(sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
     Path {
         origin: photon.origin,
         direction: photon.direction,
-        throughput: medium::emitted(frame, Wrapping(photon.bodies), photon.flux, true),
+        throughput: photon.flux,
         radiance: Color::black(),
         pixel: Wrapping(number),
         sample: Wrapping(sample),
@@ -67,8 +66,8 @@ pub fn path(frame: &Frame, sample: u32, number: u32, photon: &Emitted) -> Path<f
         depth: Wrapping(0),
         pdf: 0.0,
         facing: Wrapping(photon.density.to_bits()),
-        width: if photon.falls { 0.0 } else { 1.0 },
-        spread: 0.0,
+        width: 0.0,
+        spread: if photon.falls { 0.0 } else { 1.0 },
         bodies: Wrapping(photon.bodies),
         scatterings: Wrapping(0),
         travelled: 0.0,
@@ -76,7 +75,7 @@ pub fn path(frame: &Frame, sample: u32, number: u32, photon: &Emitted) -> Path<f
     }
 }
 
-/// Looks at photons of one sample that have hit a material.
+/// Scatters or ends photons of one sample that have hit a material.
 #[inline(always)]
 pub fn hit<F: Float>(
     plan: &Plan,
@@ -91,8 +90,8 @@ pub fn hit<F: Float>(
     let none = F::Mask::from_bits(0);
     let surface = Surface::new(&frame.scene.geometry, &path.ray(), hit, mask);
     let flux = medium::passed(frame, path.throughput, path.bodies, hit.t, mask);
-    let flux = first_flux(path, flux, hit.t);
-    let path = &Path { throughput: flux, width: F::zero(), ..*path };
+    let way = path.width + hit.t;
+    let path = &Path { throughput: flux, ..*path };
     let mut out = PhotonOutcome {
         next: *path,
         goes_on: none,
@@ -106,7 +105,7 @@ pub fn hit<F: Float>(
     let boundary = boundary(&frame.scene, path, &surface, record, mask);
     let gone = mask & boundary.gone;
     if gone.any() {
-        let (next, again) = unhindered(path, &surface, &boundary, record, hit.t, F::zero());
+        let (next, again) = unhindered(path, &surface, &boundary, record, hit.t, way);
         (out.next, out.goes_on) = (next, gone & again);
     }
     let mask = mask & !gone;
@@ -116,6 +115,8 @@ pub fn hit<F: Float>(
     if !record.makes_caustics() {
         out.lands = mask & !path.branch.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
         if out.lands.any() {
+            out.flux = landed(frame, path, flux, way, out.lands);
+            let path = &Path { throughput: out.flux, ..*path };
             land(plan, radii, path, (hit, material), &surface, &boundary, &mut out);
         }
         return out;
@@ -135,36 +136,29 @@ pub fn hit<F: Float>(
         here,
         draws,
         t: hit.t,
-        width: F::zero(),
+        width: way,
     };
     let bsdf = bsdf(point.has(), frame, path, &point, &vertex.boundary.outside, key, draws);
     let drawn = drawn(frame, path, &bsdf, key, draws);
     let (mut next, goes_on) = vertex.onward(&drawn);
     let factor = shading_factor(path.direction, drawn.direction, bsdf.normal(), surface.geometric_normal);
     let bends = next.scatterings.eq(path.scatterings);
-    let factor = F::select(bends, factor, F::one());
-    // Light behind a boundary that bends it is counted as paths count it: see `medium::emitted`.
-    let index = vertex.boundary.outside.index;
-    let ratio = F::splat(if record.refracts() && is_real(record.ior) { record.ior } else { 1.0 }) / index;
-    let square = if record.refracts() { ratio * ratio } else { F::one() };
-    let scale = F::select(surface.inside, square, F::one() / square);
-    let factor = factor * F::select(drawn.through & !drawn.wide & bends, scale, F::one());
-    next.throughput = next.throughput * factor;
+    next.throughput = next.throughput * F::select(bends, factor, F::one());
     next.facing = path.facing;
     out.next = Path::select(gone, &out.next, &next);
     out.goes_on = out.goes_on | (mask & goes_on);
     out
 }
 
-/// A photon's light where it meets the first thing. Lamps that do not fall with distance light that as others would that
-/// are a metre away.
+/// Returns the light of a photon that ends among these bodies after a way of `width` metres. Lamps whose light does not
+/// fall with distance light every place as others light one a metre away.
 #[inline(always)]
-fn first_flux<F: Float>(path: &Path<F>, flux: Color<F>, t: F) -> Color<F> {
-    let way = path.travelled + t;
-    Color::select(path.width.gt(F::zero()), flux * (way * way), flux)
+fn landed<F: Float>(frame: &Frame, path: &Path<F>, flux: Color<F>, way: F, mask: F::Mask) -> Color<F> {
+    let flux = Color::select(path.spread.gt(F::zero()), flux * (way * way), flux);
+    medium::emitted(frame, path.bodies, flux, mask)
 }
 
-/// By how much light differs from importance where normals are interpolated (Veach 1997, 5.3).
+/// The factor between light and importance where normals are interpolated (Veach 1997, 5.3).
 #[inline(always)]
 fn shading_factor<F: Float>(
     before: Vector<F>,
@@ -177,7 +171,7 @@ fn shading_factor<F: Float>(
     (own / other.max(F::splat(1e-4))).min(F::splat(4.0))
 }
 
-/// Photons that end: where the camera sees that, and what it sees.
+/// Finds the places in the image of photons that end, and the rays from there to the camera.
 #[inline(always)]
 fn land<F: Float>(
     plan: &Plan,
@@ -202,25 +196,25 @@ fn land<F: Float>(
     out.to_camera = eye.ray(frame, path.throughput * value * own, boundary.beyond(through));
 }
 
-/// The place where a photon has ended, as the camera sees it.
+/// The place where a photon ends, as the camera sees it.
 pub(super) struct Eye<F: Float> {
     view: View<F>,
-    /// From the camera.
+    /// A ray from the camera to it.
     pub direction: Vector<F>,
-    /// As if a ray of the camera had hit it.
+    /// The hit that this ray would find.
     pub hit: HitLanes<F>,
     /// The surface on the camera's side.
     pub surface: Surface<F>,
     /// The width of a pixel, in metres.
     pub width: F,
-    /// |cos| between the surface itself and where the photon came from.
+    /// |cos| between the geometric normal and the direction of arrival.
     pub cosine: F,
-    /// Lanes in which it may be seen.
+    /// Lanes in which the camera may see it.
     pub mask: F::Mask,
 }
 
 impl<F: Float> Eye<F> {
-    /// For photons that have ended, whose place in the image is written to `out`. None if none is in the image.
+    /// Projects places into the image and writes columns and rows to `out`; none if no place lies in the image.
     #[inline(always)]
     pub fn new(
         frame: &Frame,
@@ -249,7 +243,7 @@ impl<F: Float> Eye<F> {
         Some(Self { view, direction, hit, surface, width, cosine, mask })
     }
 
-    /// The ray to the camera. `light` is value · |cos| times the photon's flux, `bodies` what it begins in.
+    /// Returns the ray to the camera. `light` is value · |cos| times the photon's flux; the ray begins within `bodies`.
     #[inline(always)]
     pub fn ray(&self, frame: &Frame, light: Color<F>, bodies: F::Int) -> ShadowRay<F> {
         let Self { view, surface, cosine, .. } = self;
@@ -271,8 +265,8 @@ impl<F: Float> Eye<F> {
     }
 }
 
-/// Looks up photons under Whitted's transport: they end at whatever is diffuse, and go on where the surface reflects
-/// light or lets it through, both in proportion to the weights that the camera's paths have there.
+/// Scatters photons under Whitted's transport: they end at diffuse surfaces and go on where the surface reflects or
+/// transmits, in proportion to the weights of the camera's paths.
 #[inline(always)]
 pub fn hit_whitted<F: Float>(
     plan: &Plan,
@@ -288,8 +282,8 @@ pub fn hit_whitted<F: Float>(
     if boundary.gone.any() {
         shaded = shaded.without(boundary.gone);
     }
-    let flux = first_flux(path, path.throughput, hit.t);
-    let path = &Path { throughput: flux, width: F::zero(), ..*path };
+    let (flux, way) = (path.throughput, path.width + hit.t);
+    let path = &Path { width: way, ..*path };
     let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.branch.eq(F::Int::splat(0));
     let mut out = PhotonOutcome {
         next: *path,
@@ -301,6 +295,10 @@ pub fn hit_whitted<F: Float>(
         to_camera: ShadowRay::none(),
         place: (F::zero(), F::zero()),
     };
+    if out.lands.any() {
+        let square = F::splat(frame.index_square_around());
+        out.flux = landed(frame, path, flux * square, way, out.lands);
+    }
     if out.lands.any()
         && let Some(eye) = Eye::new(frame, path, hit, &surface, &mut out)
     {
@@ -308,7 +306,7 @@ pub fn hit_whitted<F: Float>(
         let value = seen.model.evaluate(seen.normal, -eye.direction, -path.direction);
         // Light does not go through what is diffuse.
         let same_side = eye.surface.geometric_normal.dot(path.direction).lt(F::zero());
-        let light = Color::select(same_side, flux * value, Color::black());
+        let light = Color::select(same_side, out.flux * value, Color::black());
         out.to_camera = eye.ray(frame, light, path.bodies);
     }
     let scatter = scatter(frame, path, &surface, &shaded, &boundary, mask);
@@ -331,12 +329,7 @@ pub fn hit_whitted<F: Float>(
     let (mirrored, bent) = (scatter.reflected(path, &vertex), scatter.refracted(path, &vertex));
     let next = Path::select(reflects, &mirrored, &bent);
     let chance = F::select(reflects, first, both - first).max(F::splat(1e-6));
-    let ratio = shaded.ior / boundary.outside.index;
-    let square = ratio * ratio;
-    let bent = F::select(surface.inside, square, F::one() / square.max(F::splat(1e-6)));
-    let bent = F::select(refracts & !boundary.gone & square.gt(F::zero()), bent, F::one());
-    let factor =
-        shading_factor(path.direction, next.direction, shaded.normal, surface.geometric_normal) * bent;
+    let factor = shading_factor(path.direction, next.direction, shaded.normal, surface.geometric_normal);
     let factor = F::select(boundary.gone, F::one(), factor);
     out.goes_on = reflects | refracts;
     out.next = Path {

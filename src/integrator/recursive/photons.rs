@@ -31,6 +31,7 @@ impl Recursion {
         let (frame, photons, looks, asked, stopped) = (&plan.frame, None, false, 0, false);
         let mut tile = Tile {
             frame,
+            plain: frame,
             photons,
             level,
             statistics,
@@ -48,7 +49,7 @@ impl Recursion {
                 return;
             }
             if let Some(photon) = plan.emission.emit(&frame.scene, frame.seed, first + u64::from(number)) {
-                tile.follow_photon(plan, trace::path(frame, sample, number, &photon), landed);
+                tile.follow_photon(plan, trace::path(sample, number, &photon), landed);
             }
         }
     }

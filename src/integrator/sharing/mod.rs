@@ -28,7 +28,7 @@ use super::Frame;
 use super::begin::begin;
 use super::observe::{self, Observer};
 use super::path::{Path, unpack_pixel};
-use crate::film::{Film, Region};
+use crate::film::{Film, Region, Unit};
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::hash::combine;
 use crate::sampling::{Key, sobol};
@@ -184,6 +184,8 @@ struct Slot {
     lent: Color<f32>,
     /// The part that is lent of what is found behind the second vertex.
     onward: Color<f32>,
+    /// What is found there, in quanta: paths that fork there end in any order.
+    found: [i64; 3],
 }
 
 /// A pixel, packed, and one of its samples, which say whose a path is.
@@ -200,6 +202,7 @@ pub struct Slots {
     sizes: Vec<u8>,
     /// What blocks have chosen, which may be asked for again: samples can come in several passes.
     chosen: HashMap<[u32; 2], u8>,
+    unit: Unit,
     /// Whether some pixels are looked at before rendering, and what is found there.
     pilot: bool,
     measured: Vec<pilot::Measured>,
@@ -219,6 +222,7 @@ impl Slots {
             units: 0..0,
             sizes: Vec::new(),
             chosen: HashMap::new(),
+            unit: Unit::default(),
             pilot: false,
             measured: Vec::new(),
             slots: vec![Slot::EMPTY; count],
@@ -237,6 +241,7 @@ impl Slots {
         let Region { x0, y0, x1, y1 } = region;
         let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
         self.blocks = Region { x0, y0, x1, y1 };
+        self.unit = frame.unit;
         let log2 = frame.sharing.map_or(0, |grouping| grouping.log2);
         self.sizes = vec![log2 as u8; self.blocks.area()];
     }
@@ -305,41 +310,36 @@ impl Slots {
         (slot.material, slot.receives) = (material, receives && shares);
     }
 
-    /// A path leaves its first vertex in a direction of density `pdf`. It goes on without radiance and with the
-    /// throughput that is returned, so that what it finds can be lent.
-    pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> Color<f32> {
+    /// A path leaves its first vertex in a direction of density `pdf`. Returns whether it is shared: then it goes on with
+    /// a throughput of 1 and without radiance, so that what it finds can be lent. All others are no business of the
+    /// slots any more.
+    pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> bool {
         let slot = self.of(path);
-        let white = Color::new(1.0, 1.0, 1.0);
-        slot.weight = white;
-        if slot.receives && pdf > 0.0 {
-            slot.offer = Offer::Open;
-            slot.weight = throughput;
+        let shares = slot.receives && pdf > 0.0;
+        if shares {
+            (slot.offer, slot.weight) = (Offer::Open, throughput);
         }
-        if matches!(slot.offer, Offer::Open) { white } else { throughput }
+        shares
     }
 
-    /// A path has left the scene after its first vertex.
+    /// A path that is shared has left the scene after its first vertex.
     pub fn miss(&mut self, frame: &Frame, path: PixelSample, direction: Vector<f32>) {
         let slot = self.of(path);
         // A panorama is also found by sampling it, which every path does for itself.
-        if matches!(slot.offer, Offer::Open) && frame.scene.environment.panorama.is_none() {
+        if frame.scene.environment.panorama.is_none() {
             slot.offer = Offer::Far(direction);
             slot.onward = Color::new(1.0, 1.0, 1.0);
         }
     }
 
-    /// What a path's second vertex gives off, which is its own, and what it has to lend, if anything.
+    /// What the second vertex of a path that is shared gives off, which is its own, and what it has to lend, if anything.
     pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&Lent<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
         let Some(lent) = lent else { return };
-        if matches!(slot.offer, Offer::Open) {
-            slot.offer = Offer::Near(*lent);
-            slot.onward = lent.onward;
-            slot.lent = slot.lent + lent.gathered;
-        } else {
-            slot.own = slot.own + lent.gathered;
-        }
+        slot.offer = Offer::Near(*lent);
+        slot.onward = lent.onward;
+        slot.lent = slot.lent + lent.gathered;
     }
 
     /// What a light has sent to a path's second vertex.
@@ -347,6 +347,15 @@ impl Slots {
         let slot = self.of(path);
         let part = if let Offer::Near(lent) = &slot.offer { lent.light } else { Color::black() };
         slot.take(radiance, part);
+    }
+
+    /// Divides what the paths of the units have found behind their second vertices: all have ended.
+    pub fn settle(&mut self) {
+        let quantum = self.unit.quantum();
+        for slot in &mut self.slots[..self.units.len() * PIXELS] {
+            let [r, g, b] = std::mem::take(&mut slot.found).map(|sum| (sum as f64 * quantum) as f32);
+            slot.take(Color::new(r, g, b), slot.onward);
+        }
     }
 
     /// Adds what the paths have found for themselves and each other to the pixels of a film.
@@ -397,6 +406,7 @@ impl Slot {
             own: black,
             lent: black,
             onward: black,
+            found: [0; 3],
         }
     };
 
@@ -409,8 +419,14 @@ impl Slot {
 
 impl Sink for Slots {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
+        let counted = self.unit.counted(radiance);
         let slot = self.of((pixel, sample));
-        slot.take(Color::new(radiance.r, radiance.g, radiance.b), slot.onward);
+        if radiance.r.is_finite() && radiance.g.is_finite() && radiance.b.is_finite() {
+            slot.found = [0, 1, 2].map(|channel| slot.found[channel].saturating_add(counted[channel]));
+        } else {
+            // The film counts what is no number.
+            slot.own = slot.own + Color::new(radiance.r, radiance.g, radiance.b);
+        }
     }
 }
 

@@ -87,14 +87,18 @@ impl Pilot {
 
     /// What is known of a frame by what [`Pilot::frame_of`] it has found in some blocks, with so many rays.
     pub fn new(frame: &Frame, measuring: Frame, measured: &[Measured], rays: u64) -> Self {
-        let plain = Frame { sharing: None, ..frame.clone() };
-        Self { frame: measuring, plain, price: Price::of(measured, rays) }
+        Self { frame: measuring, plain: plain(frame), price: Price::of(measured, rays) }
     }
 
     /// What is chosen for a block.
     pub(super) fn choice(&self, block: &Measured) -> u8 {
         block.choice(&self.price).0 as u8
     }
+}
+
+/// A frame whose paths share nothing.
+pub fn plain(frame: &Frame) -> Frame {
+    Frame { sharing: None, ..frame.clone() }
 }
 
 /// Time is best divided where the image's error times its cost is least, which is where the last bit of time reduces

@@ -64,7 +64,7 @@ impl FirstHits {
     ) -> [Vec<Features>; N] {
         let mut features = [(); N].map(|()| vec![Features::NOTHING; tile.area()]);
         let mut parts = [(); N].map(|()| Gathering::default());
-        let mut todo = Todo::new(tile, 0..samples.count(), &|_, _| true);
+        let mut todo = Todo::new(tile, 0..samples.count(), false, &|_, _| true);
         let last = samples.iter().last().map_or(0, |range| range.end - 1);
         loop {
             let capacity = self.found.len();

@@ -49,10 +49,12 @@ pub struct Wave {
     reflect: PathQueue,
     refract: PathQueue,
     shadow: ShadowQueue,
-    /// Photons that have ended, once there are any.
+    /// Photons that have ended, if there may be any.
     ended: Option<EndQueue>,
     /// Forks that found no place in the wave; last in, first out, so that it stays short.
     pending: PathQueue,
+    /// Paths that are not shared, while those that are go first.
+    alone: PathQueue,
     goes_on: Vec<u32>,
     roles: Roles,
     shared: Option<Shared>,
@@ -79,8 +81,9 @@ impl Wave {
             reflect: PathQueue::new(frame, capacity),
             refract: PathQueue::new(frame, capacity),
             shadow: ShadowQueue::new(frame, capacity),
-            ended: None,
+            ended: frame.photons.is_ok().then(|| EndQueue(Columns::new(capacity))),
             pending: PathQueue::new(frame, capacity),
+            alone: PathQueue::new(frame, 0),
             goes_on: integers(),
             roles: if shared.is_some() { Roles::new(capacity) } else { Roles::default() },
             shared,
@@ -107,7 +110,7 @@ impl Wave {
         if work.frame.sharing.is_some() {
             return self.render_shared(work, film, samples, clock);
         }
-        let todo = Todo::new(film.region(), samples, &|_, _| true);
+        let todo = Todo::new(film.region(), samples, work.photons.is_some(), &|_, _| true);
         self.render_todo(work, film, todo, clock);
     }
 
@@ -120,7 +123,7 @@ impl Wave {
                 return;
             }
             self.intersect(frame, level, clock);
-            self.retire(frame, photons, level, film, clock);
+            self.retire(frame, photons, level, Some(film), clock);
             match frame.transport {
                 Transport::Whitted => {
                     self.shade(frame, photons, level, clock);
@@ -144,6 +147,7 @@ impl Wave {
         if stops {
             self.paths.columns.clear();
             self.pending.columns.clear();
+            self.alone.columns.clear();
         }
         stops
     }
@@ -159,13 +163,13 @@ impl Wave {
         self.report_hits(level, clock.observer);
     }
 
-    /// Paths that have met nothing leave the wave.
+    /// Paths that have met nothing leave the wave; without a sink nobody is told.
     fn retire(
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
         level: Level,
-        sink: &mut dyn Sink,
+        sink: Option<&mut (dyn Sink + '_)>,
         clock: &mut Clock,
     ) {
         let (paths, hits) = (&mut self.paths, &mut self.hits);
@@ -227,11 +231,13 @@ impl Wave {
             groups: &self.groups,
             goes_on: &mut self.goes_on,
             next: &mut self.reflect,
+            forks: &mut self.refract,
             shadow: &mut self.shadow,
             roles: asks.then_some(&mut self.roles),
         };
         dispatch(level, stage);
         clock.statistics.rays.scatter += self.reflect.columns.len() as u64;
+        clock.statistics.rays.refract += self.refract.columns.len() as u64;
         clock.stage(Stage::Shade);
     }
 
@@ -278,46 +284,51 @@ impl Wave {
 }
 
 /// Samples of a tile that have not begun: blocks of 8 × 8 pixels, within a block all
-/// samples of a pixel after another, so that neighbours in the wave are neighbours in the image.
+/// samples of a pixel after another, so that neighbours in the wave are neighbours in the image; or, where these gather
+/// photons, which each sample has of its own, all pixels of a sample.
 struct Todo {
-    region: Region,
     samples: Range<u32>,
-    pixels: Vec<u32>,
-    next_pixel: usize,
-    next_sample: u32,
+    /// Pixels that follow each other, as often as there are samples.
+    runs: Vec<Vec<u32>>,
+    by_sample: bool,
+    /// The next run, and the next of its samples.
+    next_run: usize,
+    next: u32,
 }
 
 impl Todo {
     const BLOCK: u32 = 8;
 
-    fn new(region: Region, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) -> Self {
-        let mut pixels = Vec::with_capacity(region.area());
+    fn new(region: Region, samples: Range<u32>, by_sample: bool, holds: &dyn Fn(u32, u32) -> bool) -> Self {
+        let mut runs = Vec::new();
         for by in (region.y0..region.y1).step_by(Self::BLOCK as usize) {
             for bx in (region.x0..region.x1).step_by(Self::BLOCK as usize) {
-                for y in by..(by + Self::BLOCK).min(region.y1) {
-                    let row = (bx..(bx + Self::BLOCK).min(region.x1)).filter(|x| holds(*x, y));
-                    pixels.extend(row.map(|x| pack_pixel(x, y)));
-                }
+                let rows = by..(by + Self::BLOCK).min(region.y1);
+                let row = |y| (bx..(bx + Self::BLOCK).min(region.x1)).map(move |x| (x, y));
+                let pixels = rows.flat_map(row).filter(|(x, y)| holds(*x, *y));
+                runs.push(pixels.map(|(x, y)| pack_pixel(x, y)).collect());
             }
         }
-        Self { region, next_sample: samples.start, samples, pixels, next_pixel: 0 }
+        Self { samples, runs, by_sample, next_run: 0, next: 0 }
     }
 
     /// Fills both columns from the front; returns how many places it filled.
     fn take(&mut self, pixels: &mut [u32], samples: &mut [u32]) -> usize {
-        if self.samples.is_empty() || self.region.area() == 0 {
-            return 0;
-        }
         let mut count = 0;
-        while count < pixels.len() && self.next_pixel < self.pixels.len() {
-            pixels[count] = self.pixels[self.next_pixel];
-            samples[count] = self.next_sample;
-            count += 1;
-            self.next_sample += 1;
-            if self.next_sample == self.samples.end {
-                self.next_sample = self.samples.start;
-                self.next_pixel += 1;
+        while count < pixels.len()
+            && let Some(run) = self.runs.get(self.next_run)
+        {
+            let (all, every) = (run.len() as u32, self.samples.end - self.samples.start);
+            if self.next == all * every {
+                (self.next_run, self.next) = (self.next_run + 1, 0);
+                continue;
             }
+            let (pixel, sample) = match self.by_sample {
+                true => (self.next % all, self.next / all),
+                false => (self.next / every, self.next % every),
+            };
+            (pixels[count], samples[count]) = (run[pixel as usize], self.samples.start + sample);
+            (count, self.next) = (count + 1, self.next + 1);
         }
         count
     }

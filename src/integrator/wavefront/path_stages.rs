@@ -8,7 +8,7 @@ use crate::integrator::photons::trace::{self, PhotonOutcome};
 use crate::integrator::photons::{Photons, Plan, map::Radii};
 use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};
-use crate::math::Color;
+use crate::math::{Color, NONE};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
 
@@ -98,6 +98,8 @@ pub struct ShadePathsStage<'a> {
     pub goes_on: &'a mut [u32],
     /// The paths that go on.
     pub next: &'a mut PathQueue,
+    /// Those that are forked off.
+    pub forks: &'a mut PathQueue,
     /// Rays to lights.
     pub shadow: &'a mut ShadowQueue,
     /// What the hits mean to shared paths, if that is wanted.
@@ -127,6 +129,9 @@ impl Kernel for ShadePathsStage<'_> {
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
                 self.shadow.append(&outcome.shadow, places);
                 self.next.append(outcome.goes_on, &outcome.next, places);
+                if let Some(fork) = &outcome.fork {
+                    self.forks.append(fork.mask, &fork.next, Int::splat(NONE));
+                }
                 if let Some(roles) = &mut self.roles {
                     roles.put::<L::Queue>(places, outcome.shared.as_ref(), valid);
                 }

@@ -11,18 +11,10 @@ use super::{Clock, Wave};
 use crate::integrator::observe::Observer;
 use crate::integrator::photons::map::Photon;
 use crate::integrator::photons::{Landed, Plan, trace};
-use crate::integrator::sharing::Sink;
 use crate::integrator::{Stage, Statistics};
-use crate::math::{Color, NONE, Rgb, Vector};
+use crate::math::{Color, NONE, Vector};
 use crate::simd::{Level, dispatch};
 use crate::world::Transport;
-
-/// Photons that leave the scene are of no use to anybody.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    fn deposit(&mut self, _: u32, _: u32, _: Rgb) {}
-}
 
 impl Wave {
     /// Traces some of a sample's photons, by their numbers.
@@ -45,7 +37,7 @@ impl Wave {
                 break;
             }
             self.intersect(&plan.frame, level, clock);
-            self.retire(&plan.frame, None, level, &mut Nowhere, clock);
+            self.retire(&plan.frame, None, level, None, clock);
             self.scatter_photons(plan, level, sample, &mut ended, clock);
             self.shadows(&plan.frame, level, clock);
             self.land(&mut ended, landed);
@@ -64,7 +56,7 @@ impl Wave {
             && let Some(number) = numbers.next()
         {
             if let Some(photon) = plan.emission.emit(scene, seed, first + u64::from(number)) {
-                let path = trace::path(&plan.frame, sample, number, &photon);
+                let path = trace::path(sample, number, &photon);
                 self.paths.append::<f32>(true, &path, Wrapping(NONE));
             }
         }

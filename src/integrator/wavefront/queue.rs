@@ -2,13 +2,15 @@
 //! pack them directly. Columns are as long as the queue's capacity plus the widest lane
 //! count: kernels may write past the end of what is used, never past a column.
 
+use std::num::Wrapping;
+
 use crate::bvh::{Asker, Crossing, HitsMut, Rays, Surfaces};
 use crate::integrator::Frame;
 use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
 use crate::integrator::presence::Traced;
 use crate::integrator::sharing::PixelSample;
-use crate::math::{Color, Vector};
+use crate::math::{Color, NONE, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Settings;
@@ -190,7 +192,7 @@ const _: () = assert!(Settings::MOST_DEPTH + MOST < 1 << DEPTH_BITS && MOST < 1 
 impl PathQueue {
     /// Room for `capacity` paths of a frame.
     pub fn new(frame: &Frame, capacity: usize) -> Self {
-        let landing = if frame.photons.is_some() { vec![0; capacity + PADDING] } else { Vec::new() };
+        let landing = if frame.photons.is_ok() { vec![0; capacity + PADDING] } else { Vec::new() };
         Self { columns: Columns::new(capacity), landing }
     }
 
@@ -316,20 +318,34 @@ impl PathQueue {
         pixels.iter().copied().zip(samples.iter().copied()).zip(colors)
     }
 
-    /// Lets paths go on without the radiance of the hits that they come from, and with the throughput that is chosen by
-    /// pixel and sample, the present throughput and the density.
-    pub fn begin_anew(&mut self, mut choose: impl FnMut(PixelSample, Color<f32>, f32) -> Color<f32>) {
-        let Columns { floats, integers, length, .. } = &mut self.columns;
-        for i in 0..*length {
+    /// Lets paths go on without radiance and with a throughput of 1, if they are shared, and moves all others to the end
+    /// of another queue. `shares` says which are by where they come from, pixel and sample, throughput and density.
+    pub fn part(
+        &mut self,
+        others: &mut PathQueue,
+        mut shares: impl FnMut(usize, PixelSample, Color<f32>, f32) -> bool,
+    ) {
+        let mut kept = 0;
+        for i in 0..self.columns.length {
+            let Columns { floats, integers, .. } = &self.columns;
             let path = (integers[0][i], integers[1][i]);
             let [r, g, b] = [0, 1, 2].map(|channel| floats[THROUGHPUT + channel][i]);
-            let chosen = choose(path, Color::new(r, g, b), floats[DENSITY][i]);
-            for (channel, value) in [chosen.r, chosen.g, chosen.b].into_iter().enumerate() {
-                floats[THROUGHPUT + channel][i] = value;
-                floats[RADIANCE + channel][i] = 0.0;
+            if !shares(self.source(i), path, Color::new(r, g, b), floats[DENSITY][i]) {
+                others.make_room(1);
+                others.append::<f32>(true, &self.load(i), Wrapping(NONE));
+                continue;
             }
-            integers[SOURCE][i] = crate::math::NONE;
+            if kept < i {
+                self.store::<f32>(kept, true, &self.load(i), Wrapping(NONE));
+            }
+            let Columns { floats, integers, .. } = &mut self.columns;
+            for channel in 0..3 {
+                (floats[THROUGHPUT + channel][kept], floats[RADIANCE + channel][kept]) = (1.0, 0.0);
+            }
+            integers[SOURCE][kept] = NONE;
+            kept += 1;
         }
+        self.columns.set_len(kept);
     }
 
     /// The hit that a path comes from.
@@ -341,7 +357,7 @@ impl PathQueue {
     pub fn inherit(&mut self, hits: &PathQueue) {
         for i in 0..self.columns.length {
             let source = self.columns.integers[SOURCE][i];
-            if source != crate::math::NONE {
+            if source != NONE {
                 for channel in RADIANCE..RADIANCE + 3 {
                     self.columns.floats[channel][i] = hits.columns.floats[channel][source as usize];
                 }
@@ -366,14 +382,19 @@ impl PathQueue {
 
     /// Moves all paths here, however many there are.
     pub fn spill_from(&mut self, from: &mut PathQueue) {
-        if self.columns.room() < from.columns.length {
-            let capacity = (self.columns.length + from.columns.length).next_power_of_two();
+        self.make_room(from.columns.length);
+        self.fill_from(from);
+    }
+
+    /// Makes room for so many more paths.
+    fn make_room(&mut self, count: usize) {
+        if self.columns.room() < count {
+            let capacity = (self.columns.length + count).next_power_of_two();
             self.columns.grow(capacity);
             if !self.landing.is_empty() {
                 self.landing.resize(capacity + PADDING, 0);
             }
         }
-        self.fill_from(from);
     }
 }
 

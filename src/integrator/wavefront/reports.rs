@@ -14,12 +14,13 @@ use crate::world::Transport;
 impl Wave {
     /// Bytes of all queues.
     pub fn bytes(&self) -> usize {
-        let paths = [&self.paths, &self.reflect, &self.refract, &self.pending];
+        let paths = [&self.paths, &self.reflect, &self.refract, &self.pending, &self.alone];
         let columns = [&self.goes_on, &self.occluded, &self.pixels, &self.samples];
         paths.map(|queue| queue.bytes()).iter().sum::<usize>()
             + self.hits.0.bytes()
             + self.vertices.0.bytes()
             + self.shadow.bytes()
+            + self.ended.as_ref().map_or(0, |ended| ended.0.bytes())
             + columns.map(|column| size_of_val(&column[..])).iter().sum::<usize>()
             + self.ends.bytes()
             + self.shared.as_ref().map_or(0, |shared| shared.bytes())
@@ -94,6 +95,7 @@ impl Wave {
             observer.report(&observe::path_light(&path, &decision, &self.shadow.ray(i), contribution));
         }
         report_onward(&self.reflect, Continuation::Scatter, observer);
+        report_onward(&self.refract, Continuation::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.columns.capacity();
         observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));

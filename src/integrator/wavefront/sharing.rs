@@ -10,11 +10,21 @@ use crate::film::Film;
 use crate::integrator::observe::{self, Aside};
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::photons::Photons;
-use crate::integrator::sharing::pilot::Pilot;
+use crate::integrator::sharing::pilot::{Pilot, plain};
 use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use crate::integrator::{Frame, Stage, Statistics, Work};
 use crate::math::{NONE, Rgb};
 use crate::simd::Level;
+
+/// A frame, and the same for paths that are not shared.
+#[derive(Clone, Copy)]
+struct Frames<'a> {
+    frame: &'a Frame,
+    plain: &'a Frame,
+}
+
+/// Stands for a path that goes on with what it has found.
+const KEEPS: u32 = 2;
 
 /// What sharing needs in addition to the queues.
 pub(super) struct Shared {
@@ -53,6 +63,7 @@ impl Wave {
     ) {
         let Work { frame, pilot, photons, level } = work;
         let Some(mut shared) = self.shared.take() else { return };
+        let frames = Frames { frame, plain: &plain(frame) };
         shared.slots.enter(frame, film.region());
         if let Some(pilot) = pilot {
             if !shared.slots.recall() && !self.look(pilot, photons, level, &mut shared.slots, clock) {
@@ -60,11 +71,12 @@ impl Wave {
                 return;
             }
             let slots = &shared.slots;
-            let todo = Todo::new(film.region(), samples.clone(), &|x, y| slots.is_plain(x, y));
+            let todo =
+                Todo::new(film.region(), samples.clone(), photons.is_some(), &|x, y| slots.is_plain(x, y));
             self.render_todo(work.with_frame(&pilot.plain), film, todo, clock);
         }
         shared.slots.start(samples);
-        while self.trace_units(frame, photons, level, film, &mut shared.slots, clock) {
+        while self.trace_units(frames, photons, level, film, &mut shared.slots, clock) {
             let Shared { slots, connections, .. } = &mut shared;
             let stack = &mut self.stack;
             let observer = &mut *clock.observer;
@@ -90,10 +102,11 @@ impl Wave {
         let photons = photons.map(Photons::of_pilot);
         slots.start_pilot();
         let frame = &pilot.frame;
+        let frames = Frames { frame, plain: &plain(frame) };
         let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
         let (mut aside, mut observer) = (Statistics::default(), Aside(&mut *clock.observer));
         let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut observer };
-        while self.trace_units(frame, photons, level, &mut film, slots, &mut own) {
+        while self.trace_units(frames, photons, level, &mut film, slots, &mut own) {
             slots.measure(&film);
         }
         if own.observer.stops(0) {
@@ -107,7 +120,7 @@ impl Wave {
     /// Follows the paths of the next units to their ends; false if there are none, or if it was stopped.
     fn trace_units(
         &mut self,
-        frame: &Frame,
+        Frames { frame, plain }: Frames,
         photons: Option<Photons>,
         level: Level,
         film: &mut Film,
@@ -122,6 +135,13 @@ impl Wave {
         while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
             self.vertices(frame, photons, level, slots, false, clock);
             self.advance(slots, clock);
+        }
+        slots.settle();
+        self.pending.spill_from(&mut self.alone);
+        self.paths.fill_from(&mut self.pending);
+        while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
+            self.vertices(plain, photons, level, &mut Within(&mut *film), false, clock);
+            self.advance(&mut Within(&mut *film), clock);
         }
         !clock.observer.stops(0)
     }
@@ -163,7 +183,7 @@ impl Wave {
         clock: &mut Clock,
     ) {
         self.intersect(frame, level, clock);
-        self.retire(frame, photons, level, sink, clock);
+        self.retire(frame, photons, level, Some(sink), clock);
         self.shade_paths(frame, photons, level, asks, clock);
         self.report_paths(frame, photons, level, clock.observer);
         self.shadows(frame, level, clock);
@@ -183,17 +203,30 @@ impl Wave {
         let mut film = Within(film);
         self.vertices(frame, photons, level, &mut film, true, clock);
         let materials = self.hits.materials(self.paths.columns.len());
-        for (i, (path, found)) in self.paths.found().enumerate() {
+        for (i, (path, _)) in self.paths.found().enumerate() {
             slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.receives[i]);
-            film.deposit(path.0, path.1, Rgb::new(found.r, found.g, found.b));
         }
-        if clock.observer.looks() {
-            for i in 0..self.reflect.columns.len() {
-                let path = self.paths.load::<f32>(self.reflect.source(i));
-                clock.observer.report(&observe::aside(&path));
+        self.reflect.inherit(&self.paths);
+        let (goes_on, looks) = (&mut self.goes_on, clock.observer.looks());
+        let mut shared = Vec::new();
+        self.reflect.part(&mut self.alone, |source, path, throughput, pdf| {
+            let shares = slots.leave(path, throughput, pdf);
+            if !shares {
+                goes_on[source] = KEEPS;
+            } else if looks {
+                shared.push(source);
+            }
+            shares
+        });
+        self.alone.spill_from(&mut self.refract);
+        for (i, (path, found)) in self.paths.found().enumerate() {
+            if self.goes_on[i] != KEEPS {
+                film.deposit(path.0, path.1, Rgb::new(found.r, found.g, found.b));
             }
         }
-        self.reflect.begin_anew(|path, throughput, pdf| slots.leave(path, throughput, pdf));
+        for source in shared {
+            clock.observer.report(&observe::aside(&self.paths.load::<f32>(source)));
+        }
         self.paths.columns.clear();
         self.paths.fill_from(&mut self.reflect);
         clock.stage(Stage::Advance);
@@ -215,7 +248,7 @@ impl Wave {
                 slots.miss(frame, (path.pixel.0, path.sample.0), path.direction);
             }
         }
-        self.retire(frame, photons, level, slots, clock);
+        self.retire(frame, photons, level, Some(slots), clock);
         self.shade_paths(frame, photons, level, true, clock);
         self.report_paths(frame, photons, level, clock.observer);
         for ((path, emitted), lent) in self.paths.found().zip(&self.roles.lent) {

@@ -55,7 +55,7 @@ impl Kernel for GenerateStage<'_> {
 }
 
 /// Moves misses to the film, and compacts hits at the front of both queues.
-pub struct RetireStage<'a> {
+pub struct RetireStage<'a, 's> {
     /// The scene.
     pub frame: &'a Frame,
     /// The photons of the paths' samples.
@@ -64,16 +64,16 @@ pub struct RetireStage<'a> {
     pub paths: &'a mut PathQueue,
     /// Their hits, in and out.
     pub hits: &'a mut HitQueue,
-    /// Where misses end.
-    pub sink: &'a mut dyn Sink,
+    /// Where misses end, if what they find is of use.
+    pub sink: Option<&'a mut (dyn Sink + 's)>,
     /// Is told of them.
     pub observer: &'a mut dyn Observer,
 }
 
-impl Kernel for RetireStage<'_> {
+impl Kernel for RetireStage<'_, '_> {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: Lanes>(mut self) {
         let (width, count) = (L::Queue::WIDTH, self.paths.columns.len());
         let mut kept = 0;
         for at in (0..count).step_by(width) {
@@ -81,7 +81,9 @@ impl Kernel for RetireStage<'_> {
             let path = self.paths.load::<L::Queue>(at);
             let hit = self.hits.load::<L::Queue>(at);
             let missed = hit.primitive.eq(Int::splat(NONE)) & valid;
-            if missed.any() {
+            if missed.any()
+                && let Some(sink) = &mut self.sink
+            {
                 let radiance = match self.frame.transport {
                     Transport::Whitted => whitted::miss(self.frame, &path),
                     Transport::Path => path_tracing::miss(self.frame, self.photons, &path, missed),
@@ -97,7 +99,7 @@ impl Kernel for RetireStage<'_> {
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;
                     bits &= bits - 1;
-                    self.sink.deposit(pixel[lane], sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
+                    sink.deposit(pixel[lane], sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
                     if self.observer.looks() {
                         let path = self.paths.load::<f32>(at + lane);
                         let radiance = Color::new(r[lane], g[lane], b[lane]);

@@ -168,6 +168,7 @@ mod tests {
                     p.split(&glass_in_air(inside), carried, number(1));
                     let sampled = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true).sample(
                         number(2).0,
+                        1.0,
                         number(3),
                         true,
                     );

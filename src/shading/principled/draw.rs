@@ -26,16 +26,18 @@ pub struct BsdfSample<F: Float> {
 impl<F: Float> Bsdf<F> {
     /// A direction by importance: `u` picks the lobe and the direction in it, `which` whether a
     /// microfacet reflects or lets through, where it may do both, and whether a scattered direction within a body is drawn
-    /// from a cone ([`Bsdf::wide_sine`]).
+    /// from a cone ([`Bsdf::wide_sine`]). `budget`: how many directions may be followed on average, 1 or more, from
+    /// which [`Bsdf::sample_other`] has the second one.
     #[inline(always)]
-    pub fn sample(&self, which: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
+    pub fn sample(&self, which: F, budget: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
         let Lobe { is_diffuse, is_back, is_microfacet, is_coat, u } = self.lobe(u);
 
         let mut direction = self.p.frame.z;
-        let mut delta = F::Mask::from_bits(0);
+        let none = F::Mask::from_bits(0);
+        let mut delta = none;
         let mut delta_weight = Color::black();
-        let (mut is_through, mut possible) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
+        let (mut is_through, mut possible) = (none, F::Mask::from_bits(u32::MAX));
         let wide = is_diffuse | is_back;
         if (mask & wide).any() {
             // Cosine-distributed, but for bodies: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
@@ -46,7 +48,7 @@ impl<F: Float> Bsdf<F> {
             direction = self.p.frame.world(Vector::new(x, y, F::select(is_back, -z, z)));
         }
         if self.has.specular && (mask & is_microfacet).any() {
-            let narrow = self.narrow(u, which);
+            let narrow = self.narrow(u, which, self.budget(budget), none);
             direction = Vector::select(is_microfacet, self.p.frame.world(narrow.direction), direction);
             delta = is_microfacet & self.smooth;
             delta_weight = narrow.weight;
@@ -85,6 +87,31 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
+    /// What is seen through a smooth surface, in the lanes in which [`Bsdf::sample`] has drawn the mirror image by the
+    /// same numbers and the budget is enough for both.
+    #[inline(always)]
+    pub fn sample_other(&self, which: F, budget: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
+        let Lobe { is_microfacet, u, .. } = self.lobe(u);
+        let through = F::Mask::from_bits(u32::MAX);
+        let narrow = self.narrow(u, which, self.budget(budget), through);
+        let direction = self.p.frame.world(narrow.direction).normalize();
+        let behind = self.p.geometric_normal.dot(direction).lt(F::zero());
+        BsdfSample {
+            direction,
+            weight: narrow.weight,
+            pdf: F::zero(),
+            valid: mask & is_microfacet & self.smooth & behind & narrow.valid & narrow.both,
+            through,
+            wide: F::Mask::from_bits(0),
+        }
+    }
+
+    /// Of rough surfaces one direction is followed.
+    #[inline(always)]
+    fn budget(&self, budget: F) -> F {
+        F::select(self.smooth, budget, F::one())
+    }
+
     /// Chooses a lobe by slices of the unit square: each lobe's points are as even within its slice as all points are
     /// within the square. With a separate number for the choice, they would only be a random subset.
     #[inline(always)]
@@ -110,9 +137,13 @@ impl<F: Float> Bsdf<F> {
     }
 
     /// A microfacet's direction in the frame, by reflection if `which` is less than the probability of
-    /// that; and its weight where the surface is smooth.
+    /// that, but in lanes that look `through`; and its weight where the surface is smooth.
+    ///
+    /// Of both directions, which have the probabilities p and 1 − p, as many are followed as the budget m allows: the one
+    /// with probability min(1, m p), the other with min(1, m (1 − p)), by one number (Arvo and Kirk, "Particle transport
+    /// and image synthesis", 1990).
     #[inline(always)]
-    fn narrow(&self, u: (F, F), which: F) -> FromMicrofacet<F> {
+    fn narrow(&self, u: (F, F), which: F, budget: F, through: F::Mask) -> FromMicrofacet<F> {
         let (zero, p) = (F::zero(), &self.p);
         let up = Vector::new(zero, zero, F::one());
         let h =
@@ -120,8 +151,12 @@ impl<F: Float> Bsdf<F> {
         let cos = self.wo.dot(h);
         let reflected = h * (F::splat(2.0) * cos) - self.wo;
         let fresnel = self.fresnel(cos.max(zero));
-        let reflects = self.reflects(&fresnel);
-        let through = !which.lt(reflects);
+        let one = F::one();
+        let own = self.reflects(&fresnel);
+        let (reflects, passes) = ((budget * own).min(one), (budget * (one - own)).min(one));
+        let reflected_first = which.lt(reflects);
+        let both = reflected_first & which.ge(one - passes) & budget.gt(one);
+        let through = through | !reflected_first;
         let all = F::Mask::from_bits(u32::MAX);
         let chance = self.below / self.chance[2];
         let weight = self.mixed(fresnel) * (chance / reflects.max(F::splat(1e-20)));
@@ -131,10 +166,10 @@ impl<F: Float> Bsdf<F> {
                 weight,
                 through: F::Mask::from_bits(0),
                 valid: all,
+                both: F::Mask::from_bits(0),
             };
         }
-        let left = (F::one() - reflects).max(F::splat(1e-20));
-        let passes = self.transmitted(&fresnel) * (chance / left);
+        let passes = self.transmitted(&fresnel) * (chance / passes.max(F::splat(1e-20)));
         let (bent, possible) = if self.has.solid {
             let sin2 = p.eta * p.eta * (F::one() - cos * cos).max(zero);
             let cos_t = (F::one() - sin2).max(zero).sqrt();
@@ -147,6 +182,7 @@ impl<F: Float> Bsdf<F> {
             weight: Color::select(through, passes, weight),
             through,
             valid: possible | !through,
+            both,
         }
     }
 }
@@ -165,4 +201,6 @@ struct FromMicrofacet<F: Float> {
     weight: Color<F>,
     through: F::Mask,
     valid: F::Mask,
+    /// Where the mirror image and what is seen through are both followed.
+    both: F::Mask,
 }

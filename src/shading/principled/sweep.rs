@@ -125,7 +125,7 @@ impl White {
             let cos = chance.unit().sqrt().max(1e-3);
             let wo = towards(cos, chance.unit());
             let bsdf = Bsdf::new(self.has, self.p, LobeTables::all(), wo, true);
-            let sampled = bsdf.sample(chance.unit(), (chance.unit(), chance.unit()), true);
+            let sampled = bsdf.sample(chance.unit(), 1.0, (chance.unit(), chance.unit()), true);
             let weight = if sampled.valid { f64::from(sampled.weight.g) } else { 0.0 };
             sum += weight;
             squares += weight * weight;
@@ -217,7 +217,7 @@ fn whatever_the_layers_directions_are_drawn_as_often_as_is_said() {
         let count = 8192;
         let (mut drawn, mut expected, mut variance) = ([0.0f64; CELLS], [0.0f64; CELLS], [0.0f64; CELLS]);
         for _ in 0..count {
-            let sampled = bsdf.sample(chance.unit(), (chance.unit(), chance.unit()), true);
+            let sampled = bsdf.sample(chance.unit(), 1.0, (chance.unit(), chance.unit()), true);
             if sampled.valid {
                 drawn[cell(sampled.direction)] += 1.0;
             }

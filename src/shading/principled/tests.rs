@@ -89,7 +89,7 @@ fn albedo_towards(has: Has, p: Parameters<f32>, wo: Vector<f32>, count: u32) -> 
     for i in 0..count {
         let i = Wrapping(i);
         let choice: f32 = sobol::one(i, Wrapping(1));
-        let sampled = bsdf.sample(choice, sobol::two(i, Wrapping(2)), true);
+        let sampled = bsdf.sample(choice, 1.0, sobol::two(i, Wrapping(2)), true);
         if sampled.valid {
             let Color { r, g, b } = sampled.weight;
             sum = [sum[0] + r as f64, sum[1] + g as f64, sum[2] + b as f64];
@@ -314,7 +314,7 @@ fn chi_square(has: Has, p: Parameters<f32>, cos: f32) -> (f64, usize) {
         crate::sampling::hash::to_unit::<f32>(crate::sampling::hash::combine(Wrapping(i), Wrapping(d)))
     };
     for i in 0..total {
-        let sampled = bsdf.sample(hash(i, 1), (hash(i, 2), hash(i, 3)), true);
+        let sampled = bsdf.sample(hash(i, 1), 1.0, (hash(i, 2), hash(i, 3)), true);
         if sampled.valid {
             let d = sampled.direction;
             let ring = ((d.z + 1.0) * 0.5 * RINGS as f32) as usize;

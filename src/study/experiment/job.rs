@@ -19,7 +19,7 @@ use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
 use crate::scene::CompiledScene;
 use crate::simd::{Kernel, Lanes, Level, dispatch};
-use crate::world::{Camera, Falloff, Light, Shape, Sharing, Transform, World};
+use crate::world::{Camera, Caustics, Falloff, Light, Shape, Sharing, Transform, World};
 
 /// An image.
 #[derive(Clone, Debug)]
@@ -49,6 +49,8 @@ pub(super) fn at(change: &Change, axis: &Axis, x: u32) -> Change {
         Axis::Wave(_) => change.wave = Some(x),
         Axis::Depth(_) => change.max_depth = Some(x),
         Axis::Threads(_) => change.threads = Some(x),
+        Axis::Photons(_) => change.photons = Some(x as f32),
+        Axis::PhotonRadius(_) => change.photon_radius = Some(x as f32),
         Axis::Triangles(_) => {}
     }
     change
@@ -86,6 +88,13 @@ fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u3
         Some(1) => Sharing::Off,
         Some(pixels) => Sharing::Groups(pixels),
     };
+    if change.photons.is_some() || change.photon_radius.is_some() {
+        let (photons, radius) = settings.caustics.numbers().unwrap_or((Caustics::PHOTONS, Caustics::RADIUS));
+        settings.caustics = Caustics::Photons {
+            photons: change.photons.unwrap_or(photons),
+            radius: change.photon_radius.unwrap_or(radius),
+        };
+    }
     settings.sampler = change.sampler.map_or(settings.sampler, Into::into);
     settings.build_quality = change.quality.map_or(settings.build_quality, Into::into);
     settings.seed = settings.seed.wrapping_add(u64::from(seed));
@@ -122,14 +131,17 @@ fn made_up(mesh: crate::world::Mesh) -> World {
 /// A clock of the process's CPU time, where the system has one.
 pub type CpuSeconds = fn() -> Option<f64>;
 
+/// The distance between the seeds of two images of a job, larger than the number of repetitions.
+const SECOND: u32 = 500_009;
+
 /// Does a job, unless it is stopped, which is an error. `change` has the value of x in it; `reference` is what an image
-/// is compared with.
+/// is compared with; `in_pairs` renders a second image, to tell bias from variance.
 pub(super) fn run(
     scene: &Scene,
     folder: &Path,
     [triangles, seed]: [u32; 2],
     change: &Change,
-    reference: Option<&Image>,
+    (reference, in_pairs): (Option<&Image>, bool),
     (cpu, stop): (CpuSeconds, &Stop),
 ) -> Result<Done, String> {
     let world = world(scene, folder, triangles, change, seed)?;
@@ -152,7 +164,31 @@ pub(super) fn run(
         row.set(Measure::RelativeMse, errors.relative_mse);
         row.set(Measure::Flip, errors.flip);
     }
+    if in_pairs {
+        // Its time does not matter.
+        let change = Change { threads: Some(0), ..change.clone() };
+        let seed = seed.wrapping_add(SECOND);
+        let second = run(scene, folder, [triangles, seed], &change, (None, false), (cpu, stop))?;
+        if let Some(second) = second.image {
+            add_pair(&image, &second, reference, &mut row);
+        }
+    }
     Ok(Done { row, image: Some(image) })
+}
+
+/// Tells bias from variance: what two independent images have in common is bias, what they differ by is variance. Both
+/// estimates are unbiased, so that of a small bias may be below 0.
+fn add_pair(first: &Image, second: &Image, reference: Option<&Image>, row: &mut Row) {
+    let components =
+        |image: &Image| image.pixels.iter().flat_map(|p| [p.r, p.g, p.b].map(f64::from)).collect::<Vec<_>>();
+    let [first, second] = [components(first), components(second)];
+    let mean = |sum: f64| sum / first.len().max(1) as f64;
+    let squares = first.iter().zip(&second).map(|(a, b)| (a - b) * (a - b));
+    row.set(Measure::Variance, mean(0.5 * squares.sum::<f64>()));
+    if let Some(reference) = reference.map(components) {
+        let products = first.iter().zip(&second).zip(&reference).map(|((a, b), r)| (a - r) * (b - r));
+        row.set(Measure::SquaredBias, mean(products.sum()));
+    }
 }
 
 fn render(
@@ -278,4 +314,24 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
     row.set(Measure::CpuSeconds, spent);
     row.set(Measure::NanosecondsPerRay, spent * 1e9 / f64::from(count));
     row.set(Measure::Mrays, f64::from(count) / wall.max(1e-9) / 1e6);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bias_and_variance_of_a_pair_add_up_to_the_mean_of_both_squared_errors() {
+        let image = |values: [f32; 2]| Image { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
+        let (first, second, reference) = (image([1.5, 3.0]), image([2.5, 1.0]), image([1.0, 1.0]));
+        let mut row = Row::default();
+        add_pair(&first, &second, Some(&reference), &mut row);
+        assert_eq!(row.get(Measure::SquaredBias), Some((0.5 * 1.5 + 2.0 * 0.0) / 2.0));
+        assert_eq!(row.get(Measure::Variance), Some((1.0 + 4.0) / 4.0));
+        let squares = (0.25 + 4.0 + 2.25 + 0.0) / 4.0;
+        assert_eq!(
+            row.get(Measure::SquaredBias).zip(row.get(Measure::Variance)).map(|(b, v)| b + v),
+            Some(squares)
+        );
+    }
 }

@@ -162,7 +162,8 @@ impl<'a> Run<'a> {
                 }
                 None => None,
             };
-            let done = match self.perform(job, &job.change, job.seed, reference) {
+            let pair = (reference, job.experiment.needs_pairs());
+            let done = match self.perform(job, &job.change, job.seed, pair) {
                 Err(_) if self.stop.is_set() => return Ok(()),
                 done => done?,
             };
@@ -180,7 +181,7 @@ impl<'a> Run<'a> {
         job: &Job,
         change: &Change,
         seed: u32,
-        reference: Option<&Image>,
+        reference: (Option<&Image>, bool),
     ) -> Result<job::Done, String> {
         job::run(job.scene, self.folder, [job.x, seed], change, reference, (self.cpu, &self.stop))
             .map_err(|reason| format!("{}: {reason}", job.name()))
@@ -195,7 +196,7 @@ impl<'a> Run<'a> {
         let Change { set, only, hide, .. } = job.change.and(change);
         let change = Change { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
         // A seed of its own, so that no job shares its numbers.
-        let done = self.perform(job, &change, 1_000_003, None)?;
+        let done = self.perform(job, &change, 1_000_003, (None, false))?;
         let image = done
             .image
             .ok_or_else(|| "a reference has to be rendered: leave rays out of `with`".to_owned())?;
@@ -311,11 +312,12 @@ fn job<'a>(
     };
     // Threads and the like do not change images, but what is measured.
     let text = format!(
-        "{} {:?} {content:x} {change:?} {x} {seed} {:?} {:?}",
+        "{} {:?} {content:x} {change:?} {x} {seed} {:?} {:?} {}",
         env!("CARGO_PKG_VERSION"),
         scene,
         experiment.reference,
-        experiment.with
+        experiment.with,
+        experiment.needs_pairs()
     );
     let label = Label {
         key: xxhash_rust::xxh3::xxh3_128(format!("{} {} {text}", experiment.name, line.label).as_bytes()),

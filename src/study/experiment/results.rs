@@ -11,9 +11,11 @@ use crate::files::links;
 use crate::formats::study::Measure;
 
 /// The last columns, which hold what was measured.
-const MEASURES: [(&str, Measure); 9] = [
+const MEASURES: [(&str, Measure); 11] = [
     ("mse", Measure::Mse),
     ("relmse", Measure::RelativeMse),
+    ("squared_bias", Measure::SquaredBias),
+    ("variance", Measure::Variance),
     ("flip", Measure::Flip),
     ("render_s", Measure::RenderSeconds),
     ("cpu_s", Measure::CpuSeconds),

@@ -9,13 +9,16 @@ const SEEDS: u32 = 2;
 /// So many values of x are left, or a line could not be told from a curve.
 const VALUES: usize = 3;
 
-/// Takes the dear part out of a study. Where x counts samples or triangles what is left ends at a sixteenth;
+/// Takes the dear part out of a study. Where x counts samples, photons or triangles what is left ends at a sixteenth;
 /// references have a sixteenth of their samples, so that they are as good beside what is measured as before.
 pub fn shorten(study: &mut Study) {
     for experiment in &mut study.experiments {
         experiment.seeds = experiment.seeds.min(SEEDS);
-        if let Axis::Samples(x) | Axis::LightSamples(x) | Axis::LensSamples(x) | Axis::Triangles(x) =
-            &mut experiment.x
+        if let Axis::Samples(x)
+        | Axis::LightSamples(x)
+        | Axis::LensSamples(x)
+        | Axis::Photons(x)
+        | Axis::Triangles(x) = &mut experiment.x
         {
             let mut sorted = x.clone();
             sorted.sort_unstable();

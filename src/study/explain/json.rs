@@ -23,9 +23,13 @@ pub fn life(life: &Life) -> Value {
             })
         })
         .collect();
+    json!({"sample": life.sample, "radiance": life.radiance(), "photons": drawn(life), "paths": paths})
+}
+
+/// The photons that a sample sees directly.
+pub fn drawn(life: &Life) -> Value {
     let (light, count) = life.drawn;
-    let photons = json!({"count": count, "radiance": light});
-    json!({"sample": life.sample, "radiance": life.radiance(), "photons": photons, "paths": paths})
+    json!({"count": count, "radiance": light})
 }
 
 fn shares(shares: &Shares) -> Value {

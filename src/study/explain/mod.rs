@@ -43,7 +43,7 @@ impl Life {
 /// A path to its end.
 #[derive(Clone, Debug)]
 pub struct Followed {
-    /// 0 for the camera's path, a hash for forks.
+    /// 0 for the camera's path; for forks a hash, or under the path transport their bounces by kind.
     pub branch: u32,
     /// The path from which it was forked, and at which bounce.
     pub from: Option<(usize, u32)>,
@@ -55,6 +55,8 @@ pub struct Followed {
     pub shares: Option<Shares>,
     /// Why it went no further.
     pub why: Why,
+    /// Whether that is known.
+    has_ended: bool,
 }
 
 /// What a sample has from its group of paths, and from its own.
@@ -233,7 +235,8 @@ pub fn explain(
     let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
     let options = Options { schedule: Schedule::Recursive, region: Some(region), ..Options::default() };
     let session = Session::of(frame.clone(), samples.end, options).with_samples(samples);
-    let mut story = Story { frame: &frame, names, lives: Vec::new(), begun: HashMap::new() };
+    let mut story =
+        Story { frame: &frame, names, lives: Vec::new(), begun: HashMap::new(), waiting: Vec::new() };
     let film = session.observe(Some([x, y]), &mut |event| {
         // Those that share with it are rendered, too.
         if let Event::Sample(place, what) = event
@@ -252,19 +255,15 @@ struct Story<'a> {
     lives: Vec<Life>,
     /// For each path that continues from a vertex, how, and from which path.
     begun: HashMap<PathKey, (Continuation, usize)>,
+    /// Forks of the path transport: at how many bounces, and from which path.
+    waiting: Vec<(u32, usize)>,
 }
 
 impl Story<'_> {
     fn tell(&mut self, place: PathKey, what: &What) {
         match what {
             What::Ray { origin, direction, throughput, hit } => {
-                self.begin(place);
-                let queue = match self.begun.get(&place) {
-                    None => "camera",
-                    Some((Continuation::Reflect, _)) => "reflect",
-                    Some((Continuation::Refract, _)) => "refract",
-                    Some((Continuation::Scatter, _)) => "scatter",
-                };
+                let queue = self.begin(place);
                 let (origin, direction, throughput) = (*origin, *direction, *throughput);
                 let vertex = (!hit.is_miss()).then(|| self.vertex(*hit));
                 let step = Step { depth: place.depth, queue, origin, direction, throughput, vertex };
@@ -315,6 +314,10 @@ impl Story<'_> {
             What::Onward { way, .. } => {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
+                // Forks wait on a stack while their path is followed to its end.
+                if self.frame.transport == Transport::Path && *way == Continuation::Refract {
+                    self.waiting.push((place.depth, from));
+                }
             }
             What::Aside => {
                 if let Some(path) = self.path() {
@@ -330,7 +333,7 @@ impl Story<'_> {
             What::End { radiance } => {
                 let why = self.why(place);
                 if let Some(path) = self.path() {
-                    (path.radiance, path.why) = (*radiance, why);
+                    (path.radiance, path.why, path.has_ended) = (*radiance, why, true);
                 }
             }
         }
@@ -362,16 +365,34 @@ impl Story<'_> {
         self.path().into_iter().for_each(|path| path.radiance = after);
     }
 
-    /// Begins a new sample or path, if the event does not belong to the current one.
-    fn begin(&mut self, place: PathKey) {
+    /// Begins a new sample or path, if the ray does not belong to the current one. Returns the queue in which it waited.
+    fn begin(&mut self, place: PathKey) -> &'static str {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
             self.lives.push(Life { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
         }
-        let from = self.begun.get(&place).map(|(_, from)| (*from, place.depth.saturating_sub(1)));
-        let Some(life) = self.lives.last_mut() else { return };
-        // The path transport forks nothing.
-        let forked = self.frame.transport == Transport::Whitted;
-        if life.paths.last().is_none_or(|path| forked && path.branch != place.branch) {
+        let begun = self.begun.get(&place);
+        let mut from = begun.map(|(_, from)| (*from, place.depth.saturating_sub(1)));
+        let mut queue = match begun {
+            None => "camera",
+            Some((Continuation::Reflect, _)) => "reflect",
+            Some((Continuation::Refract, _)) => "refract",
+            Some((Continuation::Scatter, _)) => "scatter",
+        };
+        let Some(life) = self.lives.last_mut() else { return queue };
+        let follows = match self.frame.transport {
+            Transport::Whitted => life.paths.last().is_some_and(|path| path.branch == place.branch),
+            // Under the path transport a branch counts bounces.
+            Transport::Path => life.paths.last().is_some_and(|path| !path.has_ended),
+        };
+        if self.frame.transport == Transport::Path {
+            let fork = if follows { None } else { self.waiting.pop() };
+            if let Some((depth, parent)) = fork {
+                (from, queue) = (Some((parent, depth.saturating_sub(1))), "refract");
+            } else if begun.is_some() {
+                queue = "scatter";
+            }
+        }
+        if !follows {
             let (branch, steps) = (place.branch, Vec::new());
             life.paths.push(Followed {
                 branch,
@@ -380,8 +401,10 @@ impl Story<'_> {
                 radiance: [0.0; 3],
                 shares: None,
                 why: Why::Escaped,
+                has_ended: false,
             });
         }
+        queue
     }
 
     fn path(&mut self) -> Option<&mut Followed> {

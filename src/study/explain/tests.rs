@@ -128,7 +128,12 @@ fn a_path_tells_its_normals_lobes_and_lights() {
 fn a_path_ends_for_its_own_reasons() {
     let why = |pixel, change: fn(&mut World)| {
         let (lives, _) = explained_of(&path_traced(change), pixel);
-        lives.iter().map(|life| life.paths[0].why).collect::<Vec<_>>()
+        // At glass a path may fork, and its mirror image escape.
+        let why = |life: &Life| {
+            let all = life.paths.iter().map(|path| path.why);
+            all.reduce(|first, other| if first == Why::Escaped { other } else { first })
+        };
+        lives.iter().filter_map(why).collect::<Vec<_>>()
     };
     let within = |change: fn(&mut World)| why([4, 4], change);
     let ends = within(|world| world.settings.depth_limits.transmission = Some(0));

@@ -65,7 +65,7 @@ mod here {
 
     use super::super::ProfilePlan;
     use super::{Counted, Counts};
-    use crate::integrator::{Frame, Schedule, Stage};
+    use crate::integrator::{Frame, Schedule, Stage, Stop};
     use crate::render::Session;
 
     pub(super) fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<Counted, String> {
@@ -80,8 +80,9 @@ mod here {
         let mut counters = Counters::new().map_err(refused)?;
         let mut stages = [Counts::default(); Stage::ALL.len()];
         let mut failure = None;
+        let mut wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+        wavefront.prepare(&Stop::NEVER);
         let mut last = counters.read().map_err(refused)?;
-        let wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
         wavefront.time_stages(&mut |stage: Stage| match counters.read() {
             Ok(now) => {
                 stages[stage as usize].add(now.since(last));

@@ -3,10 +3,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use super::ProfilePlan;
 use crate::bvh::Stack;
 use crate::bvh::tally::{Visits, visits};
 use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
+use crate::integrator::photons::map::Photon;
 use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES};
 use crate::integrator::wavefront::shadows::SHADOW_BYTES;
 use crate::integrator::wavefront::vertices::VERTEX_BYTES;
@@ -140,7 +143,7 @@ struct Counter<'a> {
     level: Level,
     stack: Stack,
     /// How each waiting path came to be.
-    ways: HashMap<PathKey, Continuation>,
+    ways: HashMap<PathKey, SmallVec<[Continuation; 1]>>,
     flows: Flows,
 }
 
@@ -157,7 +160,7 @@ impl Counter<'_> {
         match what {
             What::Ray { origin, direction, hit, .. } => {
                 let visits = self.visits(*origin, *direction, f32::INFINITY, false);
-                let way = self.ways.remove(&place);
+                let way = self.way(place);
                 let bounce = &mut self.flows.bounces[depth];
                 match way {
                     None => bounce.camera += 1,
@@ -175,7 +178,7 @@ impl Counter<'_> {
                 bounce.shadow_visits.add(visits);
             }
             What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
-            What::Onward { way, .. } => drop(self.ways.insert(place, *way)),
+            What::Onward { way, .. } => self.ways.entry(place).or_default().push(*way),
             What::End { .. } => self.flows.bounces[depth].ends += 1,
             What::Vertex { .. }
             | What::Choice { .. }
@@ -184,6 +187,16 @@ impl Counter<'_> {
             | What::Aside
             | What::Received { .. } => {}
         }
+    }
+
+    /// How a path came to be; paths of several forks may have a key in common.
+    fn way(&mut self, place: PathKey) -> Option<Continuation> {
+        let ways = self.ways.get_mut(&place)?;
+        let way = ways.pop();
+        if ways.is_empty() {
+            self.ways.remove(&place);
+        }
+        way
     }
 
     fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
@@ -217,7 +230,7 @@ fn complete(flows: &mut Flows, transport: Transport) {
         Stage::Light => (PATH_BYTES + VERTEX_BYTES, SHADOW_BYTES),
         Stage::Shadow => (RAY + 2 * NUMBER, 3 * COLOR),
         Stage::Connect => (RAY + 2 * NUMBER, COLOR),
-        Stage::Photons => (PATH_BYTES + HIT_BYTES, PATH_BYTES),
+        Stage::Photons => (2 * PATH_BYTES + HIT_BYTES, size_of::<Photon>()),
         Stage::Advance => (NUMBER, 2 * PATH_BYTES + 2 * COLOR),
     };
     for stage in Stage::ALL {

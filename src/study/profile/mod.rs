@@ -7,7 +7,7 @@ pub mod flow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::integrator::{Frame, RayCounts, Schedule, Sorting, Stage};
+use crate::integrator::{Frame, RayCounts, Schedule, Sorting, Stage, Stop};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Level;
 
@@ -161,7 +161,9 @@ pub fn stage_times(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<StageTimes,
         let now = || (plan.cpu_seconds)().unwrap_or_else(|| start.elapsed().as_secs_f64());
         let mut least = [f64::INFINITY; Stage::ALL.len()];
         for _ in 0..plan.runs.max(1) {
-            let session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+            let mut session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+            // What is known before samples is no stage.
+            session.prepare(&Stop::NEVER);
             let (mut seconds, mut last) = ([0.0; Stage::ALL.len()], now());
             session.time_stages(&mut |stage: Stage| {
                 let time = now();

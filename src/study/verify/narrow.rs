@@ -5,6 +5,7 @@ use crate::film::{Film, PixelSum};
 use crate::integrator::Stage;
 use crate::integrator::observe::{Event, PathKey, What};
 use crate::render::Session;
+use crate::world::Transport;
 
 /// Where two ways of rendering diverge.
 #[derive(Clone, Debug)]
@@ -97,6 +98,13 @@ fn history(session: &Session, pixel: [u32; 2]) -> Vec<Occurrence> {
         }
     });
     entries.sort_by_key(Occurrence::key);
+    if session.frame().transport == Transport::Path {
+        // Only forks that went through the same kinds of bounces share a place: their order is the schedule's.
+        for same in entries.chunk_by_mut(|a, b| a.ordinal < b.ordinal) {
+            same.sort_by_cached_key(|entry| format!("{:?}", entry.what));
+            same.iter_mut().enumerate().for_each(|(at, entry)| entry.ordinal = at);
+        }
+    }
     entries
 }
 

@@ -50,6 +50,13 @@ function shortCount(value) {
   return new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 }).format(value);
 }
 
+/** 44.4 µW. */
+function watts(value) {
+  const units = ["W", "mW", "µW", "nW", "pW"];
+  const unit = value > 0 ? Math.max(0, Math.min(units.length - 1, Math.ceil(-Math.log10(value) / 3))) : 0;
+  return `${(value * 1000 ** unit).toPrecision(3)} ${units[unit]}`;
+}
+
 function duration(seconds) {
   const whole = Math.ceil(seconds);
   if (whole < 60) return `${whole} s`;
@@ -184,10 +191,12 @@ function takeState(next) {
   showFindings(previous);
   showControls();
   showQueues();
+  showPhotons();
   noticeNewPicture();
   if (state.serial !== previous?.serial) {
     askForImage();
     refreshReadout();
+    followPhotons();
   }
 }
 
@@ -611,6 +620,107 @@ function showBounce(row, { bounce, rays, hits, shadow, blocked, ends }, most) {
   fillRow(row, `bounce ${bounce}`, shortCount(rays), title, shares);
 }
 
+// ---- Photons: where those of a sample end ----
+
+const POINT = 1.8; // radius of a point, in CSS pixels
+
+let landings = null; // the LANDINGS that are shown
+let photonSample = 0;
+
+/** What is known of them without asking: how many there are, or why there are none. */
+function showPhotons() {
+  const { photons } = state;
+  const there = photons && photons.none === null;
+  byId("photons-state").textContent =
+    photons === null ? "Not known yet." : there ? `${count(photons.a_sample)} for each sample.` : `None: ${photons.none}.`;
+  byId("photons-shown").hidden = photons !== null && !there;
+  byId("photons-sample").textContent = `sample ${photonSample}`;
+  byId("previous-photons").disabled = photonSample === 0;
+  byId("next-photons").disabled = photonSample + 1 >= state.wanted;
+  // Those of another picture must not lie over this one.
+  byId("landings").hidden = landings === null || landings.generation !== state.generation;
+}
+
+function setPhotons(areShown) {
+  byId("show-photons").checked = areShown;
+  if (areShown) return askForPhotons();
+  landings = null;
+  showLandings();
+}
+
+function stepPhotons(by) {
+  photonSample = Math.max(0, Math.min(state.wanted - 1, photonSample + by));
+  setPhotons(true);
+  showPhotons();
+}
+
+const askForPhotons = newestOnly(async () => {
+  if (!byId("show-photons").checked) return;
+  const answer = await (await request("/photons", { sample: photonSample })).json();
+  if (!byId("show-photons").checked) return;
+  landings = answer;
+  showLandings();
+});
+
+/** They are the same for as long as the picture is, however many samples it has. */
+function followPhotons() {
+  if (landings && landings.generation !== state.generation) askForPhotons();
+}
+
+function showLandings() {
+  byId("photons-count").hidden = landings === null || landings.none !== null;
+  if (landings) byId("photons-count").textContent = landingsText(landings);
+  showPhotons();
+  drawLandings();
+}
+
+function landingsText({ emitted, landed, in_picture, seen, points, white_w }) {
+  const some = points.length < in_picture ? `The first ${count(points.length)} are shown, ` : "They are shown, ";
+  return (
+    `Of ${count(emitted)}, ${count(landed)} end on a surface, ${count(in_picture)} of them within the picture. ` +
+    `${some}as dots those that the camera sees directly (${count(seen)}), as rings those that lie behind something: ` +
+    `paths gather them. White is ${watts(white_w)}.`
+  );
+}
+
+function drawLandings() {
+  const canvas = byId("landings");
+  const { clientWidth, clientHeight } = byId("image");
+  Object.assign(canvas, { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio }); // clears it
+  if (!landings) return;
+  const context = canvas.getContext("2d");
+  const scale = canvas.width / state.size[0];
+  // Dots lie above rings.
+  for (const kind of [0, 1]) {
+    for (const [x, y, r, g, b, isSeen] of landings.points) {
+      if (isSeen === kind) drawLanding(context, [x * scale, y * scale], `rgb(${r} ${g} ${b})`, isSeen);
+    }
+  }
+}
+
+/** A dark seam keeps them visible on bright ground. */
+function drawLanding(context, [x, y], color, isSeen) {
+  context.beginPath();
+  context.arc(x, y, POINT * devicePixelRatio, 0, 2 * Math.PI);
+  context.lineWidth = (isSeen ? 1.5 : 2.5) * devicePixelRatio;
+  context.strokeStyle = "#000000b0";
+  context.stroke();
+  if (isSeen) {
+    context.fillStyle = color;
+    context.fill();
+  } else {
+    context.lineWidth = devicePixelRatio;
+    context.strokeStyle = color;
+    context.stroke();
+  }
+}
+
+function connectPhotons() {
+  on("show-photons", "change", (event) => setPhotons(event.target.checked));
+  on("previous-photons", "click", () => stepPhotons(-1));
+  on("next-photons", "click", () => stepPhotons(1));
+}
+
 // ---- The explanation of a pixel ----
 
 let wanted = null; // {pixel, sample}: what was asked for last; null: nothing is explained
@@ -659,6 +769,7 @@ function showExplanation(explanation) {
   byId("explanation-title").textContent = `Pixel ${told.pixel.join(", ")}`;
   byId("explanation-radiance").textContent = triple(told.radiance);
   byId("explanation-radiance").title = "What this sample adds to the pixel";
+  showDrawnPhotons();
   showStepper();
   showAgreement();
   setStale(false);
@@ -666,6 +777,15 @@ function showExplanation(explanation) {
   byId("paths").replaceChildren(...told.paths.flatMap((path, number) => pathItems(path, number, isAlone)));
   byId("command").textContent = told.command;
   drawOverlay();
+}
+
+/** What lies in no path: photons that end where the camera sees them. */
+function showDrawnPhotons() {
+  const { count: number, radiance } = told.photons;
+  const line = byId("explanation-photons");
+  line.hidden = number === 0;
+  const photons = number === 1 ? "1 photon that it sees directly brings " : `${count(number)} photons that it sees directly bring `;
+  line.replaceChildren(photons, element("span", "number", triple(radiance)));
 }
 
 /** Samples count from 0, as in the command below. */
@@ -704,9 +824,19 @@ function pathItems(path, number, isAlone) {
   const from = forked_off_path === null ? "from the camera" : `forked off path ${forked_off_path} at bounce ${forked_off_bounce}`;
   const list = element("ol", "", ...path.steps.map((step, index) => stepItem(step, number, `${number}-${index}`)));
   const end = element("p", "end", `It ends: ${path.end.replace(/\.$/, "")}.`);
-  if (isAlone) return [list, end];
+  const shared = path.shares === null ? [] : [element("p", "end", sharesText(path.shares))];
+  if (isAlone) return [list, end, ...shared];
   const brings = element("p", "end", "It brings ", element("span", "number", triple(path.radiance)));
-  return [element("h3", "", `Path ${number}, ${from}`), list, end, brings];
+  return [element("h3", "", `Path ${number}, ${from}`), list, end, ...shared, brings];
+}
+
+/** What it has of others of its group, and they of it. */
+function sharesText({ before, own, shared, vertices }) {
+  const group = vertices === 1 ? "1 second vertex" : `${vertices} second vertices`;
+  return (
+    `Up to the first vertex it finds ${triple(before)}, beyond that by its own path alone ${triple(own)}, ` +
+    `and from ${group} of its group ${triple(shared)}.`
+  );
 }
 
 /** A vertex in the list. Pointing at it marks it in the image. */
@@ -729,8 +859,9 @@ function stepFacts({ bounce, queue, throughput, to, vertex }) {
   return facts;
 }
 
-function vertexFacts(facts, { gives_off, lobe, lights, position, normal }, to) {
+function vertexFacts(facts, { gives_off, photons, lobe, lights, position, normal }, to) {
   if (!isBlack(gives_off)) fact(facts, "gives off", triple(gives_off), "number");
+  if (!isBlack(photons)) fact(facts, "photons", triple(photons), "number");
   for (const light of lights) lightFact(facts, light);
   if (lobe !== null) fact(facts, "goes on by", lobe);
   if (!isInImage(to)) fact(facts, "lies", to === null ? "behind the camera" : "outside the image");
@@ -839,6 +970,7 @@ const KEYS = {
   0: () => send({ reset: true }),
   a: () => setAutoExposure(!view.isAuto),
   c: copyLine,
+  p: () => setPhotons(!byId("show-photons").checked),
   f: () => setFocusing(!isFocusing),
   r: () => send({ restart: true }),
   Escape: escape,
@@ -878,10 +1010,12 @@ connectLook();
 connectControls();
 connectPointer();
 connectExplanation();
+connectPhotons();
 document.addEventListener("keydown", pressKey);
 new ResizeObserver(() => {
   chooseScaling();
   drawOverlay();
+  if (state) drawLandings();
 }).observe(byId("frame"));
 point(null);
 listen();

@@ -7,7 +7,7 @@ use super::{Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, shorten, suggest};
-use crate::world::{Model, Name, Parent, Transform};
+use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
 
 /// What is known of the entities before their parents are.
 #[derive(Default)]
@@ -82,11 +82,21 @@ impl<'a> Lowering<'_, 'a> {
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
-        let schema::Entity { name, parent, transform, shape, gltf, overrides, material, light, camera } =
-            read;
-        let all = [name, parent, transform, shape, gltf, overrides, material, light, camera];
+        let schema::Entity {
+            name,
+            parent,
+            transform,
+            shape,
+            gltf,
+            overrides,
+            material,
+            light,
+            camera,
+            caustics,
+        } = read;
+        let all = [name, parent, transform, shape, gltf, overrides, material, light, camera, caustics];
         if all.iter().all(Option::is_none) {
-            let keys = "name, parent, transform, shape, gltf, overrides, material, light, camera";
+            let keys = "name, parent, transform, shape, gltf, overrides, material, light, camera, caustics";
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
@@ -115,6 +125,15 @@ impl<'a> Lowering<'_, 'a> {
         }
         if let Some(raw) = light {
             builder.add(self.light(raw)?);
+        }
+        if let Some(raw) = caustics {
+            if light.is_none() {
+                let reason = "only lights have it here: of a surface it is a key of the material";
+                return Err(source.error(raw.0, reason));
+            }
+            if !source.flag(raw)? {
+                builder.add(WithoutCaustics);
+            }
         }
         if let Some(raw) = camera {
             builder.add(self.camera(raw)?);

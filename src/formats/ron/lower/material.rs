@@ -72,6 +72,9 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = read.priority {
             material.priority = source.priority(raw)?;
         }
+        if let Some(raw) = read.caustics {
+            material.caustics = source.flag(raw)?;
+        }
         if let Some(raw) = read.diffuse {
             material.diffuse = self.color_input(raw, "a diffuse colour")?;
         }

@@ -40,6 +40,9 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = read.unlit {
             material.unlit = source.flag(raw)?;
         }
+        if let Some(raw) = read.caustics {
+            material.caustics = source.flag(raw)?;
+        }
         if let Some(raw) = read.ior {
             material.ior = source.at_least_zero(raw, "an index of refraction")?;
         }

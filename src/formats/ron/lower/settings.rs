@@ -63,7 +63,6 @@ pub(super) fn settings<'a>(
 ) -> Result<(Settings, Option<Transport>, bool), LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
     let mut settings = Settings::default();
-    let names_depth = read.max_depth.is_some();
     if let Some(raw) = read.size {
         let [width, height] = source.tuple(raw, "(width, height)")?;
         settings.size = [
@@ -77,16 +76,16 @@ pub(super) fn settings<'a>(
     if let Some(raw) = read.max_depth {
         settings.max_depth = source.whole(raw, "max_depth", 0, LARGEST_DEPTH)? as u32;
     }
-    let DepthLimits { diffuse, glossy, transmission } = &mut settings.depth_limits;
-    for (limit, given, name) in [
-        (diffuse, read.diffuse_depth, "diffuse_depth"),
-        (glossy, read.glossy_depth, "glossy_depth"),
-        (transmission, read.transmission_depth, "transmission_depth"),
-    ] {
-        let raw = given.0.and_then(|raw| source.optional(raw));
+    let limit = |raw: Option<Raw<'a>>, name| {
+        let raw = raw.and_then(|raw| source.optional(raw));
         let most = raw.map(|raw| source.whole(raw, name, 0, DepthLimits::MOST.into())).transpose()?;
-        *limit = most.map(|most| most as u32);
-    }
+        Ok::<_, LoadError>(most.map(|most| most as u32))
+    };
+    settings.depth_limits = DepthLimits {
+        diffuse: limit(read.diffuse_depth.0, "diffuse_depth")?,
+        glossy: limit(read.glossy_depth.0, "glossy_depth")?,
+        transmission: limit(read.transmission_depth.0, "transmission_depth")?,
+    };
     if let Some(raw) = read.min_throughput {
         settings.min_throughput = source.at_least_zero(raw, "min_throughput")?;
     }
@@ -146,7 +145,7 @@ pub(super) fn settings<'a>(
     if let Some(raw) = read.aov {
         settings.aov = aovs(source, raw)?;
     }
-    Ok((settings, transport, names_depth))
+    Ok((settings, transport, read.max_depth.is_some()))
 }
 
 /// What is expected, with what a number would mean.
@@ -172,36 +171,61 @@ fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
     Ok(aovs)
 }
 
+/// `Auto` or `Off`; none if it is neither a name nor one of these. Messages name all `forms`.
+fn auto_or_off<'a, T>(
+    source: &Source<'a>,
+    raw: Raw<'a>,
+    (auto, off): (T, T),
+    forms: &str,
+) -> Result<Option<T>, LoadError> {
+    let Some(variant) = source.variant(raw) else { return Ok(None) };
+    let value = match variant.name {
+        "Auto" => auto,
+        "Off" => off,
+        _ => return Err(source.expected(raw, forms)),
+    };
+    source.no_fields(variant)?;
+    Ok(Some(value))
+}
+
 /// `Auto`, `Off` or a number of pixels.
 fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> {
-    if source.variant(raw).is_some() {
-        return source.choice(raw, "sharing", &[("Auto", Sharing::Auto), ("Off", Sharing::Off)]);
+    const FORMS: &str = "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share";
+    if let Some(sharing) = auto_or_off(source, raw, (Sharing::Auto, Sharing::Off), FORMS)? {
+        return Ok(sharing);
     }
     let most = u64::from(Sharing::SIZES[Sharing::SIZES.len() - 1]);
     let pixels = source.whole(raw, "sharing", u64::from(Sharing::SIZES[0]), most)? as u32;
     if !Sharing::SIZES.contains(&pixels) {
-        return Err(source.expected(raw, "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share"));
+        return Err(source.expected(raw, FORMS));
     }
     Ok(Sharing::Groups(pixels))
 }
 
 /// `Auto`, `Off` or numbers of photons.
 fn caustics<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Caustics, LoadError> {
-    if source.variant(raw).is_some() {
-        return source.choice(raw, "caustics", &[("Auto", Caustics::Auto), ("Off", Caustics::Off)]);
+    const FORMS: &str = "Auto, Off, or (photons: number, radius: pixels)";
+    if let Some(caustics) = auto_or_off(source, raw, (Caustics::Auto, Caustics::Off), FORMS)? {
+        return Ok(caustics);
+    }
+    if !raw.0.starts_with('(') {
+        return Err(source.expected(raw, FORMS));
     }
     let read: schema::Photons = source.fields(raw, "photons")?;
-    let number = |given: Option<Raw<'a>>, what: &str, usual: f32, most: f32| {
+    let number = |given: Option<Raw<'a>>, what: &str, usual: f32, [least, most]: [f32; 2]| {
         let Some(raw) = given else { return Ok(usual) };
         let value = source.positive(raw, what)?;
-        if value > most {
-            return Err(source.expected(raw, &format!("{what} of at most {most}")));
+        if value > most || value < least {
+            let least = if least > 0.0 { format!("at least {least} and ") } else { String::new() };
+            return Err(source.expected(raw, &format!("{what} of {least}at most {most}")));
         }
         Ok(value)
     };
+    let (photons, radius) =
+        ([0.0, Caustics::MOST_PHOTONS], [Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS]);
     Ok(Caustics::Photons {
-        photons: number(read.photons, "photons", Caustics::PHOTONS, Caustics::MOST_PHOTONS)?,
-        radius: number(read.radius, "radius", Caustics::RADIUS, Caustics::LARGEST_RADIUS)?,
+        photons: number(read.photons, "photons", Caustics::PHOTONS, photons)?,
+        radius: number(read.radius, "radius", Caustics::RADIUS, radius)?,
     })
 }
 

@@ -48,7 +48,7 @@ fn unknown_fields() {
     entity_fails(
         "name: \"ü\", ^shpe: Sphere",
         "unknown field \"shpe\" in an entity (did you mean \"shape\"?); \
-         fields: name, parent, transform, shape, gltf, overrides, material, light, camera",
+         fields: name, parent, transform, shape, gltf, overrides, material, light, camera, caustics",
     );
     fails(
         "(^setings: (), entities: [])",
@@ -82,6 +82,17 @@ fn unknown_variants() {
         "filter: ^Gauss(radius: 1)",
         "unknown filter \"Gauss\"; filters: Box, Tent, Gaussian, BlackmanHarris",
     );
+    settings_fail(
+        "build_quality: ^Best",
+        "unknown build quality \"Best\"; build qualities: Fast, Default, High",
+    );
+    for found in ["On", "3"] {
+        settings_fail(
+            &format!("caustics: ^{found}"),
+            &format!("expected Auto, Off, or (photons: number, radius: pixels), found {found}"),
+        );
+    }
+    settings_fail("sharing: ^On", "expected Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share, found On");
     entity_fails(
         "material: ^Glossy(kd: 1)",
         "unknown material model \"Glossy\"; material models: BlinnPhong, Principled",
@@ -160,7 +171,7 @@ fn missing_fields() {
     entity_fails("material: (kd: ^Texture(wrap: Clamp))", "Texture needs the field \"image\"");
     fails(
         "(entities: [^()])",
-        "an entity needs at least one key; keys: name, parent, transform, shape, gltf, overrides, material, light, camera",
+        "an entity needs at least one key; keys: name, parent, transform, shape, gltf, overrides, material, light, camera, caustics",
     );
 }
 

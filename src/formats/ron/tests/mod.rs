@@ -133,7 +133,7 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
         (shape: Triangle(vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)), normals: ((0, 0, 1), (0, 0, 1), (0, 1, 1)),
                          uvs: ((0, 0), (1, 0), (0, 1)))),
         (light: Area(power_w: (80, 76, 70), size_m: (1, 2), samples: 16, pattern: Uniform, visible: true)),
-        (light: Point(power_w: 5, falloff: Constant), transform: (rotate_quaternion: (0, 0, 0.6, 0.8))),
+        (light: Point(power_w: 5, falloff: Constant), transform: (rotate_quaternion: (0, 0, 0.6, 0.8)), caustics: false),
         (light: Spot(power_w: 100, inner_degrees: 20, outer_degrees: 40)),
         (light: Directional(irradiance: (1, 1, 0.5)), name: r#"raw "name""#),
         (light: Environment(radiance: 2, image: "../assets/checker.png")),

@@ -31,7 +31,8 @@ const ALL: &str = r#"
     sheen_color: 0.5, sheen_roughness: 0.25,
     anisotropy: (strength: 0.5, rotation_degrees: 90, texture: Image("d.png")),
     iridescence: (factor: 1, ior: 1.5, thickness_minimum_nm: 200, thickness_maximum_nm: 500,
-                  thickness: Image("i.png"))
+                  thickness: Image("i.png")),
+    caustics: false
 "#;
 
 #[test]
@@ -51,7 +52,7 @@ fn every_key_is_read() {
     let normal = material.normal.unwrap();
     assert_eq!((normal.scale, texture(&world, normal.texture).color_space), (0.5, ColorSpace::Linear));
     assert_eq!(material.emission, ColorInput::Constant(Rgb::new(10.0, 5.0, 0.0)));
-    assert!(material.double_sided && material.unlit);
+    assert!(material.double_sided && material.unlit && !material.caustics);
     assert_eq!((material.ior, material.specular, material.dispersion), (1.33, scalar(0.5), 0.5));
     let (transmission, channel) = material.transmission.texture.unwrap();
     assert_eq!((channel, material.transmission.factor), (Channel::Blue, 0.75));

@@ -44,12 +44,13 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
         format!("{named:?} {textures:?}")
     });
     format!(
-        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?}",
+        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?} {}",
         entities.get::<&Name>(entity).ok().map(|name| name.0.clone()),
         entities.get::<&Transform>(entity).ok().map(|transform| *transform),
         entities.get::<&Shape>(entity).ok().map(|shape| (*shape).clone()),
         entities.get::<&Light>(entity).ok().map(|light| (*light).clone()),
         entities.get::<&Camera>(entity).ok().map(|camera| *camera),
+        entities.satisfies::<&WithoutCaustics>(entity),
     )
 }
 
@@ -305,9 +306,9 @@ fn camera() -> impl Strategy<Value = Camera> {
 fn material() -> impl Strategy<Value = BlinnPhong> {
     let input = || color().prop_map(ColorInput::Constant);
     let highlight = prop::sample::select(vec![Highlight::Blinn, Highlight::Phong]);
-    let numbers = (positive(), prop::option::of(positive()), -1000..=1000);
+    let numbers = (positive(), prop::option::of(positive()), -1000..=1000, prop::bool::ANY);
     (input(), input(), numbers, highlight, input(), color(), input()).prop_map(
-        |(diffuse, specular, (shininess, ior, priority), highlight, kr, kt, emission)| BlinnPhong {
+        |(diffuse, specular, (shininess, ior, priority, caustics), highlight, kr, kt, emission)| BlinnPhong {
             diffuse,
             specular,
             shininess,
@@ -317,6 +318,7 @@ fn material() -> impl Strategy<Value = BlinnPhong> {
             ior,
             priority,
             emission,
+            caustics,
         },
     )
 }

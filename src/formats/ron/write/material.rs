@@ -27,7 +27,7 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn blinn_phong(mut self, material: &BlinnPhong) -> Written {
-        let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, priority, emission } =
+        let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, priority, emission, caustics } =
             material;
         let default = if ior.is_some() { glass() } else { BlinnPhong::default() };
         self.color("diffuse", diffuse, &default.diffuse)?;
@@ -42,6 +42,7 @@ impl Writer<'_> {
         }
         self.keys.push_unless(*priority == 0, "priority", || Ok(priority.to_string()))?;
         self.color("emission", emission, &default.emission)?;
+        self.no_caustics(*caustics)?;
         Ok(self.keys.finish("BlinnPhong"))
     }
 
@@ -79,6 +80,7 @@ impl Writer<'_> {
         self.scalar("sheen_roughness", &material.sheen_roughness, &default.sheen_roughness)?;
         self.anisotropy(&material.anisotropy)?;
         self.iridescence(&material.iridescence)?;
+        self.no_caustics(material.caustics)?;
         Ok(self.keys.finish("Principled"))
     }
 
@@ -103,6 +105,10 @@ impl Writer<'_> {
         if value {
             self.keys.push(key, "true");
         }
+    }
+
+    fn no_caustics(&mut self, caustics: bool) -> Written<()> {
+        self.keys.push_unless(caustics, "caustics", || Ok("false".to_owned()))
     }
 
     fn normal(&mut self, key: &str, map: &Option<NormalMap>) -> Written<()> {

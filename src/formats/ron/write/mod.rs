@@ -24,7 +24,8 @@ use crate::files;
 use crate::math::Vec3;
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Camera, Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, Transform, World,
+    Camera, Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, Transform, WithoutCaustics,
+    World,
 };
 
 /// Longer entities take a line for each key.
@@ -124,6 +125,8 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         keys.extend(get.get::<&Model>(entity).ok().map(|it| ("gltf", best(&|p| p.model(&it.0)))));
         keys.extend(get.get::<&MaterialId>(entity).ok().map(|it| ("material", name_of(*it))));
         keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::light(&it, p)))));
+        let without_caustics = get.satisfies::<&WithoutCaustics>(entity);
+        keys.extend(without_caustics.then(|| ("caustics", "false".to_owned())));
         keys.extend(
             get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::camera(&it, p)))),
         );
@@ -234,6 +237,9 @@ fn one_entity(
     }
     if let Ok(light) = world.entities.get::<&Light>(entity) {
         keys.push(format!("light: {}", components::light(&light, paths).map_err(within)?));
+    }
+    if world.entities.satisfies::<(&Light, &WithoutCaustics)>(entity) {
+        keys.push("caustics: false".to_owned());
     }
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
         keys.push(format!("camera: {}", components::camera(&camera, paths).map_err(within)?));

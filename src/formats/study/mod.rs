@@ -1,12 +1,13 @@
 //! Studies in RON: scenes, what is varied in them, how often, and what is plotted.
 
+mod limits;
+
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::Edits;
 use crate::error::LoadError;
-use crate::world::{Settings, Sharing};
 
 /// Experiments that are reported together.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -53,6 +54,13 @@ pub struct Experiment {
     pub plots: Vec<Plot>,
 }
 
+impl Experiment {
+    /// Whether a plot tells bias from variance, for which each job takes a second image with other random numbers.
+    pub fn needs_pairs(&self) -> bool {
+        self.plots.iter().any(|plot| matches!(plot.y, Measure::SquaredBias | Measure::Variance))
+    }
+}
+
 fn one() -> u32 {
     1
 }
@@ -83,6 +91,10 @@ pub enum Axis {
     Depth(Vec<u32>),
     /// Threads.
     Threads(Vec<u32>),
+    /// Photons for each pixel in each sample.
+    Photons(Vec<u32>),
+    /// The radius within which photons of the first sample are gathered, in pixels.
+    PhotonRadius(Vec<u32>),
     /// Triangles of made-up meshes.
     Triangles(Vec<u32>),
 }
@@ -92,7 +104,8 @@ impl Axis {
     pub fn values(&self) -> &[u32] {
         match self {
             Axis::Samples(v) | Axis::LightSamples(v) | Axis::LensSamples(v) | Axis::Wave(v) => v,
-            Axis::Depth(v) | Axis::Threads(v) | Axis::Triangles(v) => v,
+            Axis::Depth(v) | Axis::Threads(v) | Axis::Triangles(v) | Axis::Photons(v) => v,
+            Axis::PhotonRadius(v) => v,
         }
     }
 
@@ -105,6 +118,8 @@ impl Axis {
             Axis::Wave(_) => "paths of a wave",
             Axis::Depth(_) => "bounces",
             Axis::Threads(_) => "threads",
+            Axis::Photons(_) => "photons for each pixel",
+            Axis::PhotonRadius(_) => "first radius, pixels",
             Axis::Triangles(_) => "triangles",
         }
     }
@@ -148,6 +163,10 @@ pub struct Change {
     pub sampler: Option<Sampler>,
     /// Pixels that share their paths under the path transport; 1: none do.
     pub sharing: Option<u32>,
+    /// Photons for each pixel in each sample: with one of these two, photons are traced whatever the scene says.
+    pub photons: Option<f32>,
+    /// The radius within which photons of the first sample are gathered, in pixels.
+    pub photon_radius: Option<f32>,
     /// Whether the image is denoised, within the time that is measured.
     pub denoise: Option<bool>,
     /// In which order rays are traced.
@@ -187,6 +206,8 @@ impl Change {
             transport: other.transport.or(self.transport),
             sampler: other.sampler.or(self.sampler),
             sharing: other.sharing.or(self.sharing),
+            photons: other.photons.or(self.photons),
+            photon_radius: other.photon_radius.or(self.photon_radius),
             denoise: other.denoise.or(self.denoise),
             schedule: other.schedule.or(self.schedule),
             sorting: other.sorting.or(self.sorting),
@@ -351,6 +372,10 @@ pub enum Measure {
     Mse,
     /// The same, relative (see `rayfront compare`).
     RelativeMse,
+    /// The part of the mean squared error that more repetitions would not average away.
+    SquaredBias,
+    /// The other part of it.
+    Variance,
     /// Mean of FLIP's error.
     Flip,
     /// Wall-clock seconds.
@@ -373,6 +398,8 @@ impl Measure {
         match self {
             Measure::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
             Measure::RelativeMse => "relative mean squared error",
+            Measure::SquaredBias => "squared bias, (W m⁻² sr⁻¹)²",
+            Measure::Variance => "variance, (W m⁻² sr⁻¹)²",
             Measure::Flip => "FLIP",
             Measure::RenderSeconds => "rendering, s",
             Measure::CpuSeconds => "CPU time, s",
@@ -400,7 +427,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
         column: error.span.start.col,
         reason: error.code.to_string(),
     })?;
-    check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
+    limits::check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
     for experiment in &mut study.experiments {
         // The reference must also look through the middle of the pixel: edges would make most of the error.
         if matches!(experiment.x, Axis::LensSamples(_) | Axis::LightSamples(_)) {
@@ -408,90 +435,6 @@ pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
         }
     }
     Ok(study)
-}
-
-/// What `ron` cannot know.
-fn check(study: &Study) -> Result<(), String> {
-    if study.experiments.is_empty() {
-        return Err("there is no experiment: add one to experiments".into());
-    }
-    let mut names = std::collections::HashSet::new();
-    for experiment in &study.experiments {
-        let name = &experiment.name;
-        let fits = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if name.is_empty() || !name.chars().all(fits) {
-            return Err(format!("experiment \"{name}\": a name is made of letters, digits and underscores"));
-        }
-        if !names.insert(name) {
-            return Err(format!("experiment \"{name}\": another one has this name too"));
-        }
-        check_experiment(experiment).map_err(|reason| format!("experiment \"{name}\": {reason}"))?;
-    }
-    Ok(())
-}
-
-/// Renderings of an experiment.
-const MOST_JOBS: u64 = 100_000;
-/// Rays of a study of queries.
-const MOST_RAYS: u32 = 1 << 24;
-
-fn check_experiment(experiment: &Experiment) -> Result<(), String> {
-    let x = experiment.x.values();
-    if experiment.scenes.is_empty() || experiment.series.is_empty() || x.is_empty() {
-        return Err("it needs at least one scene, one series and one value of x".into());
-    }
-    let made_up = experiment.scenes.iter().any(|scene| !matches!(scene, Scene::File(_)));
-    if made_up && !matches!(experiment.x, Axis::Triangles(_)) {
-        return Err("Ball and Cloud need x: Triangles([…])".into());
-    }
-    if experiment.seeds == 0 {
-        return Err("seeds has to be at least 1".into());
-    }
-    let series = experiment.series.len() as u64 * experiment.scenes.len() as u64;
-    let jobs = series.saturating_mul(x.len() as u64).saturating_mul(u64::from(experiment.seeds));
-    if jobs > MOST_JOBS {
-        return Err(format!(
-            "these are {jobs} renderings, and more than {MOST_JOBS} are never done: use fewer seeds"
-        ));
-    }
-    let (least, most) = match experiment.x {
-        Axis::Depth(_) => (0, Settings::MOST_DEPTH),
-        Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_) => (1, Settings::MOST_SAMPLES),
-        Axis::Wave(_) => (1, 1_048_576),
-        Axis::Threads(_) => (1, 1024),
-        Axis::Triangles(_) => (1, 100_000_000),
-    };
-    if let Some(value) = x.iter().find(|value| !(least..=most).contains(*value)) {
-        return Err(format!("x has to be from {least} to {most}, not {value}"));
-    }
-    let errors = [Measure::Mse, Measure::RelativeMse, Measure::Flip];
-    let measures_error = experiment.plots.iter().any(|plot| errors.contains(&plot.y));
-    if measures_error && experiment.reference.is_none() {
-        return Err("an error is plotted, but there is no reference: (…) to measure it against".into());
-    }
-    let changes = experiment.series.iter().map(|series| &series.with).chain([&experiment.with]);
-    changes.chain(&experiment.reference).try_for_each(check_change)
-}
-
-fn check_change(change: &Change) -> Result<(), String> {
-    let within = |what: &str, value: Option<u32>, least: u32, most: u32| match value {
-        Some(value) if !(least..=most).contains(&value) => {
-            Err(format!("{what} has to be from {least} to {most}, not {value}"))
-        }
-        _ => Ok(()),
-    };
-    within("size", change.size.map(|size| size.0), 1, Settings::MOST_PIXELS_A_SIDE)?;
-    within("size", change.size.map(|size| size.1), 1, Settings::MOST_PIXELS_A_SIDE)?;
-    within("rays", change.rays, 1, MOST_RAYS)?;
-    within("samples", change.samples, 1, Settings::MOST_SAMPLES)?;
-    within("light_samples", change.light_samples, 1, Settings::MOST_SAMPLES)?;
-    if let Some(pixels) = change.sharing.filter(|pixels| *pixels != 1 && !Sharing::SIZES.contains(pixels)) {
-        return Err(format!("sharing has to be 1 (none), 2, 4, 8, 16, 32 or 64 pixels, not {pixels}"));
-    }
-    within("max_depth", change.max_depth, 0, Settings::MOST_DEPTH)?;
-    within("wave", change.wave, 1, 1_048_576)?;
-    within("threads", change.threads, 1, 1024)?;
-    within("rays", change.rays, 1, 100_000_000)
 }
 
 #[cfg(test)]
@@ -536,6 +479,10 @@ mod tests {
             ("y: NanosecondsPerRay", "y: Mse", "no reference"),
             ("rays: 100)", "rays: 0)", "rays has to be"),
             ("rays: 100)", "rays: 100, sharing: 7)", "sharing has to be"),
+            ("rays: 100)", "rays: 100, photons: 0)", "photons has to be above 0 and at most 64"),
+            ("rays: 100)", "rays: 100, photon_radius: 65)", "photon_radius has to be above 0"),
+            ("Ball], x: Triangles([100, 1000])", "File(\"c.ron\")], x: PhotonRadius([65])", "from 1 to 64"),
+            ("y: NanosecondsPerRay", "y: SquaredBias", "no reference"),
             ("experiments: [", "experiments: [], unknown: [", "unknown"),
         ] {
             let error = error(&GOOD.replace(from, to));

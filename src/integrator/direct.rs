@@ -1,0 +1,101 @@
+//! Light that comes straight from a lamp, under the path transport: one of them is chosen at each vertex.
+
+use super::Frame;
+use super::medium;
+use super::mis::{choose, heuristic};
+use super::path::Path;
+use super::shadow::ShadowRay;
+use crate::math::{Color, NONE, Ray};
+use crate::sampling::Key;
+use crate::shading::Surface;
+use crate::shading::boundary::Boundary;
+use crate::shading::emitter::{self, EmitterSample, SHADOW_END};
+use crate::shading::facing::facing;
+use crate::shading::principled::bsdf::Bsdf;
+use crate::shading::surface::leave;
+use crate::simd::{Float, Int, Mask};
+
+/// Where a surface faces, for choosing lights.
+#[inline(always)]
+pub(super) fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
+    if frame.scene.emitters.len() < 2 {
+        return F::Int::splat(NONE);
+    }
+    facing(surface.geometric_normal, bsdf.lets_through())
+}
+
+/// A point of a light.
+pub(super) struct LightPoint<F: Float> {
+    /// The light.
+    pub emitter: F::Int,
+    /// Probability times density.
+    density: F,
+    /// The weight of finding it this way.
+    pub share: F,
+    /// Value · |cos| towards it.
+    value: Color<F>,
+    pub sample: EmitterSample<F>,
+}
+
+/// Chooses a light and a point of it.
+#[inline(always)]
+pub(super) fn sampled_light<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    mask: F::Mask,
+) -> LightPoint<F> {
+    let scene = &frame.scene;
+    // Seen from where drawn directions begin, too: on a light itself the difference matters.
+    let position = surface.position + surface.geometric_normal * surface.offset;
+    let facing = faces(frame, surface, bsdf);
+    let (emitter, chance, u) = choose(frame, position, facing, (path.depth, key), mask);
+    let sample = emitter::sample(scene, emitter, position, u, mask);
+    let (value, own) = bsdf.evaluate(sample.direction, mask);
+    let density = sample.pdf * chance;
+    let share = F::select(sample.shared, heuristic(density, own), F::one());
+    LightPoint { emitter, density, share, value, sample }
+}
+
+/// The shadow ray to a point of a light, and value · |cos| towards it.
+#[inline(always)]
+pub(super) fn to_light<F: Float>(
+    frame: &Frame,
+    path: &Path<F>,
+    surface: &Surface<F>,
+    boundary: &Boundary<F>,
+    bsdf: &Bsdf<F>,
+    key: Key<F::Int>,
+    here: F::Mask,
+) -> (ShadowRay<F>, Color<F>) {
+    let scene = &frame.scene;
+    let mask = here & bsdf.scatters();
+    if scene.emitters.is_empty() || !mask.any() {
+        return (ShadowRay::none(), Color::black());
+    }
+    let zero = F::zero();
+    let LightPoint { emitter, density, share, value, sample } =
+        sampled_light(frame, path, surface, bsdf, key, mask);
+    let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
+    let through = sample.direction.dot(surface.geometric_normal).lt(zero);
+    let bodies = boundary.beyond(through);
+    // Nothing that is infinitely far away is in a body, however open that is.
+    let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
+    let contribution = medium::emitted(frame, bodies, path.throughput * light, somewhere);
+    let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
+    let shadow = ShadowRay {
+        ray: Ray {
+            origin,
+            direction: sample.direction,
+            t_min: zero,
+            t_max: sample.distance * F::splat(SHADOW_END),
+        },
+        contribution,
+        emitter,
+        bodies,
+        mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
+    };
+    (shadow, value)
+}

@@ -1,0 +1,132 @@
+//! The ends of a sample's photons, as points over the image.
+
+use serde_json::{Value, json};
+
+use super::viewer::Shown;
+use crate::film::tonemap::{quantise_8_bit, srgb_encode};
+use crate::integrator::photons::draw::view;
+use crate::integrator::photons::{Landed, Plan};
+use crate::integrator::{Frame, Statistics, Stop, Worker};
+use crate::math::Vector;
+use crate::render::photons::{self, trace_chunks};
+
+/// The largest number of points that are sent: the first in the order of their numbers. Any part of the sequence of
+/// photons is spread as evenly as all of it.
+const MOST_POINTS: usize = 4_000;
+
+/// The part of the points that are not brighter than what is shown as white.
+const WHITE: f64 = 0.95;
+
+/// The end of a photon, where it lies in the picture.
+#[derive(Clone, Copy)]
+struct Point {
+    column: f32,
+    row: f32,
+    /// Its light in watts.
+    flux: [f32; 3],
+    /// True if the camera sees it directly, so that it is drawn; the others are gathered.
+    is_seen: bool,
+}
+
+/// The ends of some photons.
+struct Ends {
+    /// The number of those that end on a surface.
+    landed: usize,
+    /// The photons that lie in the picture.
+    points: Vec<Point>,
+}
+
+/// The photons of a sample, or the reason why there are none.
+pub fn photons_of(shown: &Shown, sample: u32) -> Value {
+    let traced;
+    let plan = match &shown.prepared {
+        Some(prepared) => &prepared.plan,
+        None => {
+            traced = photons::plan(&shown.frame, &Stop::NEVER);
+            &traced
+        }
+    };
+    let sample = sample.min(shown.wanted.saturating_sub(1));
+    let found = plan.as_ref().map(|plan| ends(shown, plan, sample));
+    let (none, ends) = match found {
+        Ok(ends) => (None, ends),
+        Err(why) => (Some(why.text()), Ends { landed: 0, points: Vec::new() }),
+    };
+    let Ends { landed, points } = ends;
+    let sent = &points[..points.len().min(MOST_POINTS)];
+    let white = white(sent);
+    json!({
+        "generation": shown.generation,
+        "sample": sample,
+        "none": none,
+        "emitted": plan.as_ref().map_or(0, Plan::count),
+        "landed": landed,
+        "in_picture": points.len(),
+        "seen": points.iter().filter(|point| point.is_seen).count(),
+        "white_w": white,
+        "points": sent.iter().map(|point| point.json(white)).collect::<Vec<_>>(),
+    })
+}
+
+/// Traces the photons of a sample as the renderer does.
+fn ends(shown: &Shown, plan: &Plan, sample: u32) -> Ends {
+    let (frame, options) = (&shown.frame, &shown.options);
+    let with = |trace: &mut dyn FnMut(&mut Worker, &mut Statistics)| {
+        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
+        trace(&mut worker, &mut Statistics::default());
+    };
+    let chunks =
+        trace_chunks(plan, sample..sample + 1, &Stop::NEVER, &with, |landed| in_picture(frame, &landed));
+    let mut all = Ends { landed: 0, points: Vec::new() };
+    for Ends { landed, points } in chunks {
+        all.landed += landed;
+        all.points.extend(points);
+    }
+    all
+}
+
+/// Collects the photons that lie in the picture, in the order of their numbers. Those that are drawn lie where they are
+/// drawn, the others where the middle of the lens would see them if nothing were between.
+fn in_picture(frame: &Frame, landed: &Landed) -> Ends {
+    let mut points: Vec<Option<Point>> = landed
+        .photons
+        .iter()
+        .map(|(_, photon)| {
+            let [x, y, z] = photon.position;
+            let view = view(frame, Vector::new(x, y, z), (0.5, 0.5));
+            let (column, row) = (view.column, view.row);
+            view.seen.then_some(Point { column, row, flux: photon.flux, is_seen: false })
+        })
+        .collect();
+    for (number, splat) in &landed.splats {
+        // Under Whitted's transport a photon may end in several places, of which this is one.
+        let first = landed.photons.partition_point(|(other, _)| other < number);
+        let count = landed.photons[first..].iter().take_while(|(other, _)| other == number).count();
+        let away = |point: &Point| (point.column - splat.column).hypot(point.row - splat.row);
+        let own = points[first..first + count].iter_mut().flatten();
+        if let Some(point) = own.min_by(|a, b| away(a).total_cmp(&away(b))) {
+            *point = Point { column: splat.column, row: splat.row, is_seen: true, ..*point };
+        }
+    }
+    let size = frame.size.map(|side| side as f32);
+    let is_in = |point: &Point| (0.0..size[0]).contains(&point.column) && (0.0..size[1]).contains(&point.row);
+    Ends { landed: points.len(), points: points.into_iter().flatten().filter(is_in).collect() }
+}
+
+/// The power that is shown as white.
+fn white(points: &[Point]) -> f32 {
+    let mut powers: Vec<f32> =
+        points.iter().map(|point| point.flux.into_iter().fold(0.0, f32::max)).collect();
+    powers.sort_by(f32::total_cmp);
+    powers.get((powers.len() as f64 * WHITE) as usize).copied().unwrap_or(0.0)
+}
+
+impl Point {
+    /// Column, row, red, green and blue to 255, and 1 if the camera sees it.
+    fn json(&self, white: f32) -> Value {
+        let to_hundredths = |place: f32| (f64::from(place) * 100.0).round() / 100.0;
+        let [r, g, b] =
+            self.flux.map(|watts| quantise_8_bit(srgb_encode(watts / white.max(f32::MIN_POSITIVE))));
+        json!([to_hundredths(self.column), to_hundredths(self.row), r, g, b, u8::from(self.is_seen)])
+    }
+}
