@@ -52,7 +52,7 @@ pub struct Frame {
     pub adaptive: Adaptive,
     /// Photons for each pixel in each sample, and the first radius in widths of a pixel, if there may be any.
     pub photons: Result<(f32, f32), NoPhotons>,
-    /// Whether photons are left out where they would only make single dots.
+    /// True if photons are left out where they would only make single dots, and their number is chosen.
     pub chooses_photons: bool,
     /// About how many paths may come of one at smooth glass (path transport).
     pub splitting: f32,

@@ -50,7 +50,7 @@ pub(super) fn unhindered<F: Float>(
 }
 
 impl<F: Float> ScatteringVertex<'_, F> {
-    /// What is seen through smooth glass, where the path follows the mirror image and that.
+    /// The path behind smooth glass, where the path follows the mirror image, too.
     #[inline(always)]
     pub fn forked(&self, bsdf: &Bsdf<F>) -> Option<Fork<F>> {
         let Self { frame, path, surface, key, draws, .. } = *self;

@@ -172,7 +172,7 @@ pub fn hit<F: Float>(
     out
 }
 
-/// What a path gathers for itself; what it lends is added where it is shared.
+/// Returns the light that a path gathers for itself; the light that it lends is added where it is shared.
 #[inline(always)]
 fn own_light<F: Float>(path: &Path<F>, gathered: &Gathered<F>, shared: &mut Option<Shared<F>>) -> Color<F> {
     let light = path.throughput * gathered.light;

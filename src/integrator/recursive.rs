@@ -31,13 +31,18 @@ use crate::shading::surface::material_of;
 use crate::simd::Level;
 use crate::world::Transport;
 
-/// A worker's buffers.
+/// A worker of the recursive schedule.
 pub struct Recursion {
+    buffers: Buffers,
+    /// For shared paths: those of one sample of a block.
+    shared: Option<(Slots, Connections)>,
+}
+
+/// Buffers of one path, and the paths that wait for its end.
+struct Buffers {
     stack: Stack,
     crossings: Crossings,
     forks: SmallVec<[Path<f32>; 32]>,
-    /// For shared paths: those of one sample of a block.
-    shared: Option<(Slots, Connections)>,
 }
 
 impl Recursion {
@@ -45,7 +50,7 @@ impl Recursion {
     pub fn new(frame: &Frame) -> Self {
         let shared = frame.sharing.map(|_| (Slots::new(1), Connections::default()));
         let (stack, crossings) = (Stack::new(&frame.scene.bvh), Crossings::default());
-        Self { stack, crossings, forks: SmallVec::new(), shared }
+        Self { buffers: Buffers { stack, crossings, forks: SmallVec::new() }, shared }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -59,23 +64,11 @@ impl Recursion {
     ) {
         let Work { frame, pilot, photons, level } = work;
         let looks = observer.looks();
-        let Self { stack, crossings, forks, shared } = self;
         let plain = frame.sharing.map(|_| plain(frame));
-        let mut tile = Tile {
-            frame,
-            plain: plain.as_ref().unwrap_or(frame),
-            photons,
-            level,
-            statistics,
-            stack,
-            crossings,
-            forks,
-            looks,
-            observer,
-            asked: 0,
-            stopped: false,
-        };
-        match shared {
+        let frames = [frame, plain.as_ref().unwrap_or(frame)];
+        let tile = Tile::new(frames, photons, level, statistics, &mut self.buffers, observer);
+        let mut tile = Tile { looks, ..tile };
+        match &mut self.shared {
             Some((slots, connections)) => tile.render_shared(pilot, film, samples, slots, connections),
             None => tile.render_plain(film, samples, &|_, _| true),
         }
@@ -90,24 +83,10 @@ impl Recursion {
         block: Region,
         stop: &Stop,
     ) -> Option<(Measured, u64)> {
-        let Self { stack, crossings, forks, shared } = self;
-        let (slots, _) = shared.as_mut()?;
+        let (slots, _) = self.shared.as_mut()?;
         let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
-        let (level, looks, asked, stopped) = (Level::detect(), false, 0, false);
-        let mut tile = Tile {
-            frame,
-            plain: &plain(frame),
-            photons,
-            level,
-            statistics,
-            stack,
-            crossings,
-            forks,
-            looks,
-            observer,
-            asked,
-            stopped,
-        };
+        let frames = [frame, &plain(frame)];
+        let mut tile = Tile::new(frames, photons, Level::detect(), statistics, &mut self.buffers, observer);
         slots.enter(frame, block);
         tile.look(slots);
         (!tile.stopped).then(|| (slots.measured(), tile.statistics.rays.total()))
@@ -118,14 +97,12 @@ impl Recursion {
 /// exists once, and so without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
     frame: &'a Frame,
-    /// The same for paths that are not shared.
+    /// The settings of paths that are not shared.
     plain: &'a Frame,
     photons: Option<Photons<'a>>,
     level: Level,
     statistics: &'a mut Statistics,
-    stack: &'a mut Stack,
-    crossings: &'a mut Crossings,
-    forks: &'a mut SmallVec<[Path<f32>; 32]>,
+    buffers: &'a mut Buffers,
     looks: bool,
     observer: &'a mut dyn Observer,
     /// How often it was to be decided whether to end.
@@ -135,6 +112,19 @@ struct Tile<'a> {
 }
 
 impl<'a> Tile<'a> {
+    /// A tile that reports nothing. `plain` is as the field.
+    fn new(
+        [frame, plain]: [&'a Frame; 2],
+        photons: Option<Photons<'a>>,
+        level: Level,
+        statistics: &'a mut Statistics,
+        buffers: &'a mut Buffers,
+        observer: &'a mut dyn Observer,
+    ) -> Self {
+        let (looks, asked, stopped) = (false, 0, false);
+        Self { frame, plain, photons, level, statistics, buffers, looks, observer, asked, stopped }
+    }
+
     /// Renders samples of pixels that share nothing.
     fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
         let (frame, region) = (self.frame, film.region());
@@ -147,8 +137,8 @@ impl<'a> Tile<'a> {
                     let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
                     film.count(x, y, sample);
                     self.statistics.rays.camera += 1;
-                    self.forks.push(path);
-                    while let Some(path) = self.forks.pop() {
+                    self.buffers.forks.push(path);
+                    while let Some(path) = self.buffers.forks.pop() {
                         let radiance = match frame.transport {
                             Transport::Whitted => self.follow(path),
                             Transport::Path => self.trace(path),
@@ -176,7 +166,13 @@ impl<'a> Tile<'a> {
             return Hit::MISS;
         }
         let traced = Traced { frame: self.frame, path: &|| *path, shadow: None };
-        closest_ray(self.level, &self.frame.scene.bvh, &path.ray(), Asker::new(&traced, 0), self.stack)
+        closest_ray(
+            self.level,
+            &self.frame.scene.bvh,
+            &path.ray(),
+            Asker::new(&traced, 0),
+            &mut self.buffers.stack,
+        )
     }
 
     /// Whether something lies between a path's vertex and a light.
@@ -188,7 +184,7 @@ impl<'a> Tile<'a> {
         let ray = shadow.ray;
         let to_light = Some(Shadow { ray, emitter: shadow.emitter.0, passes: &|_| {} });
         let traced = Traced { frame: self.frame, path: &|| *path, shadow: to_light };
-        any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), self.stack)
+        any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), &mut self.buffers.stack)
     }
 
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
@@ -220,7 +216,7 @@ impl<'a> Tile<'a> {
                 self.report_onward(&path, &vertex, &scatter);
             }
             if scatter.forks() {
-                self.forks.push(scatter.refracted(&path, &vertex));
+                self.buffers.forks.push(scatter.refracted(&path, &vertex));
             }
             let next = if scatter.reflects {
                 scatter.reflected(&path, &vertex)
@@ -233,7 +229,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// The same under the path transport.
+    /// Follows a path of the path transport to its end.
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         loop {
             let hit = self.meet(&path);
@@ -282,7 +278,8 @@ impl<'a> Tile<'a> {
         }
         self.statistics.rays.shadow += 1;
         let Self { frame, level, .. } = *self;
-        let light = arriving(frame, level, path, &outcome.shadow, self.stack, self.crossings);
+        let Buffers { stack, crossings, .. } = &mut *self.buffers;
+        let light = arriving(frame, level, path, &outcome.shadow, stack, crossings);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
         }
@@ -315,7 +312,7 @@ impl<'a> Tile<'a> {
                 self.observer.report(&observe::onward(Continuation::Refract, &fork.next));
             }
             self.statistics.rays.refract += 1;
-            self.forks.push(fork.next);
+            self.buffers.forks.push(fork.next);
         }
     }
 

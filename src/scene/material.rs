@@ -306,9 +306,13 @@ impl Material {
             self.base_color.is_black() || self.metallic.is_one() || self.transmission.is_one();
         let is_clear = self.diffuse_transmission.is_zero() && self.sheen_color.is_black();
         let narrow = |roughness: &ScalarParam| roughness.factor <= CAUSTIC_ROUGHNESS;
+        // The longer width of stretched microfacets (glTF, KHR_materials_anisotropy).
+        let alpha = self.roughness.factor * self.roughness.factor;
+        let longer = alpha + (1.0 - alpha) * self.anisotropy * self.anisotropy;
+        let base = longer <= CAUSTIC_ROUGHNESS * CAUSTIC_ROUGHNESS;
         let coat = self.coat.is_zero() || narrow(&self.coat_roughness);
         let may = self.caustics && !self.unlit && self.has_mirror();
-        may && nothing_below && is_clear && narrow(&self.roughness) && coat
+        may && nothing_below && is_clear && base && coat
     }
 
     /// Whether photons may end at it. Those of Whitted's transport may also go on from there.

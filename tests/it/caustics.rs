@@ -101,6 +101,10 @@ fn photons_bring_what_paths_find_by_chance() {
         "(ior: 1.5)",
         "(kr: (0.9, 0.7, 0.5), diffuse: 0)",
         "Principled(metallic: 1, roughness: 0.3, base_color: (0.9, 0.8, 0.6))",
+        "Principled(metallic: 1, roughness: 0.45, base_color: 0.9)",
+        "Principled(metallic: 1, roughness: 0.2, base_color: 0.9, anisotropy: (strength: 0.4))",
+        "Principled(metallic: 1, roughness: 0.25, base_color: 0.9, anisotropy: (strength: 0.9))",
+        "Principled(metallic: 1, roughness: 0.4, base_color: 0.9, clearcoat: 1, clearcoat_roughness: 0.3)",
         "Principled(metallic: 0, roughness: 0.2, transmission: 1, ior: 1.4, volume: (attenuation_color: (0.9, 0.4, 0.2), attenuation_distance_m: 1))",
         "Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, dispersion: 1, volume: ())",
     ] {

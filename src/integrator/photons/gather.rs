@@ -1,7 +1,7 @@
 //! The light of photons at the vertices of paths, and the weights that divide light between photons and paths.
 
-use super::Photons;
 use super::map::Around;
+use super::{Photons, Plan};
 use crate::integrator::begin;
 use crate::integrator::bounces::{self, LobeKind};
 use crate::integrator::path::Path;
@@ -16,6 +16,7 @@ use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
 
 const PI: f32 = std::f32::consts::PI;
+
 /// The largest number of photons of a cell that a vertex looks at behind a diffuse bounce. There the noise of paths hides
 /// that of photons, and bright caustics hold thousands.
 const INDIRECT: u32 = 64;
@@ -60,6 +61,8 @@ impl<F: Float> Receiver<F> for Bsdf<F> {
 
 /// Flag of [`Path::landing`]: the path has met something that makes caustics.
 const BEHIND: u32 = 1 << 15;
+/// Flag of [`Path::landing`]: the camera sees directly where the path left, so that photons are drawn there.
+const DRAWN: u32 = 1 << 31;
 
 /// The first radius and the density of the direction, per unit of its cosine, in one word: the upper halves of two
 /// floats, which are never negative.
@@ -71,7 +74,7 @@ fn packed<F: Float>(radius: F, density: F) -> F::Int {
 /// The first radius at a path's vertices, 0 until it meets a surface where photons end.
 #[inline(always)]
 fn stored_radius<F: Float>(landing: F::Int) -> F {
-    (landing & F::Int::splat(0xffff_0000)).reinterpret()
+    (landing & F::Int::splat(0x7fff_0000)).reinterpret()
 }
 
 /// The density of the direction in which the path left where photons end, per unit of its cosine.
@@ -119,10 +122,23 @@ fn balanced<F: Float>(own: F, other: F) -> F {
     F::one() / (F::one() + other / own.max(F::splat(1e-30)))
 }
 
-/// The weight of a photon against paths that find the same light.
+/// The weight of a photon against paths that find the same light. `area` is what photons are collected from: a pixel's
+/// footprint, or the disc of a radius.
 #[inline(always)]
-pub(in crate::integrator) fn own_part<F: Float>(density: F, radius: F, pdf: F, cosine: F) -> F {
-    balanced(density * radius * radius * F::splat(PI), pdf / cosine)
+pub(in crate::integrator) fn own_part<F: Float>(density: F, area: F, pdf: F, cosine: F) -> F {
+    balanced(density * area, pdf / cosine)
+}
+
+#[inline(always)]
+fn disc<F: Float>(radius: F) -> F {
+    radius * radius * F::splat(PI)
+}
+
+/// The footprint of a pixel where the first radius is so large.
+#[inline(always)]
+pub(in crate::integrator) fn footprint_area<F: Float>(plan: &Plan, first: F) -> F {
+    let side = first * F::splat(1.0 / plan.pixels);
+    side * side
 }
 
 impl<F: Float> ScatteringVertex<'_, F> {
@@ -149,10 +165,12 @@ impl<F: Float> ScatteringVertex<'_, F> {
         }
         let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
         let radius = first_radius(path, width, surface);
+        let is_drawn = path.branch.eq(F::Int::splat(0));
         let word = leaving(surface, radius, drawn.direction, drawn.pdf);
+        let word = F::Int::select(is_drawn, word | F::Int::splat(DRAWN), word);
         next.landing = F::Int::select(bends, word, path.landing);
         // What the camera sees directly has been drawn.
-        let mask = here & bsdf.scatters() & !path.branch.eq(F::Int::splat(0));
+        let mask = here & bsdf.scatters() & !is_drawn;
         if !mask.any() {
             return Gathered::nothing();
         }
@@ -210,8 +228,11 @@ impl Photons<'_> {
         if self.samples.is_empty() {
             return F::select(shares, F::zero(), F::one());
         }
-        let radius = self.radius(path.sample, stored_radius(landing), shares);
-        F::select(shares, balanced(own, density * radius * radius * F::splat(PI)), F::one())
+        let first = stored_radius(landing);
+        let is_drawn = !(landing & F::Int::splat(DRAWN)).eq(F::Int::splat(0));
+        let gathered = disc(self.radius(path.sample, first, shares));
+        let area = F::select(is_drawn, footprint_area(self.plan, first), gathered);
+        F::select(shares, balanced(own, density * area), F::one())
     }
 
     /// The weight of a path that has hit an emitter against photons.
@@ -255,7 +276,7 @@ impl Photons<'_> {
             let (value, pdf) = receiver.receive(from, now);
             let cosine = surface.geometric_normal.dot(from).abs().max(F::splat(1e-3));
             let own = if self.plan.is_found_by_paths {
-                own_part(F::load(&photons.density), radius, pdf, cosine)
+                own_part(F::load(&photons.density), disc(radius), pdf, cosine)
             } else {
                 F::one()
             };

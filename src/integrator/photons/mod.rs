@@ -11,8 +11,9 @@
 //! ```
 //!
 //! (θ' is measured from the surface itself, θ from its shading normal.) Paths find the same light where a lamp is large.
-//! The two share it by the balance heuristic, with a = n π r² photons of a sample per steradian, where n is a
-//! constant of each lamp, and the density p of a path's direction at the vertex:
+//! The two share it by the balance heuristic, with a = n π r² photons of a sample per steradian (n times a pixel's
+//! footprint where they are drawn), where n is a constant of each lamp, and the density p of a path's direction at the
+//! vertex:
 //!
 //! ```text
 //! photons: a / (a + p / |cos θ'|)

@@ -6,8 +6,7 @@ use std::num::Wrapping;
 use super::Plan;
 use super::draw::{View, is_in_image, view};
 use super::emission::Emitted;
-use super::gather::{first_radius, own_part};
-use super::map::Radii;
+use super::gather::{first_radius, footprint_area, own_part};
 use crate::integrator::Frame;
 use crate::integrator::medium;
 use crate::integrator::onward::{drawn, unhindered};
@@ -79,7 +78,6 @@ pub fn path(sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
 #[inline(always)]
 pub fn hit<F: Float>(
     plan: &Plan,
-    radii: Radii,
     path: &Path<F>,
     hit: &HitLanes<F>,
     material: u32,
@@ -117,7 +115,7 @@ pub fn hit<F: Float>(
         if out.lands.any() {
             out.flux = landed(frame, path, flux, way, out.lands);
             let path = &Path { throughput: out.flux, ..*path };
-            land(plan, radii, path, (hit, material), &surface, &boundary, &mut out);
+            land(plan, path, (hit, material), &surface, &boundary, &mut out);
         }
         return out;
     }
@@ -144,6 +142,7 @@ pub fn hit<F: Float>(
     let factor = shading_factor(path.direction, drawn.direction, bsdf.normal(), surface.geometric_normal);
     let bends = next.scatterings.eq(path.scatterings);
     next.throughput = next.throughput * F::select(bends, factor, F::one());
+    next.spread = path.spread;
     next.facing = path.facing;
     out.next = Path::select(gone, &out.next, &next);
     out.goes_on = out.goes_on | (mask & goes_on);
@@ -175,7 +174,6 @@ fn shading_factor<F: Float>(
 #[inline(always)]
 fn land<F: Float>(
     plan: &Plan,
-    radii: Radii,
     path: &Path<F>,
     (hit, material): (&HitLanes<F>, u32),
     surface: &Surface<F>,
@@ -190,8 +188,8 @@ fn land<F: Float>(
     let key = path.only_key(frame.seed);
     let bsdf = bsdf(point.has(), frame, &seen, &point, &boundary.outside, key, eye.mask);
     let (value, pdf) = bsdf.evaluate(-path.direction, eye.mask);
-    let radius = radii.of(first_radius(&seen, eye.width * F::splat(plan.pixels), &eye.surface));
-    let own = own_part(density(path), radius, pdf, eye.cosine);
+    let first = first_radius(&seen, eye.width * F::splat(plan.pixels), &eye.surface);
+    let own = own_part(density(path), footprint_area(plan, first), pdf, eye.cosine);
     let through = eye.direction.dot(surface.geometric_normal).gt(F::zero());
     out.to_camera = eye.ray(frame, path.throughput * value * own, boundary.beyond(through));
 }

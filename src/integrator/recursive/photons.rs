@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Recursion, Tile};
+use super::{Buffers, Recursion, Tile};
 use crate::integrator::Statistics;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
@@ -27,22 +27,8 @@ impl Recursion {
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
-        let Self { stack, crossings, forks, .. } = self;
-        let (frame, photons, looks, asked, stopped) = (&plan.frame, None, false, 0, false);
-        let mut tile = Tile {
-            frame,
-            plain: frame,
-            photons,
-            level,
-            statistics,
-            stack,
-            crossings,
-            forks,
-            looks,
-            observer,
-            asked,
-            stopped,
-        };
+        let frame = &plan.frame;
+        let mut tile = Tile::new([frame; 2], None, level, statistics, &mut self.buffers, observer);
         let first = u64::from(sample) * u64::from(plan.count());
         for number in numbers {
             if tile.stopped {
@@ -58,7 +44,6 @@ impl Recursion {
 impl Tile<'_> {
     /// Follows a photon to its end.
     fn follow_photon(&mut self, plan: &Plan, mut path: Path<f32>, landed: &mut Landed) {
-        let radii = plan.radii(path.sample.0);
         loop {
             self.statistics.rays.photon += 1;
             let hit = self.meet(&path);
@@ -70,7 +55,7 @@ impl Tile<'_> {
                 Transport::Whitted => trace::hit_whitted(plan, &path, &lane, true),
                 Transport::Path => {
                     let material = material_of(&self.frame.scene.geometry, &lane, true).0;
-                    trace::hit(plan, radii, &path, &lane, material, true)
+                    trace::hit(plan, &path, &lane, material, true)
                 }
             };
             if outcome.lands {
@@ -78,7 +63,8 @@ impl Tile<'_> {
                 if outcome.to_camera.mask {
                     self.statistics.rays.shadow += 1;
                     let Self { frame, level, .. } = *self;
-                    let found = arriving(frame, level, &path, &outcome.to_camera, self.stack, self.crossings);
+                    let Buffers { stack, crossings, .. } = &mut *self.buffers;
+                    let found = arriving(frame, level, &path, &outcome.to_camera, stack, crossings);
                     light = found.map_or(light, |found| connect(light, found));
                 }
                 let Color { r, g, b } = outcome.flux;

@@ -32,25 +32,10 @@ impl<'a> Tile<'a> {
         if let Some(pilot) = pilot {
             if !slots.recall() {
                 // The rays do not count.
-                let (level, stack, forks) = (self.level, &mut *self.stack, &mut *self.forks);
-                let crossings = &mut *self.crossings;
                 let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
                 let photons = self.photons.map(Photons::of_pilot);
-                let (frame, looks, asked, stopped) = (&pilot.frame, false, 0, false);
-                let mut aside = Tile {
-                    frame,
-                    plain: &plain(frame),
-                    photons,
-                    level,
-                    statistics,
-                    stack,
-                    crossings,
-                    forks,
-                    looks,
-                    observer,
-                    asked,
-                    stopped,
-                };
+                let (frames, level) = ([&pilot.frame, &plain(&pilot.frame)], self.level);
+                let mut aside = Tile::new(frames, photons, level, statistics, &mut *self.buffers, observer);
                 aside.look(slots);
                 if aside.stopped {
                     return;
@@ -73,7 +58,7 @@ impl<'a> Tile<'a> {
                 self.share(path, film, slots);
             }
             slots.settle();
-            let (level, stack) = (self.level, &mut *self.stack);
+            let (level, stack) = (self.level, &mut self.buffers.stack);
             connections.finish(frame, level, slots, film, self.observer, &mut |rays, _, blocked, _| {
                 for (at, blocked) in blocked.iter_mut().enumerate() {
                     let ray = rays.range(at..at + 1);
@@ -136,7 +121,7 @@ impl<'a> Tile<'a> {
 
     /// Follows what has been forked off.
     fn end_forks(&mut self, sink: &mut dyn Sink) {
-        while let Some(fork) = self.forks.pop() {
+        while let Some(fork) = self.buffers.forks.pop() {
             self.end(fork, sink);
         }
     }
@@ -167,7 +152,7 @@ impl<'a> Tile<'a> {
         self.end_forks(slots);
     }
 
-    /// What the path has gathered has been put where it is shared.
+    /// Clears the path's radiance, which has been put where it is shared.
     fn put_aside(&mut self, path: &mut Path<f32>) {
         if self.looks {
             self.observer.report(&observe::aside(path));

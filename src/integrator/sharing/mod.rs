@@ -184,7 +184,7 @@ struct Slot {
     lent: Color<f32>,
     /// The part that is lent of what is found behind the second vertex.
     onward: Color<f32>,
-    /// What is found there, in quanta: paths that fork there end in any order.
+    /// The light that is found there, in quanta: paths that fork there end in any order.
     found: [i64; 3],
 }
 
@@ -332,7 +332,7 @@ impl Slots {
         }
     }
 
-    /// What the second vertex of a path that is shared gives off, which is its own, and what it has to lend, if anything.
+    /// Stores what the second vertex of a shared path emits, which is its own, and the light that it lends, if any.
     pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&Lent<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;

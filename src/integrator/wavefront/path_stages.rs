@@ -5,7 +5,7 @@ use super::shadows::ShadowQueue;
 use super::stages::{lanes, numbered};
 use crate::integrator::path::Path;
 use crate::integrator::photons::trace::{self, PhotonOutcome};
-use crate::integrator::photons::{Photons, Plan, map::Radii};
+use crate::integrator::photons::{Photons, Plan};
 use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
 use crate::integrator::{Frame, Sorting, path_tracing};
 use crate::math::{Color, NONE};
@@ -144,8 +144,6 @@ impl Kernel for ShadePathsStage<'_> {
 pub struct PhotonStage<'a> {
     /// What photons have in common.
     pub plan: &'a Plan,
-    /// What becomes of radii at their sample.
-    pub radii: Radii,
     /// Photons that have hit something.
     pub paths: &'a PathQueue,
     /// What they have hit.
@@ -184,7 +182,7 @@ impl Kernel for PhotonStage<'_> {
                 let valid = lanes::<L::Queue>(end as usize - at);
                 let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
                 let (path, hit) = (self.paths.gather(places, valid), self.hits.gather(places, valid));
-                let outcome = trace::hit::<L::Queue>(self.plan, self.radii, &path, &hit, material, valid);
+                let outcome = trace::hit::<L::Queue>(self.plan, &path, &hit, material, valid);
                 self.append(&path, &outcome, places);
             }
         }

@@ -38,7 +38,7 @@ impl Wave {
             }
             self.intersect(&plan.frame, level, clock);
             self.retire(&plan.frame, None, level, None, clock);
-            self.scatter_photons(plan, level, sample, &mut ended, clock);
+            self.scatter_photons(plan, level, &mut ended, clock);
             self.shadows(&plan.frame, level, clock);
             self.land(&mut ended, landed);
             self.paths.columns.clear();
@@ -64,14 +64,7 @@ impl Wave {
         clock.stage(Stage::Photons);
     }
 
-    fn scatter_photons(
-        &mut self,
-        plan: &Plan,
-        level: Level,
-        sample: u32,
-        ended: &mut EndQueue,
-        clock: &mut Clock,
-    ) {
+    fn scatter_photons(&mut self, plan: &Plan, level: Level, ended: &mut EndQueue, clock: &mut Clock) {
         if plan.frame.transport == Transport::Path {
             self.groups.sort(self.hits.materials(self.paths.columns.len()));
         }
@@ -80,7 +73,6 @@ impl Wave {
         }
         let stage = PhotonStage {
             plan,
-            radii: plan.radii(sample),
             paths: &self.paths,
             hits: &self.hits,
             groups: &self.groups,
