@@ -110,7 +110,7 @@ fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
     brightest.into_iter().map(|(at, light)| (pixel(at), light / all)).collect()
 }
 
-/// Of each pixel the brightest sample, and which part of its light that is; nothing if there are too many samples.
+/// Returns the brightest sample of each pixel, and its part of the light; nothing if there are too many samples.
 fn brightest(session: &Session, pixels: &[[u32; 2]]) -> Vec<(u32, f32)> {
     if pixels.is_empty() || session.gathered().samples.count() > LONGEST {
         return Vec::new();

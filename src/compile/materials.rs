@@ -50,6 +50,17 @@ pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) ->
     })
 }
 
+/// A record made of another one.
+#[derive(PartialEq, Eq, Hash)]
+enum Variant {
+    /// It has no front.
+    TwoSided,
+    /// A thin sheet of this optical depth, as bits.
+    Thin([u32; 3]),
+    /// It encloses nothing.
+    Interface,
+}
+
 /// Records for sheets beside those that materials have: they have no front, and may be thin where materials have a
 /// volume.
 pub(super) struct Sheets<'a> {
@@ -58,8 +69,8 @@ pub(super) struct Sheets<'a> {
     pub transport: Transport,
     /// How many of the records are materials' own.
     own: usize,
-    /// By the records that they are made from, and optical depths.
-    known: HashMap<(MaterialId, Option<[u32; 3]>), MaterialId>,
+    /// By the records that they are made from.
+    known: HashMap<(MaterialId, Variant), MaterialId>,
     /// The materials of those that were added, in order.
     added: Vec<u32>,
 }
@@ -81,7 +92,7 @@ impl<'a> Sheets<'a> {
         if !record.hides_back && !record.one_sided_emission {
             return id;
         }
-        self.add(id, None, Material { hides_back: false, one_sided_emission: false, ..record })
+        self.add(id, Variant::TwoSided, Material { hides_back: false, one_sided_emission: false, ..record })
     }
 
     /// The materials of sheets of such thickness, or of interfaces, in place of some materials.
@@ -96,7 +107,7 @@ impl<'a> Sheets<'a> {
     /// The material of an interface, which encloses nothing.
     fn interface(&mut self, id: MaterialId) -> MaterialId {
         let record = self.materials[id.0 as usize];
-        self.add(id, Some([u32::MAX; 3]), Material { encloses: false, medium: Medium::CLEAR, ..record })
+        self.add(id, Variant::Interface, Material { encloses: false, medium: Medium::CLEAR, ..record })
     }
 
     /// The material of a sheet of a thickness in metres, of what is within a body of this material. (What is scattered
@@ -121,11 +132,11 @@ impl<'a> Sheets<'a> {
             ..record
         };
         let straight = self.transport == Transport::Path && sheet.lets_straight_on();
-        self.add(id, Some(depth.map(f32::to_bits)), Material { straight, ..sheet })
+        self.add(id, Variant::Thin(depth.map(f32::to_bits)), Material { straight, ..sheet })
     }
 
-    fn add(&mut self, id: MaterialId, depth: Option<[u32; 3]>, record: Material) -> MaterialId {
-        *self.known.entry((id, depth)).or_insert_with(|| {
+    fn add(&mut self, id: MaterialId, variant: Variant, record: Material) -> MaterialId {
+        *self.known.entry((id, variant)).or_insert_with(|| {
             self.materials.push(record);
             self.names.push(self.names[id.0 as usize].clone());
             let of = (id.0 as usize).checked_sub(self.own).map_or(id.0, |place| self.added[place]);

@@ -178,12 +178,17 @@ pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
     let mut sheets = Vec::new();
     let rims: Vec<&[[Vec3; 2]]> = rimmed.iter().map(|rimmed| &rimmed.open[..]).collect();
     for Joined { members, rim, crossed } in joined(&rims) {
-        sheets.extend(crossed.iter().map(|member| interface(&rimmed[*member])));
+        let is_interface = |member: &usize| {
+            let mut thickness = rimmed[*member].surface.materials.iter().map(|(_, thickness)| *thickness);
+            // Panes say how thick they are.
+            crossed.contains(member) && thickness.all(|it| it.unwrap_or(0.0) <= 0.0)
+        };
+        let (interfaces, others): (Vec<usize>, Vec<usize>) =
+            members.iter().partition(|member| is_interface(member));
+        sheets.extend(interfaces.iter().map(|member| interface(&rimmed[*member])));
         let has_volume =
             |member: &&Rimmed| member.surface.materials.iter().all(|(_, thickness)| thickness.is_some());
-        let members =
-            members.iter().filter(|member| !crossed.contains(member)).map(|member| &rimmed[*member]);
-        let members: Vec<&Rimmed> = members.filter(has_volume).collect();
+        let members: Vec<&Rimmed> = others.iter().map(|member| &rimmed[*member]).filter(has_volume).collect();
         let edges = members.iter().map(|member| member.edges).sum();
         if !is_crack(rim.len(), edges) {
             sheets.extend(sheets_of(&members, &rim));
@@ -374,6 +379,10 @@ mod tests {
         // Side by side: of one sheet.
         let beside: Vec<_> = cube[..2].iter().map(|t| t.map(|corner| corner + 2.0 * Vec3::X)).collect();
         assert_eq!(sheets(0.1, &[(&cube[..2], one), (&beside, one)]).len(), 2);
+        // Three panes that meet in an edge are no interfaces: they say how thick they are.
+        let found = sheets(0.1, &[(&cube[..2], one), (&beside, one), (&cube[2..4], one)]);
+        assert_eq!(found.len(), 3);
+        assert!(found.iter().all(|(_, thickness)| (thickness - 0.1).abs() < 1e-6), "{found:?}");
     }
 
     #[test]

@@ -76,7 +76,7 @@ pub fn plan(frame: &Frame, stop: &Stop) -> Result<Plan, NoPhotons> {
     if trial.are_enough(frame, plan.count()) { Ok(plan) } else { Err(NoPhotons::Dots) }
 }
 
-/// What trial photons show, and a small image.
+/// Trial photons, and a small image.
 struct Trial<'a> {
     /// The number of photons of a sample that they stand for.
     count: u32,

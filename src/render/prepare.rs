@@ -23,7 +23,7 @@ pub fn frame(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> Frame
 pub struct Prepared {
     /// What was found out about sharing, if blocks of pixels choose how many of them share.
     pub pilot: Option<Pilot>,
-    /// What the photons of all samples have in common, or why there are none.
+    /// The setup of the photons of all samples, or the reason why there are none.
     pub plan: Result<Plan, NoPhotons>,
 }
 

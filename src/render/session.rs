@@ -21,7 +21,7 @@ const PASS: u32 = 16;
 /// A rendering under way. Call [`Session::finish`], or [`Session::advance`] until it is done or you have enough.
 pub struct Session {
     pub(super) frame: Arc<Frame>,
-    /// What was computed before its samples, once there is any.
+    /// The preparation of its samples, once there is any.
     pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
     pub(super) gathered: Gathered,
@@ -167,7 +167,7 @@ impl Session {
         self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.frame)))
     }
 
-    /// Whether photons are left out because they would show as single dots.
+    /// True if photons are left out because they would show as single dots.
     #[cfg(feature = "cli")]
     pub(crate) fn leaves_photons_out(&self) -> bool {
         use crate::integrator::photons::NoPhotons;

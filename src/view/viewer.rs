@@ -51,7 +51,7 @@ pub struct Shown {
     pub features: Arc<OnceLock<Vec<Features>>>,
     /// How to ask for the same elsewhere.
     pub recipe: Arc<Recipe>,
-    /// What was computed before its samples, once that is known.
+    /// The preparation of its samples, once that is known.
     pub prepared: Option<Arc<Prepared>>,
     /// How often it had begun anew.
     pub generation: u64,

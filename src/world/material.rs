@@ -103,7 +103,7 @@ pub struct BlinnPhong {
     /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. Under the Whitted
     /// transport it lights no other surface.
     pub emission: ColorInput,
-    /// As [`Principled::caustics`].
+    /// See [`Principled::caustics`].
     pub caustics: bool,
 }
 

@@ -55,7 +55,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Whether a plot tells bias from variance, for which each job takes a second image with other random numbers.
+    /// True if a plot tells bias from variance, for which each job takes a second image with other random numbers.
     pub fn needs_pairs(&self) -> bool {
         self.plots.iter().any(|plot| matches!(plot.y, Measure::SquaredBias | Measure::Variance))
     }

@@ -87,8 +87,8 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// What is seen through a smooth surface, in the lanes in which [`Bsdf::sample`] has drawn the mirror image by the
-    /// same numbers and the budget is enough for both.
+    /// Samples what is seen through a smooth surface, in the lanes in which [`Bsdf::sample`] has drawn the mirror image by
+    /// the same numbers and the budget is enough for both.
     #[inline(always)]
     pub fn sample_other(&self, which: F, budget: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let Lobe { is_microfacet, u, .. } = self.lobe(u);
@@ -106,7 +106,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// Of rough surfaces one direction is followed.
+    /// The number of directions that may be followed: one of rough surfaces.
     #[inline(always)]
     fn budget(&self, budget: F) -> F {
         F::select(self.smooth, budget, F::one())
@@ -139,7 +139,7 @@ impl<F: Float> Bsdf<F> {
     /// A microfacet's direction in the frame, by reflection if `which` is less than the probability of
     /// that, but in lanes that look `through`; and its weight where the surface is smooth.
     ///
-    /// Of both directions, which have the probabilities p and 1 − p, as many are followed as the budget m allows: the one
+    /// Chooses which of two directions are followed, which have the probabilities p and 1 − p: with a budget of m the one
     /// with probability min(1, m p), the other with min(1, m (1 − p)), by one number (Arvo and Kirk, "Particle transport
     /// and image synthesis", 1990).
     #[inline(always)]

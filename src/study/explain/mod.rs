@@ -55,7 +55,7 @@ pub struct Followed {
     pub shares: Option<Shares>,
     /// Why it went no further.
     pub why: Why,
-    /// Whether that is known.
+    /// True once that is known.
     has_ended: bool,
 }
 

@@ -128,7 +128,7 @@ impl<'a> Lowering<'_, 'a> {
         }
         if let Some(raw) = caustics {
             if light.is_none() {
-                let reason = "only lights have it here: of a surface it is a key of the material";
+                let reason = "an entity without a light has no caustics of its own: write it in the material";
                 return Err(source.error(raw.0, reason));
             }
             if !source.flag(raw)? {

@@ -143,6 +143,10 @@ fn wrong_types() {
         "material: (kd: ^\"red\")",
         "expected a diffuse colour, as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\", found the string \"red\"",
     );
+    entity_fails(
+        "shape: Sphere, caustics: ^false",
+        "an entity without a light has no caustics of its own: write it in the material",
+    );
     entity_fails("light: Area(power_w: 1, size_m: 1, visible: ^1)", "expected true or false, found 1");
     settings_fail("size: (^\"1\", 2)", "expected a whole number from 1 to 65536, found the string \"1\"");
     settings_fail("pixel_pattern: ^1", "expected a pattern: Uniform, Jittered, Regular, Center, found 1");
