@@ -48,7 +48,7 @@ struct Buffers {
 impl Recursion {
     /// For a frame.
     pub fn new(frame: &Frame) -> Self {
-        let shared = frame.sharing.map(|_| (Slots::new(1), Connections::default()));
+        let shared = frame.sharing.map(|_| (Slots::new(frame, 1), Connections::default()));
         let (stack, crossings) = (Stack::new(&frame.scene.bvh), Crossings::default());
         Self { buffers: Buffers { stack, crossings, forks: SmallVec::new() }, shared }
     }

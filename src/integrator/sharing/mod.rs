@@ -184,8 +184,6 @@ struct Slot {
     lent: Color<f32>,
     /// The part that is lent of what is found behind the second vertex.
     onward: Color<f32>,
-    /// The light that is found there, in quanta: paths that fork there end in any order.
-    found: [i64; 3],
 }
 
 /// A pixel, packed, and one of its samples, which say whose a path is.
@@ -207,6 +205,9 @@ pub struct Slots {
     pilot: bool,
     measured: Vec<pilot::Measured>,
     slots: Vec<Slot>,
+    /// The light that is found behind second vertices, in quanta: paths that fork there end in any order. Empty where none
+    /// can.
+    found: Vec<[i64; 3]>,
     /// First hits: t, u, v; primitive and instance.
     hits: [Vec<f32>; 3],
     ids: [Vec<u32>; 2],
@@ -214,7 +215,7 @@ pub struct Slots {
 
 impl Slots {
     /// Room for `units` samples of blocks.
-    pub fn new(units: usize) -> Self {
+    pub fn new(frame: &Frame, units: usize) -> Self {
         let count = units * PIXELS;
         Self {
             blocks: Region { x0: 0, y0: 0, x1: 0, y1: 0 },
@@ -226,6 +227,7 @@ impl Slots {
             pilot: false,
             measured: Vec::new(),
             slots: vec![Slot::EMPTY; count],
+            found: vec![[0; 3]; if frame.may_fork() { count } else { 0 }],
             hits: std::array::from_fn(|_| vec![0.0; count]),
             ids: std::array::from_fn(|_| vec![0; count]),
         }
@@ -233,7 +235,8 @@ impl Slots {
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        self.slots.len() * (size_of::<Slot>() + 5 * size_of::<u32>())
+        let found = size_of_val(&self.found[..]);
+        self.slots.len() * (size_of::<Slot>() + 5 * size_of::<u32>()) + found
     }
 
     /// Sets the region, which shares as the frame says.
@@ -349,11 +352,11 @@ impl Slots {
         slot.take(radiance, part);
     }
 
-    /// Divides what the paths of the units have found behind their second vertices: all have ended.
+    /// Divides what the paths of the units have found behind their second vertices, if they may fork: all have ended.
     pub fn settle(&mut self) {
         let quantum = self.unit.quantum();
-        for slot in &mut self.slots[..self.units.len() * PIXELS] {
-            let [r, g, b] = std::mem::take(&mut slot.found).map(|sum| (sum as f64 * quantum) as f32);
+        for (slot, found) in self.slots[..self.units.len() * PIXELS].iter_mut().zip(&mut self.found) {
+            let [r, g, b] = std::mem::take(found).map(|sum| (sum as f64 * quantum) as f32);
             slot.take(Color::new(r, g, b), slot.onward);
         }
     }
@@ -406,7 +409,6 @@ impl Slot {
             own: black,
             lent: black,
             onward: black,
-            found: [0; 3],
         }
     };
 
@@ -419,13 +421,16 @@ impl Slot {
 
 impl Sink for Slots {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
-        let counted = self.unit.counted(radiance);
-        let slot = self.of((pixel, sample));
-        if radiance.r.is_finite() && radiance.g.is_finite() && radiance.b.is_finite() {
-            slot.found = [0, 1, 2].map(|channel| slot.found[channel].saturating_add(counted[channel]));
+        let index = self.index((pixel, sample));
+        let slot = &mut self.slots[index];
+        let light = Color::new(radiance.r, radiance.g, radiance.b);
+        let Some(found) = self.found.get_mut(index) else { return slot.take(light, slot.onward) };
+        if light.r.is_finite() && light.g.is_finite() && light.b.is_finite() {
+            let counted = self.unit.counted(radiance);
+            *found = [0, 1, 2].map(|channel| found[channel].saturating_add(counted[channel]));
         } else {
             // The film counts what is no number.
-            slot.own = slot.own + Color::new(radiance.r, radiance.g, radiance.b);
+            slot.own = slot.own + light;
         }
     }
 }

@@ -70,7 +70,7 @@ pub struct Wave {
 impl Wave {
     /// For waves of `capacity` paths, at least 1.
     pub fn new(frame: &Frame, capacity: usize, sorting: Sorting) -> Self {
-        let shared = frame.sharing.map(|_| Shared::new(capacity));
+        let shared = frame.sharing.map(|_| Shared::new(frame, capacity));
         // Shared paths go through the wave together.
         let capacity = shared.as_ref().map_or(capacity, Shared::paths).max(1);
         let integers = || vec![0; capacity + PADDING];

@@ -35,9 +35,9 @@ pub(super) struct Shared {
 
 impl Shared {
     /// For waves of about `capacity` paths.
-    pub fn new(capacity: usize) -> Self {
+    pub fn new(frame: &Frame, capacity: usize) -> Self {
         let units = (capacity / PIXELS).max(1);
-        Self { slots: Slots::new(units), connections: Connections::default(), paths: units * PIXELS }
+        Self { slots: Slots::new(frame, units), connections: Connections::default(), paths: units * PIXELS }
     }
 
     /// The number of paths in a wave.
