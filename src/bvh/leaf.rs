@@ -114,13 +114,17 @@ pub(super) fn better_in_lanes<F: Float>(
     let (t, acceptable) = acceptable(hits, near, t_min, best.0);
     let better = acceptable & precedes(t, candidate.id, best);
     let front = hits.side.gt(F::zero());
-    match candidate.presence {
+    if candidate.presence == Presence::Always {
+        return (t, better);
+    }
+    let presence = askers.asker(0).sides().of(candidate.presence);
+    match presence {
         Presence::Always => (t, better),
         Presence::Front => (t, better & front),
         Presence::Back | Presence::Asked => {
             let far = hits.far.max(near);
             let leaves = front & hits.far.gt(hits.t) & far.le(best.0) & precedes(far, candidate.id, best);
-            if candidate.presence == Presence::Back {
+            if presence == Presence::Back {
                 return (F::select(front, far, t), better & (leaves | !front));
             }
             ask(hits, candidate.id, [t, far], [better, leaves], askers)
@@ -275,7 +279,7 @@ pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
 #[inline(always)]
 fn is_there(hit: &mut Hit, word: Word, side: f32, far: f32, visit: &Visit, best: &Hit) -> bool {
     let front = side > 0.0;
-    let presence = visit.given().unwrap_or(word.presence());
+    let presence = visit.asker.sides().of(visit.given().unwrap_or(word.presence()));
     let here = match presence {
         Presence::Always => true,
         Presence::Front => front,

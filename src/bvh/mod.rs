@@ -53,7 +53,7 @@ mod tests;
 
 pub use assemble::Geometry;
 pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE};
-pub use presence::{Asker, Crossing, Presence, Surfaces};
+pub use presence::{Asker, Crossing, Presence, Sides, Surfaces};
 pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
 
 /// How much work goes into the acceleration structure: a trade between the time to build it and the time to trace

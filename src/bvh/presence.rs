@@ -25,6 +25,31 @@ impl Presence {
     const ALL: [Presence; 4] = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
 }
 
+/// Which of a primitive's sides rays meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// Those that are there.
+    #[default]
+    There,
+    /// Those that would be there for a ray the other way along the same line.
+    Opposite,
+    /// Both, if one is there.
+    Both,
+}
+
+impl Sides {
+    /// From which side rays meet a primitive that is there from some.
+    #[inline(always)]
+    pub(super) fn of(self, presence: Presence) -> Presence {
+        match (presence, self) {
+            (Presence::Always | Presence::Asked, _) | (_, Sides::There) => presence,
+            (_, Sides::Both) => Presence::Always,
+            (Presence::Front, Sides::Opposite) => Presence::Back,
+            (Presence::Back, Sides::Opposite) => Presence::Front,
+        }
+    }
+}
+
 /// A ray that goes through a primitive.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
@@ -55,15 +80,27 @@ impl Surfaces for AllPresent {
 pub struct Asker<'a> {
     surfaces: &'a dyn Surfaces,
     ray: usize,
+    sides: Sides,
 }
 
 impl<'a> Asker<'a> {
     /// For whom everything is there.
-    pub const CREDULOUS: Asker<'static> = Asker { surfaces: &AllPresent, ray: 0 };
+    pub const CREDULOUS: Asker<'static> = Asker { surfaces: &AllPresent, ray: 0, sides: Sides::There };
 
     /// The ray of a number.
     pub fn new(surfaces: &'a dyn Surfaces, ray: usize) -> Self {
-        Self { surfaces, ray }
+        Self { surfaces, ray, sides: Sides::There }
+    }
+
+    /// The same ray if it meets these sides.
+    pub fn meeting(self, sides: Sides) -> Self {
+        Self { sides, ..self }
+    }
+
+    /// The sides that the ray meets, and all rays with it.
+    #[inline(always)]
+    pub(super) fn sides(&self) -> Sides {
+        self.sides
     }
 
     /// A ray some places behind this one.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Finding;
-use crate::bvh::{self, Asker, Crossing, Stack, Surfaces};
+use crate::bvh::{self, Asker, Crossing, Sides, Stack, Surfaces};
 use crate::film::Features;
 use crate::integrator::presence::crossed;
 use crate::integrator::{Frame, Stop};
@@ -102,7 +102,8 @@ struct Sided<'a> {
 
 impl Surfaces for Sided<'_> {
     fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
-        crossed(self.scene, crossing).is_some_and(|material| !(self.to_lights && material.straight))
+        crossed(self.scene, crossing, Sides::There)
+            .is_some_and(|material| !(self.to_lights && material.straight))
     }
 }
 

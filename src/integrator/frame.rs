@@ -54,6 +54,8 @@ pub struct Frame {
     pub photons: Result<(f32, f32), NoPhotons>,
     /// True if photons are left out where they would only make single dots, and their number is chosen.
     pub chooses_photons: bool,
+    /// True if rays go the way that light goes, and not from the camera to the light.
+    pub follows_light: bool,
     /// About how many paths may come of one at smooth glass (path transport).
     pub splitting: f32,
     /// Albedos of the lobes that its materials have under the path transport.
@@ -113,6 +115,7 @@ impl Frame {
             unit,
             chooses_photons: settings.caustics == Caustics::Auto,
             photons,
+            follows_light: false,
             splitting: SPLITTING,
             lobes,
             around_square,

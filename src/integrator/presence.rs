@@ -5,7 +5,7 @@ use std::num::Wrapping;
 
 use super::Frame;
 use super::path::Path;
-use crate::bvh::{Crossing, SPHERE, Surfaces};
+use crate::bvh::{Crossing, SPHERE, Sides, Surfaces};
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
@@ -38,11 +38,28 @@ pub struct Shadow<'a> {
     pub passes: &'a (dyn Fn(&Crossing) + Sync),
 }
 
-/// The material of what a ray crosses, if that has the side that the ray comes to.
-pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing) -> Option<&'a Material> {
+/// The material of what a ray crosses, if that has a side that the ray meets.
+pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing, sides: Sides) -> Option<&'a Material> {
     let Hit { primitive, instance, .. } = crossing.hit;
     let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
-    material.shows(crossing.front != scene.geometry.is_mirrored(primitive)).then_some(material)
+    let front = crossing.front != scene.geometry.is_mirrored(primitive);
+    let shows = match sides {
+        Sides::There => material.shows(front),
+        Sides::Opposite => material.shows(!front),
+        Sides::Both => material.shows(true),
+    };
+    shows.then_some(material)
+}
+
+/// The sides that rays of a frame meet. Photons come the way that the camera's rays go, so they meet what these meet; and
+/// because they may leave a surface as well as arrive at it, either side of a surface that has one may be what these see
+/// (`photons::trace`).
+pub fn sides(frame: &Frame, is_shadow: bool) -> Sides {
+    match (frame.follows_light, is_shadow) {
+        (false, _) => Sides::There,
+        (true, false) => Sides::Both,
+        (true, true) => Sides::Opposite,
+    }
 }
 
 impl Traced<'_> {
@@ -50,7 +67,8 @@ impl Traced<'_> {
     /// number belongs to the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
         let scene = &self.frame.scene;
-        let Some(material) = crossed(scene, crossing) else { return false };
+        let sides = sides(self.frame, self.shadow.is_some());
+        let Some(material) = crossed(scene, crossing, sides) else { return false };
         if let Some(Shadow { emitter, .. }) = self.shadow
             && emitter != NONE
             && material.emits()

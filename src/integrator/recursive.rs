@@ -15,7 +15,7 @@ use super::observe::{self, Continuation, Observer};
 use super::path::{Path, pack_pixel};
 use super::path_tracing::VertexOutcome;
 use super::photons::Photons;
-use super::presence::{Shadow, Traced};
+use super::presence::{Shadow, Traced, sides};
 use super::shadow::{ShadowRay, connect};
 use super::sharing::pilot::{Measured, plain};
 use super::sharing::{Connections, Slots};
@@ -170,7 +170,7 @@ impl<'a> Tile<'a> {
             self.level,
             &self.frame.scene.bvh,
             &path.ray(),
-            Asker::new(&traced, 0),
+            Asker::new(&traced, 0).meeting(sides(self.frame, false)),
             &mut self.buffers.stack,
         )
     }

@@ -10,7 +10,7 @@ use super::Frame;
 use super::medium::passed;
 use super::path::Path;
 use super::path_tracing::{bsdf, limited};
-use super::presence::{Shadow, Traced};
+use super::presence::{Shadow, Traced, sides};
 use super::shadow::ShadowRay;
 use crate::bvh::{Asker, Crossing, Stack, any_ray};
 use crate::math::Color;
@@ -52,7 +52,13 @@ pub fn arriving(
     let passes = |crossing: &Crossing| room.add(crossing);
     let to_light = Shadow { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
     let traced = Traced { frame, path: &|| *path, shadow: Some(to_light) };
-    if any_ray(level, &frame.scene.bvh, &shadow.ray, Asker::new(&traced, 0), stack) {
+    if any_ray(
+        level,
+        &frame.scene.bvh,
+        &shadow.ray,
+        Asker::new(&traced, 0).meeting(sides(frame, true)),
+        stack,
+    ) {
         return None;
     }
     left(frame, path, shadow, in_order(room.all())).map(|light| limited(frame, path, light))

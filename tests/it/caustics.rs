@@ -68,16 +68,17 @@ fn panes_let_through_what_fresnel_says_from_lamps_of_all_kinds() {
 
 /// A ball and a ring-like bowl under a lamp that is large enough to be found by chance: smooth and rough.
 fn ball(samples: u32, material: &str) -> World {
-    scene(
-        samples,
-        &format!(
-            r#"(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 3, 4), to: (0, 0.3, 0))),
+    scene(samples, &ball_of(material))
+}
+
+fn ball_of(material: &str) -> String {
+    format!(
+        r#"(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 3, 4), to: (0, 0.3, 0))),
             (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.6)),
             (shape: Plane(corners: ((-9, 0, -2), (9, 0, -2), (9, 9, -2), (-9, 9, -2))),
              material: Principled(base_color: (0.8, 0.5, 0.3), metallic: 0, roughness: 0.5)),
             (shape: Sphere(radius_m: 0.7), material: {material}, transform: (translate: (0.2, 0.9, 0.2))),
             (shape: Sphere(radius_m: 0.5), material: (diffuse: 0, emission: 20), transform: (translate: (-1.5, 3.5, 0.5))),"#
-        ),
     )
 }
 
@@ -115,6 +116,40 @@ fn photons_bring_what_paths_find_by_chance() {
         assert_alike(&Picture::of(&with_photons), &by_chance, 0.06, material);
         with_photons.settings.sharing = Sharing::Off;
         assert_alike(&Picture::of(&with_photons), &by_chance, 0.06, &format!("{material}, nothing shared"));
+    }
+}
+
+/// The camera's rays pass surfaces without a back from behind, so light passes them from the front, and not from behind.
+#[test]
+fn photons_meet_the_sides_that_the_camera_sees() {
+    let shell = |roughness: f32| {
+        format!(
+            "(shape: Sphere(radius_m: 0.85), material: Principled(metallic: 0, roughness: {roughness}, transmission: 1),
+              transform: (translate: (0.2, 0.95, 0.2))),"
+        )
+    };
+    let wall = |material: &str, corners: &str| {
+        format!("(shape: Plane(corners: ({corners})), material: {material}),")
+    };
+    let up = "(-1.2, 2.2, 0.9), (-0.2, 2.2, 0.9), (-0.2, 2.2, -0.1), (-1.2, 2.2, -0.1)";
+    let down = "(-1.2, 2.2, -0.1), (-0.2, 2.2, -0.1), (-0.2, 2.2, 0.9), (-1.2, 2.2, 0.9)";
+    let (matte, metal) = ("Principled(metallic: 0, specular: 0)", "Principled(roughness: 0.2)");
+    for between in [
+        shell(0.5),
+        shell(0.3),
+        shell(0.0),
+        wall(matte, up),
+        wall(matte, down),
+        wall(metal, up),
+        wall(metal, down),
+    ] {
+        let with = |samples, caustics| {
+            let mut world = scene(samples, &format!("{between}{}", ball_of("(ior: 1.5)")));
+            world.settings.caustics = caustics;
+            Picture::of(&world)
+        };
+        let (by_chance, with_photons) = (with(8192, Caustics::Off), with(512, Caustics::Auto));
+        assert_alike(&with_photons, &by_chance, 0.06, &between);
     }
 }
 

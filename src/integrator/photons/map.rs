@@ -45,6 +45,13 @@ impl Photon {
         }
     }
 
+    /// Tells the ends of one photon apart, by its bounces first.
+    pub fn order(&self) -> (u32, [u32; 6]) {
+        let [x, y, z] = self.position.map(f32::to_bits);
+        let [r, g, b] = self.flux.map(f32::to_bits);
+        (self.rest >> 16 & 0xff, [x, y, z, r, g, b])
+    }
+
     /// Unit vector to where it came from.
     pub fn from(&self) -> Vector<f32> {
         unpacked([self.direction & 0xffff, self.direction >> 16], 65_535.0)

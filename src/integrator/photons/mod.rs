@@ -137,6 +137,7 @@ pub fn frame_of(frame: &Frame) -> Frame {
         clamp: None,
         roulette_depth: None,
         splitting: 1.0,
+        follows_light: true,
         ..frame.clone()
     }
 }
@@ -189,11 +190,11 @@ pub struct Landed {
 }
 
 impl Landed {
-    /// Sorts photons by number. Under Whitted's transport one may end several times: in the order of its bounces.
+    /// Sorts photons by number. One may end several times: in the order of its bounces, or of its places.
     pub fn sort(&mut self) {
-        self.photons.sort_by_key(|(number, _)| *number);
+        self.photons.sort_by_key(|(number, photon)| (*number, photon.order()));
         // The film does not need their order; those who look on do.
-        self.splats.sort_by_key(|(number, _)| *number);
+        self.splats.sort_by_key(|(number, splat)| (*number, splat.column.to_bits(), splat.row.to_bits()));
     }
 
     /// Adds a photon that ends here. `light` is its light for the camera at its place in the image.

@@ -11,15 +11,17 @@ use crate::integrator::Frame;
 use crate::integrator::medium;
 use crate::integrator::onward::{drawn, unhindered};
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::{ScatteringVertex, boundary, bsdf, shading_point};
+use crate::integrator::path_tracing::{Fork, ScatteringVertex, boundary, bsdf, shading_point};
 use crate::integrator::shadow::ShadowRay;
 use crate::integrator::whitted::{WhittedVertex, scatter};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::draw::{draw_1d, draw_2d};
+use crate::scene::CompiledScene;
 use crate::shading::boundary::Boundary;
 use crate::shading::classic::Shaded;
 use crate::shading::emitter::SHADOW_END;
+use crate::shading::principled::draw::BsdfSample;
 use crate::shading::surface::leave;
 use crate::shading::{HitLanes, ShadingPoint, Surface, camera};
 use crate::simd::{Float, Int, Mask};
@@ -30,6 +32,8 @@ pub struct PhotonOutcome<F: Float> {
     pub next: Path<F>,
     /// Their rays.
     pub goes_on: F::Mask,
+    /// The same photons, behind a surface that they pass as well.
+    pub passed: Option<Fork<F>>,
     /// The photons that end here, to be gathered.
     pub lands: F::Mask,
     /// Their places.
@@ -93,6 +97,7 @@ pub fn hit<F: Float>(
     let mut out = PhotonOutcome {
         next: *path,
         goes_on: none,
+        passed: record.hides_back.then(|| passed(path, &surface, way, mask)),
         lands: none,
         position: surface.position,
         normal: surface.geometric_normal,
@@ -137,7 +142,10 @@ pub fn hit<F: Float>(
         width: way,
     };
     let bsdf = bsdf(point.has(), frame, path, &point, &vertex.boundary.outside, key, draws);
-    let drawn = drawn(frame, path, &bsdf, key, draws);
+    let mut drawn = drawn(frame, path, &bsdf, key, draws);
+    if record.hides_back {
+        drawn.valid = drawn.valid & leaves_front(&drawn, &surface);
+    }
     let (mut next, goes_on) = vertex.onward(&drawn);
     let factor = shading_factor(path.direction, drawn.direction, bsdf.normal(), surface.geometric_normal);
     let bends = next.scatterings.eq(path.scatterings);
@@ -147,6 +155,34 @@ pub fn hit<F: Float>(
     out.next = Path::select(gone, &out.next, &next);
     out.goes_on = out.goes_on | (mask & goes_on);
     out
+}
+
+/// Where photons go on that arrive at the front of a surface without a back: a path of the camera that comes the other
+/// way does not meet it.
+#[inline(always)]
+fn passed<F: Float>(path: &Path<F>, surface: &Surface<F>, way: F, mask: F::Mask) -> Fork<F> {
+    let one = F::Int::splat(1);
+    let origin = leave(surface.position, surface.geometric_normal, surface.offset, path.direction);
+    let (depth, scatterings) = (path.depth + one, path.scatterings + one);
+    let next = Path { origin, depth, scatterings, width: way, ..*path };
+    let again = path.scatterings.lt(F::Int::splat(medium::MOST));
+    Fork { next, mask: mask & !surface.inside & again & path.throughput.max_component().gt(F::zero()) }
+}
+
+/// The lanes whose surface has no back.
+#[inline(always)]
+fn one_sided<F: Float>(scene: &CompiledScene, surface: &Surface<F>, mask: F::Mask) -> F::Mask {
+    let mut ids = [0; 16];
+    surface.material.store(&mut ids);
+    let has_none = |lane: &usize| scene.materials[ids[*lane] as usize].hides_back;
+    let lanes = (0..F::WIDTH).filter(|lane| mask.bits() >> lane & 1 != 0).filter(has_none);
+    mask & F::Mask::from_bits(lanes.fold(0, |bits, lane| bits | 1 << lane))
+}
+
+/// Whether photons leave a surface without a back at its front, where a path of the camera would arrive.
+#[inline(always)]
+fn leaves_front<F: Float>(drawn: &BsdfSample<F>, surface: &Surface<F>) -> F::Mask {
+    (surface.inside & drawn.through) | !(surface.inside | drawn.through)
 }
 
 /// Returns the light of a photon that ends among these bodies after a way of `width` metres. Lamps whose light does not
@@ -181,7 +217,10 @@ fn land<F: Float>(
     out: &mut PhotonOutcome<F>,
 ) {
     let (frame, scene) = (&plan.frame, &plan.frame.scene);
-    let Some(eye) = Eye::new(frame, path, hit, surface, out) else { return };
+    let Some(mut eye) = Eye::new(frame, path, hit, surface, out) else { return };
+    if scene.materials[material as usize].hides_back {
+        eye.mask = eye.mask & !eye.surface.inside;
+    }
     let point =
         ShadingPoint::new(scene, material, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
     let seen = Path { direction: eye.direction, landing: F::Int::splat(0), ..*path };
@@ -283,9 +322,12 @@ pub fn hit_whitted<F: Float>(
     let (flux, way) = (path.throughput, path.width + hit.t);
     let path = &Path { width: way, ..*path };
     let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.branch.eq(F::Int::splat(0));
+    let one_sided = one_sided(scene, &surface, mask);
+    let passed = one_sided.any().then(|| passed(path, &surface, way, mask & one_sided));
     let mut out = PhotonOutcome {
         next: *path,
         goes_on: none,
+        passed,
         lands: mask & ends & flux.max_component().gt(F::zero()),
         position: surface.position,
         normal: surface.geometric_normal,
@@ -298,8 +340,9 @@ pub fn hit_whitted<F: Float>(
         out.flux = landed(frame, path, flux * square, way, out.lands);
     }
     if out.lands.any()
-        && let Some(eye) = Eye::new(frame, path, hit, &surface, &mut out)
+        && let Some(mut eye) = Eye::new(frame, path, hit, &surface, &mut out)
     {
+        eye.mask = eye.mask & !(one_sided & eye.surface.inside);
         let seen = Shaded::new(scene, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
         let value = seen.model.evaluate(seen.normal, -eye.direction, -path.direction);
         // Light does not go through what is diffuse.
@@ -317,6 +360,9 @@ pub fn hit_whitted<F: Float>(
     let (first, both) = (reflected / total, (reflected + refracted) / total);
     let reflects = scatter.reflects & number.lt(first);
     let refracts = scatter.refracts & !reflects & number.lt(both);
+    // Where a path of the camera would arrive: at the front.
+    let reflects = reflects & !(one_sided & surface.inside);
+    let refracts = refracts & (!one_sided | surface.inside);
     let vertex = WhittedVertex {
         position: surface.position,
         offset: surface.offset,

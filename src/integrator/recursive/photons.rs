@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use smallvec::{SmallVec, smallvec};
+
 use super::{Buffers, Recursion, Tile};
 use crate::integrator::Statistics;
 use crate::integrator::observe::Observer;
@@ -42,13 +44,14 @@ impl Recursion {
 }
 
 impl Tile<'_> {
-    /// Follows a photon to its end.
-    fn follow_photon(&mut self, plan: &Plan, mut path: Path<f32>, landed: &mut Landed) {
-        loop {
+    /// Follows a photon to its ends.
+    fn follow_photon(&mut self, plan: &Plan, first: Path<f32>, landed: &mut Landed) {
+        let mut waiting: SmallVec<[Path<f32>; 8]> = smallvec![first];
+        while let Some(path) = waiting.pop() {
             self.statistics.rays.photon += 1;
             let hit = self.meet(&path);
             if hit.is_miss() {
-                return;
+                continue;
             }
             let lane = HitLanes::one(&hit);
             let outcome = match self.frame.transport {
@@ -73,10 +76,8 @@ impl Tile<'_> {
                 let photon = Photon::new(outcome.position, [r, g, b], from, outcome.normal, bounces, density);
                 landed.add(path.pixel.0, photon, outcome.place, light);
             }
-            if !outcome.goes_on {
-                return;
-            }
-            path = outcome.next;
+            waiting.extend(outcome.passed.filter(|passed| passed.mask).map(|passed| passed.next));
+            waiting.extend(outcome.goes_on.then_some(outcome.next));
         }
     }
 }

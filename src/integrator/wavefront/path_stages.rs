@@ -152,6 +152,8 @@ pub struct PhotonStage<'a> {
     pub groups: &'a Groups,
     /// The photons that go on.
     pub next: &'a mut PathQueue,
+    /// Those that have passed a surface as well.
+    pub passed: &'a mut PathQueue,
     /// Rays to the camera.
     pub shadow: &'a mut ShadowQueue,
     /// The photons that end.
@@ -194,6 +196,9 @@ impl PhotonStage<'_> {
     fn append<F: Float>(&mut self, path: &Path<F>, outcome: &PhotonOutcome<F>, places: F::Int) {
         let PhotonOutcome { position: p, normal: n, flux: f, place, .. } = *outcome;
         self.next.append(outcome.goes_on, &outcome.next, places);
+        if let Some(passed) = &outcome.passed {
+            self.passed.append(passed.mask, &passed.next, places);
+        }
         self.shadow.append(&outcome.to_camera, places);
         let d = path.direction;
         let floats = [p.x, p.y, p.z, f.r, f.g, f.b, -d.x, -d.y, -d.z, n.x, n.y, n.z, place.0, place.1];

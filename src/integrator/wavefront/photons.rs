@@ -43,6 +43,9 @@ impl Wave {
             self.land(&mut ended, landed);
             self.paths.columns.clear();
             self.paths.fill_from(&mut self.reflect);
+            self.paths.fill_from(&mut self.refract);
+            self.pending.spill_from(&mut self.refract);
+            self.paths.fill_from(&mut self.pending);
             clock.stage(Stage::Photons);
         }
         self.ended = Some(ended);
@@ -77,6 +80,7 @@ impl Wave {
             hits: &self.hits,
             groups: &self.groups,
             next: &mut self.reflect,
+            passed: &mut self.refract,
             shadow: &mut self.shadow,
             ended,
         };

@@ -8,7 +8,7 @@ use crate::bvh::{Asker, Crossing, HitsMut, Rays, Surfaces};
 use crate::integrator::Frame;
 use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
-use crate::integrator::presence::Traced;
+use crate::integrator::presence::{Traced, sides};
 use crate::integrator::sharing::PixelSample;
 use crate::math::{Color, NONE, Vector};
 use crate::shading::HitLanes;
@@ -290,7 +290,7 @@ impl PathQueue {
             direction: [3, 4, 5].map(column),
             t_min: &ends.zero[..n],
             t_max: &ends.infinity[..n],
-            asker: Asker::new(surfaces, 0),
+            asker: Asker::new(surfaces, 0).meeting(sides(surfaces.frame, false)),
         }
     }
 

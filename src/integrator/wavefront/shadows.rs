@@ -6,7 +6,7 @@ use super::queue::{Columns, Ends, PathQueue};
 use super::{Clock, Wave};
 use crate::bvh::{self, Asker, Coherence, Crossing, Rays, Surfaces};
 use crate::integrator::path_tracing::limited;
-use crate::integrator::presence::{Shadow, Traced};
+use crate::integrator::presence::{Shadow, Traced, sides};
 use crate::integrator::shadow::{ShadowRay, connect};
 use crate::integrator::straight::arriving;
 use crate::integrator::{Frame, Stage};
@@ -96,7 +96,7 @@ impl ShadowQueue {
             direction: [3, 4, 5].map(column),
             t_min: ends.zero(self.count()),
             t_max: column(6),
-            asker: Asker::new(surfaces, 0),
+            asker: Asker::new(surfaces, 0).meeting(sides(surfaces.frame, true)),
         }
     }
 
