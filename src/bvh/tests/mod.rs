@@ -92,15 +92,21 @@ impl Surfaces for Riddle {
 
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
-    trace_as(QueueMode { coherence: Coherence::Unknown, streams: true }, level, bvh, rays)
+    trace_as(QueueMode { coherence: Coherence::Unknown, streams: true }, Sides::There, level, bvh, rays)
 }
 
 /// The same, by the kernels for a kind of queue.
-fn trace_as(way: QueueMode, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+fn trace_as(
+    way: QueueMode,
+    sides: Sides,
+    level: Level,
+    bvh: &Bvh,
+    rays: &[Ray<f32>],
+) -> (Vec<Hit>, Vec<u32>) {
     let QueueMode { coherence, streams } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
     stack.least_stream = if streams { 1 } else { usize::MAX };
-    let hits = in_columns(rays, |view, hits| {
+    let hits = in_columns(sides, rays, |view, hits| {
         closest(level, bvh, view, coherence, &mut stack, hits);
         super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
     });
@@ -108,7 +114,7 @@ fn trace_as(way: QueueMode, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<
 }
 
 /// What a query writes for a queue.
-fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
+fn in_columns(sides: Sides, rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
     let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
     let columns = [
         column(|r| r.origin.x),
@@ -121,7 +127,7 @@ fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> 
         column(|r| r.t_max),
     ];
     let [ox, oy, oz, dx, dy, dz, t_min, t_max] = &columns;
-    let asker = Asker::new(&Riddle, 0);
+    let asker = Asker::new(&Riddle, 0).meeting(sides);
     let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, asker };
     let n = rays.len();
     let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -141,24 +147,26 @@ fn bits(hit: &Hit) -> [u32; 5] {
 /// Every level gives the oracle's answer to the last bit: where all is there, and where much is not.
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     let mut bvh = soup.build();
-    agree_in(&bvh, rays);
+    agree_in(&bvh, Sides::There, rays);
     let all = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
     let of = |id: u32| all[combine(Wrapping(id), Wrapping(5)).0 as usize % 4];
     let given = |i: usize| [None, Some(Presence::Front), Some(Presence::Asked)][i % 3];
     bvh.set_presence(of, &(0..soup.placed.len()).map(given).collect::<Vec<_>>());
-    agree_in(&bvh, rays);
+    for sides in [Sides::There, Sides::Opposite, Sides::Both] {
+        agree_in(&bvh, sides, rays);
+    }
 }
 
-fn agree_in(bvh: &Bvh, rays: &[Ray<f32>]) {
-    let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle(bvh, ray, i)).collect();
+fn agree_in(bvh: &Bvh, sides: Sides, rays: &[Ray<f32>]) {
+    let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle(bvh, sides, ray, i)).collect();
     for (level, way) in all_kernels() {
-        let (hits, occluded) = trace_as(way, level, bvh, rays);
+        let (hits, occluded) = trace_as(way, sides, level, bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
                 let (o, d) = (r.origin, r.direction);
                 let ray = format!("{:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max);
-                format!("{level:?}, {way:?}, ray {i} {ray}")
+                format!("{level:?}, {way:?}, {sides:?}, ray {i} {ray}")
             };
             assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
             assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());

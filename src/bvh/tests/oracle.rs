@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{Riddle, Soup, ray};
 use crate::bvh::layout::{Child, ChildKind, PADDING};
-use crate::bvh::presence::{Crossing, Presence, Surfaces, Word};
+use crate::bvh::presence::{Crossing, Presence, Sides, Surfaces, Word};
 use crate::bvh::sphere::{self, Line};
 use crate::bvh::triangle::{self, Asked, Shear};
 use crate::bvh::{Bvh, SPHERE};
@@ -26,7 +26,7 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
 
 /// The documented answer: the least (max(t, entry), primitive, instance) of all primitives that are
 /// there for the ray of a number.
-pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
+pub(super) fn oracle(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
     let everywhere = Asked::between(f32::NEG_INFINITY, f32::INFINITY);
@@ -55,10 +55,12 @@ pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
                 let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
                 // It is t itself, not what it was raised to, that must be beyond t_min.
                 let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
-                let there = match given.unwrap_or(word.presence()) {
+                let side = given.unwrap_or(word.presence());
+                let there = match side {
                     Presence::Always => true,
-                    Presence::Front => front,
-                    Presence::Back => !front,
+                    Presence::Front | Presence::Back if sides == Sides::Both => true,
+                    Presence::Front => front != (sides == Sides::Opposite),
+                    Presence::Back => front == (sides == Sides::Opposite),
                     Presence::Asked => Riddle.is_there(number, &Crossing { hit: found, front }),
                 };
                 let better =
