@@ -25,20 +25,19 @@ impl Presence {
     const ALL: [Presence; 4] = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
 }
 
-/// Which of a primitive's sides rays meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The sides of primitives that rays meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// Those that are there.
-    #[default]
+    /// The ones that are there.
     There,
-    /// Those that would be there for a ray the other way along the same line.
+    /// The ones that are there for a ray the other way along the same line.
     Opposite,
     /// Both, if one is there.
     Both,
 }
 
 impl Sides {
-    /// From which side rays meet a primitive that is there from some.
+    /// The presence of a primitive for such rays.
     #[inline(always)]
     pub(super) fn of(self, presence: Presence) -> Presence {
         match (presence, self) {
@@ -92,12 +91,12 @@ impl<'a> Asker<'a> {
         Self { surfaces, ray, sides: Sides::There }
     }
 
-    /// The same ray if it meets these sides.
+    /// Sets the sides that the ray meets; at first the ones that are there.
     pub fn meeting(self, sides: Sides) -> Self {
         Self { sides, ..self }
     }
 
-    /// The sides that the ray meets, and all rays with it.
+    /// The sides that the ray meets, and all rays that are traced with it.
     #[inline(always)]
     pub(super) fn sides(&self) -> Sides {
         self.sides

@@ -254,7 +254,7 @@ fn text(facts: &Value) -> String {
     lines.push(match photons["none"].as_str() {
         Some(none) => format!("photons    none: {none}"),
         None => format!(
-            "photons    {}{} a sample{}; in memory at most {} as they end, and {} sorted",
+            "photons    {}{} a sample{}; in memory about {} as they end, and {} sorted",
             if photons["may_turn_off"] == true { "at most " } else { "" },
             photons["a_sample"],
             if photons["may_turn_off"] == true { ", if they turn out to be of use" } else { "" },

@@ -142,7 +142,7 @@ impl ProfileReport<'_> {
             ),
             match self.photons {
                 Ok(photons) => format!(
-                    "photons             {} a sample, in memory {} at most",
+                    "photons             {} a sample, in memory about {}",
                     count(photons.into()),
                     megabytes(Bytes::most(self.frame).total() as usize)
                 ),

@@ -128,7 +128,7 @@ impl Frame {
         index_square(&self.scene, self.around)
     }
 
-    /// Whether there is glass at which a path may go on in two directions.
+    /// True if there is glass at which a path may go on in two directions.
     pub fn may_fork(&self) -> bool {
         self.splitting > 1.0 && self.scene.materials.iter().any(|material| !material.transmission.is_zero())
     }

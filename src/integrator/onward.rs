@@ -21,6 +21,20 @@ use crate::shading::surface::leave;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Sampler;
 
+/// Paths that go on behind a surface in the direction in which they came, and whether they do.
+#[inline(always)]
+pub(super) fn past<F: Float>(path: &Path<F>, surface: &Surface<F>, width: F) -> (Path<F>, F::Mask) {
+    let one = F::Int::splat(1);
+    let next = Path {
+        origin: leave(surface.position, surface.geometric_normal, surface.offset, path.direction),
+        depth: path.depth + one,
+        scatterings: path.scatterings + one,
+        width,
+        ..*path
+    };
+    (next, path.scatterings.lt(F::Int::splat(medium::MOST)) & path.throughput.max_component().gt(F::zero()))
+}
+
 /// Paths that go on where there is no boundary, and whether they do. Where rays to lights pass the surface, too, what
 /// the path finds next is weighted against the light sample of the vertex before; all other rays end at it.
 #[inline(always)]
@@ -32,21 +46,17 @@ pub(super) fn unhindered<F: Float>(
     t: F,
     width: F,
 ) -> (Path<F>, F::Mask) {
-    let one = F::Int::splat(1);
+    let (next, goes_on) = past(path, surface, width);
     let next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, path.direction),
         radiance: Color::black(),
-        depth: path.depth + one,
-        scatterings: path.scatterings + one,
         pdf: if record.straight { path.pdf } else { F::zero() },
         travelled: path.travelled + t,
         // Photons that end behind it are not seen directly: no ray to the camera passes it.
         branch: if record.straight { path.branch } else { path.branch | F::Int::splat(SCATTERED) },
-        width,
         bodies: boundary.beyond(F::Mask::from_bits(u32::MAX)),
-        ..*path
+        ..next
     };
-    (next, path.scatterings.lt(F::Int::splat(medium::MOST)) & path.throughput.max_component().gt(F::zero()))
+    (next, goes_on)
 }
 
 impl<F: Float> ScatteringVertex<'_, F> {

@@ -51,9 +51,9 @@ pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing, sides: Sides) 
     shows.then_some(material)
 }
 
-/// The sides that rays of a frame meet. Photons come the way that the camera's rays go, so they meet what these meet; and
-/// because they may leave a surface as well as arrive at it, either side of a surface that has one may be what these see
-/// (`photons::trace`).
+/// The sides that rays of a frame meet. A photon goes the other way along paths of the camera, which meet a one-sided
+/// surface where they arrive, at its front: there the photon arrives or leaves (`photons::trace`), so it meets both sides.
+/// Its ray to the camera meets the sides that the camera's ray meets.
 pub fn sides(frame: &Frame, is_shadow: bool) -> Sides {
     match (frame.follows_light, is_shadow) {
         (false, _) => Sides::There,

@@ -249,7 +249,7 @@ pub struct Bytes {
 
 #[cfg(any(feature = "cli", feature = "python"))]
 impl Bytes {
-    /// The estimate for a frame.
+    /// The estimate for a frame, if each photon ends once; behind one-sided surfaces some end again.
     pub fn most(frame: &Frame) -> Self {
         let Ok(count) = count_of(frame) else { return Self::default() };
         let bytes = |each: usize| u64::from(count) * u64::from(at_once(count)) * each as u64;

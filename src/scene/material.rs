@@ -315,6 +315,11 @@ impl Material {
         may && nothing_below && is_clear && base && coat
     }
 
+    /// Returns true if light comes through it to the other side.
+    pub fn lets_through(&self) -> bool {
+        !self.transmission.is_zero() || !self.diffuse_transmission.is_zero()
+    }
+
     /// Whether photons may end at it. Those of Whitted's transport may also go on from there.
     pub fn ends_photons_under(&self, transport: Transport) -> bool {
         match transport {

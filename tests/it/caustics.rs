@@ -128,20 +128,23 @@ fn photons_meet_the_sides_that_the_camera_sees() {
               transform: (translate: (0.2, 0.95, 0.2))),"
         )
     };
-    let wall = |material: &str, corners: &str| {
-        format!("(shape: Plane(corners: ({corners})), material: {material}),")
+    // Planes always have a back.
+    let wall = |material: &str, vertices: &str, transform: &str| {
+        format!("(shape: Triangle(vertices: ({vertices})), material: {material}, transform: ({transform})),")
     };
-    let up = "(-1.2, 2.2, 0.9), (-0.2, 2.2, 0.9), (-0.2, 2.2, -0.1), (-1.2, 2.2, -0.1)";
-    let down = "(-1.2, 2.2, -0.1), (-0.2, 2.2, -0.1), (-0.2, 2.2, 0.9), (-1.2, 2.2, 0.9)";
+    let up = "(-1.9, 2.2, 1.2), (0.3, 2.2, 1), (-0.9, 2.2, -0.9)";
+    let down = "(0.3, 2.2, 1), (-1.9, 2.2, 1.2), (-0.9, 2.2, -0.9)";
+    let up_in_a_mirror = "(-0.3, 2.2, 1), (1.9, 2.2, 1.2), (0.9, 2.2, -0.9)";
     let (matte, metal) = ("Principled(metallic: 0, specular: 0)", "Principled(roughness: 0.2)");
     for between in [
         shell(0.5),
         shell(0.3),
         shell(0.0),
-        wall(matte, up),
-        wall(matte, down),
-        wall(metal, up),
-        wall(metal, down),
+        wall(matte, up, ""),
+        wall(matte, down, ""),
+        wall(metal, up, ""),
+        wall(metal, down, ""),
+        wall(matte, up_in_a_mirror, "scale: (-1, 1, 1)"),
     ] {
         let with = |samples, caustics| {
             let mut world = scene(samples, &format!("{between}{}", ball_of("(ior: 1.5)")));
@@ -153,8 +156,7 @@ fn photons_meet_the_sides_that_the_camera_sees() {
     }
 }
 
-/// What photons and paths share, where either could bring it, and what only paths bring: no light counts twice, or not at
-/// all.
+/// No light counts twice, or not at all: photons and paths share what either could bring, and paths bring the rest.
 #[test]
 fn photons_leave_to_paths_what_they_do_not_bring() {
     let rough = "Principled(metallic: 1, roughness: 0.3, base_color: (0.9, 0.8, 0.6))";

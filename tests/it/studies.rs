@@ -275,7 +275,7 @@ fn info_tells_of_photons() {
     );
     let text = stdout(folder.path(), &["info", "path.ron"]);
     assert!(
-        text.contains("\nphotons    at most 768 a sample, if they turn out to be of use; in memory at most "),
+        text.contains("\nphotons    at most 768 a sample, if they turn out to be of use; in memory about "),
         "{text}"
     );
     let text = stdout(folder.path(), &["info", "scene.ron"]);

@@ -242,7 +242,7 @@ fn photons_are_shown_where_the_renderer_draws_them() {
     assert!(moved["generation"] == status["generation"] && moved["points"] != found["points"]);
 }
 
-/// As many as the page can show are sent, and it is told how many there are.
+/// The page gets as many as it can show, and is told how many there are.
 #[test]
 fn only_some_of_many_photons_are_sent() {
     let shown = Shown::with(&glass(), &["--caustics", "6", "--spp", "1"]);

@@ -32,7 +32,7 @@ fn same_hits(soup: &Soup, rays: &[Ray<f32>]) {
         let bvh = build(soup, quality);
         let (hits, occluded) = trace(Level::detect(), &bvh, rays);
         for ((hit, occluded), ray) in hits.iter().zip(&occluded).zip(rays) {
-            assert_eq!(bits(hit), bits(&oracle(&bvh, Sides::There, ray, 0)), "{quality:?}");
+            assert_eq!(bits(hit), bits(&oracle(&bvh, ray, 0)), "{quality:?}");
             assert_eq!(*occluded, !hit.is_miss() as u32, "{quality:?}");
         }
         hits
@@ -73,7 +73,7 @@ proptest! {
         let (hits, _) = trace(Level::detect(), &bvh, &rays);
         let (whole, _) = trace(Level::detect(), &build(&soup, BuildQuality::Default), &rays);
         for ((hit, whole), ray) in hits.iter().zip(&whole).zip(&rays) {
-            prop_assert_eq!(bits(hit), bits(&oracle(&bvh, Sides::There, ray, 0)));
+            prop_assert_eq!(bits(hit), bits(&oracle(&bvh, ray, 0)));
             prop_assert_eq!(hit.is_miss(), whole.is_miss());
         }
         same_hits(&soup, &rays[..rays.len() / KINDS]);

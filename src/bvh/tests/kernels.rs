@@ -132,10 +132,10 @@ proptest! {
                 bvh.set_presence(of, &vec![None; soup.placed.len()]);
             }
             let expected: Vec<u32> =
-                rays.iter().enumerate().map(|(i, ray)| u32::from(!oracle(&bvh, Sides::There, ray, i).is_miss())).collect();
+                rays.iter().enumerate().map(|(i, ray)| u32::from(!oracle(&bvh, ray, i).is_miss())).collect();
             for level in Level::available() {
                 let (mut stack, mut occluded) = (Stack::new(&bvh), vec![7; rays.len()]);
-                in_columns(Sides::There, &rays, |view, _| any_in_fans(level, &bvh, view, &ends, &mut stack, &mut occluded));
+                in_columns(&rays, |view, _| any_in_fans(level, &bvh, view, &ends, &mut stack, &mut occluded));
                 prop_assert_eq!(&occluded, &expected, "{:?}", level);
             }
         }
@@ -205,7 +205,7 @@ fn no_packet_leaves_a_closed_surface() {
             }
         }
         for (level, way) in all_kernels() {
-            let (hits, occluded) = trace_as(way, Sides::There, level, &bvh, &rays);
+            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
             assert_eq!((out, unblocked), (0, 0), "{level:?}, {way:?}, scale {scale}, at {offset}");
@@ -227,7 +227,7 @@ proptest! {
         let mut rays = bundle(&mut random, BUNDLES[seed as usize % 4], 100, odd);
         rays.extend((0..100).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
         for level in Level::available() {
-            let found = in_columns(Sides::There, &rays, |rays, hits| narrow.closest(level, rays, hits));
+            let found = in_columns(&rays, |rays, hits| narrow.closest(level, rays, hits));
             for (ray, (found, expected)) in found.iter().zip(&trace(level, &bvh, &rays).0).enumerate() {
                 prop_assert_eq!(bits(found), bits(expected), "{:?}, ray {}", level, ray);
             }
@@ -262,7 +262,7 @@ proptest! {
         for (presence, met) in [(Presence::Front, front), (Presence::Back, !front), (Presence::Always, true)] {
             bvh.set_presence(|_| presence, &[]);
             for (level, way) in all_kernels() {
-                let (hits, occluded) = trace_as(way, Sides::There, level, &bvh, &[ray]);
+                let (hits, occluded) = trace_as(way, level, &bvh, &[ray]);
                 prop_assert_eq!((!hits[0].is_miss(), occluded[0] == 1), (met, met));
             }
         }

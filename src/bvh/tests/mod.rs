@@ -12,7 +12,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use proptest::prelude::*;
 use rand::RngExt;
 
-use self::oracle::{bracket, oracle};
+use self::oracle::{bracket, oracle, oracle_of};
 use super::layout::Instance;
 use super::presence::Word;
 use super::*;
@@ -92,21 +92,21 @@ impl Surfaces for Riddle {
 
 /// All queries, at one level.
 fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
-    trace_as(QueueMode { coherence: Coherence::Unknown, streams: true }, Sides::There, level, bvh, rays)
+    trace_as(
+        QueueMode { coherence: Coherence::Unknown, streams: true, sides: Sides::There },
+        level,
+        bvh,
+        rays,
+    )
 }
 
 /// The same, by the kernels for a kind of queue.
-fn trace_as(
-    way: QueueMode,
-    sides: Sides,
-    level: Level,
-    bvh: &Bvh,
-    rays: &[Ray<f32>],
-) -> (Vec<Hit>, Vec<u32>) {
-    let QueueMode { coherence, streams } = way;
+fn trace_as(way: QueueMode, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+    let QueueMode { coherence, streams, sides } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
     stack.least_stream = if streams { 1 } else { usize::MAX };
-    let hits = in_columns(sides, rays, |view, hits| {
+    let hits = in_columns(rays, |view, hits| {
+        let view = Rays { asker: view.asker.meeting(sides), ..view };
         closest(level, bvh, view, coherence, &mut stack, hits);
         super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
     });
@@ -114,7 +114,7 @@ fn trace_as(
 }
 
 /// What a query writes for a queue.
-fn in_columns(sides: Sides, rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
+fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
     let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
     let columns = [
         column(|r| r.origin.x),
@@ -127,7 +127,7 @@ fn in_columns(sides: Sides, rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)
         column(|r| r.t_max),
     ];
     let [ox, oy, oz, dx, dy, dz, t_min, t_max] = &columns;
-    let asker = Asker::new(&Riddle, 0).meeting(sides);
+    let asker = Asker::new(&Riddle, 0);
     let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, asker };
     let n = rays.len();
     let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -158,15 +158,16 @@ fn agree(soup: &Soup, rays: &[Ray<f32>]) {
 }
 
 fn agree_in(bvh: &Bvh, sides: Sides, rays: &[Ray<f32>]) {
-    let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle(bvh, sides, ray, i)).collect();
+    let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle_of(bvh, sides, ray, i)).collect();
     for (level, way) in all_kernels() {
-        let (hits, occluded) = trace_as(way, sides, level, bvh, rays);
+        let way = QueueMode { sides, ..way };
+        let (hits, occluded) = trace_as(way, level, bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
                 let (o, d) = (r.origin, r.direction);
                 let ray = format!("{:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max);
-                format!("{level:?}, {way:?}, {sides:?}, ray {i} {ray}")
+                format!("{level:?}, {way:?}, ray {i} {ray}")
             };
             assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
             assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());
@@ -174,20 +175,23 @@ fn agree_in(bvh: &Bvh, sides: Sides, rays: &[Ray<f32>]) {
     }
 }
 
-/// What a queue is said to be, and whether what no packet takes goes in streams or in flight.
+/// A description of a queue, the sides that its rays meet, and whether rays that no packet takes go in streams or in
+/// flight.
 #[derive(Clone, Copy, Debug)]
 struct QueueMode {
     coherence: Coherence,
     streams: bool,
+    sides: Sides,
 }
 
 /// Every instruction set with every kind of queue.
 fn all_kernels() -> Vec<(Level, QueueMode)> {
+    let sides = Sides::There;
     let kinds = [
-        QueueMode { coherence: Coherence::Unknown, streams: false },
-        QueueMode { coherence: Coherence::Coherent, streams: true },
-        QueueMode { coherence: Coherence::Scattered, streams: false },
-        QueueMode { coherence: Coherence::Scattered, streams: true },
+        QueueMode { coherence: Coherence::Unknown, streams: false, sides },
+        QueueMode { coherence: Coherence::Coherent, streams: true, sides },
+        QueueMode { coherence: Coherence::Scattered, streams: false, sides },
+        QueueMode { coherence: Coherence::Scattered, streams: true, sides },
     ];
     Level::available().into_iter().flat_map(|level| kinds.map(|kind| (level, kind))).collect()
 }

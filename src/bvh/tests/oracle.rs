@@ -26,7 +26,12 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
 
 /// The documented answer: the least (max(t, entry), primitive, instance) of all primitives that are
 /// there for the ray of a number.
-pub(super) fn oracle(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize) -> Hit {
+pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
+    oracle_of(bvh, Sides::There, world, number)
+}
+
+/// The same for a ray that meets these sides.
+pub(super) fn oracle_of(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
     let everywhere = Asked::between(f32::NEG_INFINITY, f32::INFINITY);
@@ -55,8 +60,7 @@ pub(super) fn oracle(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize) -
                 let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
                 // It is t itself, not what it was raised to, that must be beyond t_min.
                 let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
-                let side = given.unwrap_or(word.presence());
-                let there = match side {
+                let there = match given.unwrap_or(word.presence()) {
                     Presence::Always => true,
                     Presence::Front | Presence::Back if sides == Sides::Both => true,
                     Presence::Front => front != (sides == Sides::Opposite),

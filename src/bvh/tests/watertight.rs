@@ -68,7 +68,7 @@ fn no_ray_leaves_a_closed_surface() {
         let bvh = soup.build();
         let rays = rays_from_within(&soup, &mut random, scale, offset);
         for (level, way) in all_kernels() {
-            let (hits, occluded) = trace_as(way, Sides::There, level, &bvh, &rays);
+            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
             assert_eq!((out, unblocked), (0, 0), "{level:?}, scale {scale}, at {offset}");

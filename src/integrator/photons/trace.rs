@@ -9,7 +9,7 @@ use super::emission::Emitted;
 use super::gather::{first_radius, footprint_area, own_part};
 use crate::integrator::Frame;
 use crate::integrator::medium;
-use crate::integrator::onward::{drawn, unhindered};
+use crate::integrator::onward::{drawn, past, unhindered};
 use crate::integrator::path::Path;
 use crate::integrator::path_tracing::{Fork, ScatteringVertex, boundary, bsdf, shading_point};
 use crate::integrator::shadow::ShadowRay;
@@ -32,7 +32,7 @@ pub struct PhotonOutcome<F: Float> {
     pub next: Path<F>,
     /// Their rays.
     pub goes_on: F::Mask,
-    /// The same photons, behind a surface that they pass as well.
+    /// Photons that pass the surface as well, behind it.
     pub passed: Option<Fork<F>>,
     /// The photons that end here, to be gathered.
     pub lands: F::Mask,
@@ -97,7 +97,7 @@ pub fn hit<F: Float>(
     let mut out = PhotonOutcome {
         next: *path,
         goes_on: none,
-        passed: record.hides_back.then(|| passed(path, &surface, way, mask)),
+        passed: None,
         lands: none,
         position: surface.position,
         normal: surface.geometric_normal,
@@ -112,11 +112,18 @@ pub fn hit<F: Float>(
         (out.next, out.goes_on) = (next, gone & again);
     }
     let mask = mask & !gone;
+    if record.hides_back {
+        out.passed = Some(passed(path, &surface, way, mask));
+    }
     if record.unlit || !mask.any() {
         return out;
     }
     if !record.makes_caustics() {
         out.lands = mask & !path.branch.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
+        if record.hides_back && !record.lets_through() {
+            // Nobody sees that side.
+            out.lands = out.lands & !surface.inside;
+        }
         if out.lands.any() {
             out.flux = landed(frame, path, flux, way, out.lands);
             let path = &Path { throughput: out.flux, ..*path };
@@ -161,12 +168,8 @@ pub fn hit<F: Float>(
 /// way does not meet it.
 #[inline(always)]
 fn passed<F: Float>(path: &Path<F>, surface: &Surface<F>, way: F, mask: F::Mask) -> Fork<F> {
-    let one = F::Int::splat(1);
-    let origin = leave(surface.position, surface.geometric_normal, surface.offset, path.direction);
-    let (depth, scatterings) = (path.depth + one, path.scatterings + one);
-    let next = Path { origin, depth, scatterings, width: way, ..*path };
-    let again = path.scatterings.lt(F::Int::splat(medium::MOST));
-    Fork { next, mask: mask & !surface.inside & again & path.throughput.max_component().gt(F::zero()) }
+    let (next, goes_on) = past(path, surface, way);
+    Fork { next, mask: mask & !surface.inside & goes_on }
 }
 
 /// The lanes whose surface has no back.
@@ -179,7 +182,7 @@ fn one_sided<F: Float>(scene: &CompiledScene, surface: &Surface<F>, mask: F::Mas
     mask & F::Mask::from_bits(lanes.fold(0, |bits, lane| bits | 1 << lane))
 }
 
-/// Whether photons leave a surface without a back at its front, where a path of the camera would arrive.
+/// Finds the photons that leave a surface without a back at its front, where a path of the camera would arrive.
 #[inline(always)]
 fn leaves_front<F: Float>(drawn: &BsdfSample<F>, surface: &Surface<F>) -> F::Mask {
     (surface.inside & drawn.through) | !(surface.inside | drawn.through)
@@ -322,13 +325,13 @@ pub fn hit_whitted<F: Float>(
     let (flux, way) = (path.throughput, path.width + hit.t);
     let path = &Path { width: way, ..*path };
     let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.branch.eq(F::Int::splat(0));
-    let one_sided = one_sided(scene, &surface, mask);
-    let passed = one_sided.any().then(|| passed(path, &surface, way, mask & one_sided));
+    let one_sided = one_sided(scene, &surface, mask & !boundary.gone);
+    let passed = one_sided.any().then(|| passed(path, &surface, way, one_sided));
     let mut out = PhotonOutcome {
         next: *path,
         goes_on: none,
         passed,
-        lands: mask & ends & flux.max_component().gt(F::zero()),
+        lands: mask & ends & !(one_sided & surface.inside) & flux.max_component().gt(F::zero()),
         position: surface.position,
         normal: surface.geometric_normal,
         flux,

@@ -223,7 +223,7 @@ impl Slots {
             units: 0..0,
             sizes: Vec::new(),
             chosen: HashMap::new(),
-            unit: Unit::default(),
+            unit: frame.unit,
             pilot: false,
             measured: Vec::new(),
             slots: vec![Slot::EMPTY; count],
@@ -244,7 +244,6 @@ impl Slots {
         let Region { x0, y0, x1, y1 } = region;
         let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
         self.blocks = Region { x0, y0, x1, y1 };
-        self.unit = frame.unit;
         let log2 = frame.sharing.map_or(0, |grouping| grouping.log2);
         self.sizes = vec![log2 as u8; self.blocks.area()];
     }
