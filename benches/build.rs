@@ -4,14 +4,14 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::internals::bvh::{BuildQuality, Bvh, Geometry};
+use rayfront::internals::bvh::{BuildQuality, Bvh, PrimitiveArrays};
 
 /// Everything from geometry to finished nodes and blocks.
 fn build(c: &mut Criterion) {
     for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
         let mesh = common::bumpy_sphere(triangles);
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
-        let geometry = Geometry { positions: &positions, triangles: &mesh.triangles, spheres: &[] };
+        let geometry = PrimitiveArrays { positions: &positions, triangles: &mesh.triangles, spheres: &[] };
         let count = mesh.triangles.len() as u32;
         for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
             let built = || {

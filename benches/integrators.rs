@@ -5,7 +5,7 @@ mod common;
 use common::{Stage, glass, grey, look, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayfront::internals::integrator::{Frame, Schedule, Sorting, Worker};
-use rayfront::internals::simd::Level;
+use rayfront::internals::simd::Isa;
 use rayfront::math::{Quat, Rgb, Vec3};
 use rayfront::world::{Background, BlinnPhong, Camera, Pattern, Shape, Transform};
 
@@ -92,11 +92,11 @@ fn schedules(c: &mut Criterion) {
         let mut films = Vec::new();
         for (name, schedule) in [("wavefront", Schedule::Wavefront), ("recursive", Schedule::Recursive)] {
             let mut worker = common::worker(&frame, schedule);
-            let (film, rays) = common::render(&frame, &mut worker, Level::detect(), SAMPLES);
+            let (film, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
             films.push(film);
             group.throughput(Throughput::Elements(rays));
             group.bench_function(BenchmarkId::from_parameter(name), |b| {
-                b.iter(|| common::render(&frame, &mut worker, Level::detect(), SAMPLES));
+                b.iter(|| common::render(&frame, &mut worker, Isa::detect(), SAMPLES));
             });
         }
         assert!(films[0] == films[1], "what is compared must be the same image");
@@ -109,10 +109,10 @@ fn wave_sizes(c: &mut Criterion) {
     let mut group = c.benchmark_group("wave");
     for wave in [256, 4_096, 16_384, 65_536] {
         let mut worker = Worker::new(&frame, Schedule::Wavefront, wave, Sorting::default());
-        let (_, rays) = common::render(&frame, &mut worker, Level::detect(), SAMPLES);
+        let (_, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
         group.throughput(Throughput::Elements(rays));
         group.bench_function(BenchmarkId::from_parameter(wave), |b| {
-            b.iter(|| common::render(&frame, &mut worker, Level::detect(), SAMPLES));
+            b.iter(|| common::render(&frame, &mut worker, Isa::detect(), SAMPLES));
         });
     }
     group.finish();

@@ -8,7 +8,7 @@ use common::{Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayfront::internals::integrator::{Frame, Schedule};
 use rayfront::internals::math::elementary::{acos_turns, atan2_turns, exp2, log2, pow, sin_cos_turns};
-use rayfront::internals::simd::{Float, Kernel, Lanes, Level, dispatch};
+use rayfront::internals::simd::{Float, Isa, Kernel, Lanes, dispatch};
 use rayfront::math::{Rgb, Vec3};
 use rayfront::world::BlinnPhong;
 
@@ -35,12 +35,12 @@ fn lit_frame() -> Frame {
 fn render(c: &mut Criterion) {
     let frame = lit_frame();
     let mut worker = common::worker(&frame, Schedule::Wavefront);
-    let (_, rays) = common::render(&frame, &mut worker, Level::detect(), SAMPLES);
+    let (_, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
     let mut group = c.benchmark_group("shade/textured and lit");
     group.throughput(Throughput::Elements(rays));
-    for level in Level::available() {
-        group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-            b.iter(|| common::render(&frame, &mut worker, level, SAMPLES));
+    for isa in Isa::available() {
+        group.bench_function(BenchmarkId::from_parameter(isa.name()), |b| {
+            b.iter(|| common::render(&frame, &mut worker, isa, SAMPLES));
         });
     }
     group.finish();
@@ -104,9 +104,9 @@ fn elementary(c: &mut Criterion) {
     for (name, function) in functions {
         let mut group = c.benchmark_group(format!("elementary/{name}"));
         group.throughput(Throughput::Elements(COUNT as u64));
-        for level in Level::available() {
-            group.bench_function(BenchmarkId::from_parameter(level.name()), |b| {
-                b.iter(|| dispatch(level, Column { function, values: black_box(&values), out: &mut out }));
+        for isa in Isa::available() {
+            group.bench_function(BenchmarkId::from_parameter(isa.name()), |b| {
+                b.iter(|| dispatch(isa, Column { function, values: black_box(&values), out: &mut out }));
             });
         }
         group.finish();

@@ -9,7 +9,7 @@ use common::{RayClasses, Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayfront::internals::bvh::{self, Coherence, Stack};
 use rayfront::internals::scene::CompiledScene;
-use rayfront::internals::simd::Level;
+use rayfront::internals::simd::Isa;
 use rayfront::math::{Quat, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
 use rayfront::world::{Shape, Transform};
@@ -54,11 +54,11 @@ fn bench_scene(c: &mut Criterion, name: &str, scene: &CompiledScene) {
 }
 
 /// Every instruction set, and the widest with each kind of queue.
-fn variants() -> Vec<(&'static str, Level, Coherence)> {
+fn variants() -> Vec<(&'static str, Isa, Coherence)> {
     let mut variants: Vec<_> =
-        Level::available().into_iter().map(|level| (level.name(), level, Coherence::Unknown)).collect();
-    variants.push(("packets", Level::detect(), Coherence::Coherent));
-    variants.push(("scattered", Level::detect(), Coherence::Scattered));
+        Isa::available().into_iter().map(|isa| (isa.name(), isa, Coherence::Unknown)).collect();
+    variants.push(("packets", Isa::detect(), Coherence::Coherent));
+    variants.push(("scattered", Isa::detect(), Coherence::Scattered));
     variants
 }
 
@@ -67,9 +67,9 @@ fn bench_closest(c: &mut Criterion, name: &str, class: &str, scene: &CompiledSce
     let rays = rays.rays();
     let (mut stack, mut hits) = (Stack::new(&scene.bvh), HitBatch::new(rays.len()));
     group.throughput(Throughput::Elements(rays.len() as u64));
-    for (name, level, kind) in variants() {
+    for (name, isa, kind) in variants() {
         group.bench_function(BenchmarkId::from_parameter(name), |b| {
-            b.iter(|| bvh::closest(level, &scene.bvh, black_box(rays), kind, &mut stack, hits.hits_mut()));
+            b.iter(|| bvh::closest(isa, &scene.bvh, black_box(rays), kind, &mut stack, hits.hits_mut()));
         });
     }
     group.finish();
@@ -80,9 +80,9 @@ fn bench_any(c: &mut Criterion, name: &str, class: &str, scene: &CompiledScene, 
     let rays = rays.rays();
     let (mut stack, mut occluded) = (Stack::new(&scene.bvh), vec![0; rays.len()]);
     group.throughput(Throughput::Elements(rays.len() as u64));
-    for (name, level, kind) in variants() {
+    for (name, isa, kind) in variants() {
         group.bench_function(BenchmarkId::from_parameter(name), |b| {
-            b.iter(|| bvh::any(level, &scene.bvh, black_box(rays), kind, &mut stack, &mut occluded));
+            b.iter(|| bvh::any(isa, &scene.bvh, black_box(rays), kind, &mut stack, &mut occluded));
         });
     }
     group.finish();

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayfront::internals::bvh::{BuildQuality, Bvh, Geometry};
+use rayfront::internals::bvh::{BuildQuality, Bvh, PrimitiveArrays};
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
@@ -53,7 +53,8 @@ fn building_stays_within_the_bound_that_it_reports() {
         for with_spheres in [false, true] {
             let sphere = |i: usize| [i as f32 * 0.7, 1.0, 0.0, 0.5];
             let spheres: Vec<_> = (0..triangles.len() / 50 * with_spheres as usize).map(sphere).collect();
-            let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &spheres };
+            let geometry =
+                PrimitiveArrays { positions: &positions, triangles: &triangles, spheres: &spheres };
             for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
                 let mut bvh = Bvh { quality, ..Bvh::default() };
                 let before = HELD.load(Ordering::Relaxed);

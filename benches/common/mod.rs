@@ -14,7 +14,7 @@ use rayfront::internals::integrator::{Frame, Schedule, Sorting, Statistics, Work
 use rayfront::internals::render::Prepared;
 use rayfront::internals::sampling::Stream;
 use rayfront::internals::scene::CompiledScene;
-use rayfront::internals::simd::Level;
+use rayfront::internals::simd::Isa;
 use rayfront::math::{NONE, Quat, Rgb, Vec2, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
 use rayfront::world::{
@@ -205,11 +205,11 @@ pub fn area_light(watts: f32, samples: u32) -> Light {
 }
 
 /// Renders the frame's whole image on this thread; returns how many rays that took.
-pub fn render(frame: &Frame, worker: &mut Worker, level: Level, samples: u32) -> (Film, u64) {
+pub fn render(frame: &Frame, worker: &mut Worker, isa: Isa, samples: u32) -> (Film, u64) {
     let mut statistics = Statistics::default();
     let prepared = Prepared::now(frame);
     // Without photons: what they take is measured with whole images.
-    let work = Work { frame, pilot: prepared.pilot.as_ref(), photons: None, level };
+    let work = Work { frame, pilot: prepared.pilot.as_ref(), photons: None, isa };
     let film = worker.render(work, Region::whole(frame.size), 0..samples, &mut statistics);
     (film, statistics.rays.total())
 }
@@ -243,7 +243,7 @@ impl RayClasses {
         let rays = classes.primary.rays();
         let mut hits = HitBatch::new(rays.len());
         bvh::closest(
-            Level::detect(),
+            Isa::detect(),
             &scene.bvh,
             rays,
             Coherence::Unknown,

@@ -9,15 +9,15 @@ use super::binary::{BinaryNode, Tree};
 use super::build::{build, peak_bytes};
 use super::collapse::{CollapsePlan, open};
 use super::layout::{Bvh, ChildKind, Instance, Node, Root, SphereBlock, TriangleBlock, WIDTH, pad};
-use super::presence::{Presence, Word};
 use super::primitives::Primitives;
+use super::sidedness::{PrimitiveRef, Sidedness};
 use super::sphere::stored_radius;
 use crate::math::{Aabb, DVec3, Vec3};
 use crate::simd::prefer_large_pages;
 
 /// The arrays that primitive ids refer to.
 #[derive(Clone, Copy)]
-pub struct Geometry<'a> {
+pub struct PrimitiveArrays<'a> {
     /// Vertices.
     pub positions: &'a [[f32; 3]],
     /// Triangles by vertex indices; a triangle's id is its place here.
@@ -26,7 +26,7 @@ pub struct Geometry<'a> {
     pub spheres: &'a [[f32; 4]],
 }
 
-impl Geometry<'_> {
+impl PrimitiveArrays<'_> {
     #[inline(always)]
     pub(super) fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
@@ -45,7 +45,7 @@ impl Bvh {
     /// Adds a tree over some of the geometry; `None` if there is nothing in it.
     pub fn add_tree(
         &mut self,
-        geometry: &Geometry,
+        geometry: &PrimitiveArrays,
         triangles: Range<u32>,
         spheres: Range<u32>,
     ) -> Option<Root> {
@@ -54,7 +54,7 @@ impl Bvh {
 
     /// Adds the world's tree over geometry and over all instances, whose subtrees must
     /// have been added before.
-    pub fn add_root(&mut self, geometry: &Geometry, triangles: Range<u32>, spheres: Range<u32>) {
+    pub fn add_root(&mut self, geometry: &PrimitiveArrays, triangles: Range<u32>, spheres: Range<u32>) {
         let instances = self.instances.par_iter().map(|instance| self.around(instance)).collect();
         self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
     }
@@ -125,7 +125,7 @@ fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
     node
 }
 
-pub(super) fn triangle_block(geometry: &Geometry, ids: &[u32]) -> TriangleBlock {
+pub(super) fn triangle_block(geometry: &PrimitiveArrays, ids: &[u32]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, id) in ids.iter().enumerate() {
         let corners = geometry.corners(*id);
@@ -141,7 +141,7 @@ fn has_area(corners: [[f32; 3]; 3]) -> bool {
     (b - a).cross(c - a) != DVec3::ZERO
 }
 
-fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
+fn sphere_block(geometry: &PrimitiveArrays, ids: &[u32]) -> SphereBlock {
     let mut block = SphereBlock::EMPTY;
     for (lane, id) in ids.iter().enumerate() {
         let [x, y, z, radius] = geometry.spheres[*id as usize];
@@ -149,7 +149,7 @@ fn sphere_block(geometry: &Geometry, ids: &[u32]) -> SphereBlock {
             block.center[axis][lane] = value;
         }
         block.radius[lane] = stored_radius([x, y, z], radius);
-        block.words[lane] = Word::new(*id, Presence::Always).0;
+        block.words[lane] = PrimitiveRef::new(*id, Sidedness::Always).0;
     }
     block
 }

@@ -1,12 +1,12 @@
 //! The binary tree that is folded into wide nodes.
 
-use super::collapse::{Costs, Opening};
+use super::collapse::{CollapseChoice, Costs};
 use super::layout::{BLOCK, Child, ChildKind};
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 use crate::math::Aabb;
 
 /// Where a range larger than a block is cut, each part has at least this many references, unless kinds are mixed or
-/// there is room for an exception ([`Room`]). So there are hardly more than a quarter as many blocks as references,
+/// there is room for an exception ([`NodeBudget`]). So there are hardly more than a quarter as many blocks as references,
 /// which bounds memory.
 pub const FEWEST: usize = 4;
 /// A block with more references than these may be halved ([`Nodes::block`]).
@@ -28,7 +28,7 @@ pub struct BinaryNode {
     /// What it becomes, once that is known.
     pub child: Child,
     /// Which nodes below it become children of a wide node.
-    pub opening: Opening,
+    pub opening: CollapseChoice,
 }
 
 impl BinaryNode {
@@ -38,7 +38,7 @@ impl BinaryNode {
         count: 0,
         kind: ChildKind::Node,
         child: Child(0),
-        opening: Opening::NONE,
+        opening: CollapseChoice::NONE,
     };
 
     /// Whether what it holds fits a block.
@@ -79,20 +79,20 @@ pub struct Tree {
 /// A subtree as its parent sees it.
 #[derive(Clone, Copy)]
 pub struct Summary {
-    bounds: Extent,
+    bounds: SimdAabb,
     costs: Costs,
 }
 
 /// How many nodes a subtree may have. A large triangle among small ones is best off alone,
 /// but if every leaf held one there would be eight times as many as there need be.
 #[derive(Clone, Copy, Debug)]
-pub struct Room {
+pub struct NodeBudget {
     /// How many.
     pub nodes: usize,
     mixed: bool,
 }
 
-impl Room {
+impl NodeBudget {
     /// For a tree; `mixed`: over more than one kind, or over instances.
     pub fn new(references: usize, mixed: bool) -> Self {
         let exceptions = if mixed { 0 } else { references / EXCEPTION };
@@ -115,11 +115,11 @@ impl Room {
 
     /// For the two sides of a cut.
     #[inline(always)]
-    pub fn split(&self, left: usize, right: usize) -> [Room; 2] {
+    pub fn split(&self, left: usize, right: usize) -> [NodeBudget; 2] {
         let [first, second] = [left, right].map(|references| Self::least(references, self.mixed));
         let spare = self.nodes.saturating_sub(first + second + 1);
         let share = (spare as u64 * left as u64 / (left + right) as u64) as usize;
-        [first + share, second + spare - share].map(|nodes| Room { nodes, ..*self })
+        [first + share, second + spare - share].map(|nodes| NodeBudget { nodes, ..*self })
     }
 }
 
@@ -181,8 +181,8 @@ impl<'a> Nodes<'a> {
         Summary { bounds, costs }
     }
 
-    fn leaf(&mut self, references: &[Reference], first: usize) -> Extent {
-        let bounds = Extent::around(references);
+    fn leaf(&mut self, references: &[Reference], first: usize) -> SimdAabb {
+        let bounds = SimdAabb::around(references);
         self.push(BinaryNode {
             bounds: bounds.bounds(),
             offset: first as u32,

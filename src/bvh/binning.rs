@@ -4,7 +4,7 @@
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use super::layout::BLOCK;
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 
 /// The most bins that an axis is cut into.
 pub const BINS: usize = 16;
@@ -24,7 +24,7 @@ pub struct Binning {
 impl Binning {
     /// For centres that lie in `centers`; others fall into the outermost bins.
     #[inline(always)]
-    pub fn new(centers: &Extent, bins: usize) -> Self {
+    pub fn new(centers: &SimdAabb, bins: usize) -> Self {
         let size = centers.max - centers.min;
         // An axis has one bin if the box is flat along it, or as long as floats go.
         let fine = size.cmpgt(Vec4::splat(1e-30)) & size.cmplt(Vec4::INFINITY);
@@ -88,7 +88,7 @@ impl Bins {
             self.count[bin] = [0; 4];
         }
         for reference in references {
-            let Extent { min, max } = reference.extent();
+            let SimdAabb { min, max } = reference.extent();
             let [x, y, z, _] = binning.bins(reference.center());
             for (axis, at) in [x, y, z].into_iter().enumerate() {
                 self.min[at][axis] = self.min[at][axis].min(min);
@@ -104,14 +104,14 @@ impl Bins {
     pub fn best(&self, weight: u32, fewest: usize) -> Option<Cut> {
         let count = self.used;
         let mut right = [Vec4::INFINITY; BINS];
-        let mut boxes = Boxes::EMPTY;
+        let mut boxes = AxisBoxes::EMPTY;
         for plane in (1..count).rev() {
             boxes.grow(&self.min[plane], &self.max[plane], &self.count[plane]);
             right[plane] = boxes.cost(weight, fewest);
         }
         let mut best = Vec4::INFINITY;
         let mut planes = Vec4::ZERO;
-        let mut left = Boxes::EMPTY;
+        let mut left = AxisBoxes::EMPTY;
         for (plane, right) in right.into_iter().enumerate().take(count).skip(1) {
             left.grow(&self.min[plane - 1], &self.max[plane - 1], &self.count[plane - 1]);
             let cost = left.cost(weight, fewest) + right;
@@ -125,10 +125,10 @@ impl Bins {
     }
 
     /// The boxes of a cut's two sides.
-    pub fn sides(&self, cut: &Cut) -> [Extent; 2] {
+    pub fn sides(&self, cut: &Cut) -> [SimdAabb; 2] {
         let around = |bins: std::ops::Range<usize>| {
-            bins.fold(Extent::EMPTY, |all, bin| {
-                all.union(Extent { min: self.min[bin][cut.axis], max: self.max[bin][cut.axis] })
+            bins.fold(SimdAabb::EMPTY, |all, bin| {
+                all.union(SimdAabb { min: self.min[bin][cut.axis], max: self.max[bin][cut.axis] })
             })
         };
         [around(0..cut.plane), around(cut.plane..self.used)]
@@ -136,14 +136,15 @@ impl Bins {
 }
 
 /// Three growing boxes, one for each axis that is cut.
-struct Boxes {
+struct AxisBoxes {
     min: [Vec4; 3],
     max: [Vec4; 3],
     count: [u32; 4],
 }
 
-impl Boxes {
-    const EMPTY: Boxes = Boxes { min: [Vec4::INFINITY; 3], max: [Vec4::NEG_INFINITY; 3], count: [0; 4] };
+impl AxisBoxes {
+    const EMPTY: AxisBoxes =
+        AxisBoxes { min: [Vec4::INFINITY; 3], max: [Vec4::NEG_INFINITY; 3], count: [0; 4] };
 
     #[inline(always)]
     fn grow(&mut self, min: &[Vec4; 3], max: &[Vec4; 3], count: &[u32; 4]) {

@@ -1,17 +1,17 @@
 //! Every triangle for every ray: what a tree is measured against.
 
-use super::leaf::{self, Visit};
-use super::presence::Asker;
+use super::leaf::{self, LeafContext};
 use super::ray::LocalRay;
+use super::sidedness::AnyHitFilter;
 use super::{Bvh, HitsMut};
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
 /// The nearest hit of a ray among all triangles and spheres, without looking at the tree. Made for scenes without
 /// instances, which it ignores. Distances may differ in their last bits from those of the tree, which raises them to
 /// where the ray enters a leaf.
-pub fn closest(level: Level, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
-    dispatch(level, BruteForce { bvh, ray })
+pub fn closest(isa: Isa, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
+    dispatch(isa, BruteForce { bvh, ray })
 }
 
 struct BruteForce<'a> {
@@ -25,7 +25,7 @@ impl Kernel for BruteForce<'_> {
     fn run<L: Lanes>(self) -> Hit {
         let local = LocalRay::new(*self.ray);
         let t_min = self.ray.t_min;
-        let visit = Visit::new(self.bvh, t_min, t_min, NONE, Asker::CREDULOUS);
+        let visit = LeafContext::new(self.bvh, t_min, t_min, NONE, AnyHitFilter::ACCEPT_ALL);
         let mut best = Hit { t: self.ray.t_max, ..Hit::MISS };
         for block in self.bvh.triangles.iter() {
             leaf::triangles::<L, HitsMut>(block, &local.ray, &local.shear, visit, &mut best);

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::binning::{BINS, Binning, Bins, partition};
 use super::primitives::Primitives;
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 
 /// Levels of cuts; two to this power is the number of buckets.
 const MOST_LEVELS: u32 = 8;
@@ -72,10 +72,10 @@ impl Dividers {
     #[inline(always)]
     fn buckets(&self, centers: &[[f32; 4]; AT_ONCE]) -> [u8; AT_ONCE] {
         let mut buckets = [0; AT_ONCE];
-        for level in (0..self.levels).rev() {
-            let half = 1 << level;
+        for isa in (0..self.levels).rev() {
+            let half = 1 << isa;
             for (bucket, center) in buckets.iter_mut().zip(centers) {
-                *bucket += (self.dividers[*bucket + half - 1].is_right(center) as usize) << level;
+                *bucket += (self.dividers[*bucket + half - 1].is_right(center) as usize) << isa;
             }
         }
         buckets.map(|bucket| bucket as u8)
@@ -87,7 +87,7 @@ fn divide(sample: &mut [Reference], weight: u32, dividers: &mut [Divider]) {
     if dividers.is_empty() || sample.len() < FEWEST {
         return;
     }
-    let binning = Binning::new(&Extent::around_centers(sample), BINS);
+    let binning = Binning::new(&SimdAabb::around_centers(sample), BINS);
     let mut bins = Bins::default();
     bins.fill(sample.iter(), &binning);
     let Some(cut) = bins.best(weight, 1) else { return };

@@ -7,12 +7,12 @@
 use rayon::prelude::*;
 
 use super::BuildQuality;
-use super::binary::{BinaryNode, Nodes, Room, Summary, Tree, is_block};
+use super::binary::{BinaryNode, NodeBudget, Nodes, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition, partition_by};
 use super::buckets::Buckets;
 use super::layout::BLOCK;
 use super::primitives::Primitives;
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 
 /// Subtrees with fewer references are built by one thread.
 pub(super) const PARALLEL: usize = 8192;
@@ -34,7 +34,7 @@ const SMALL: usize = 1 << 15;
 /// starts: for 10^6 triangles 79 each, 90 with cuts through triangles. `mixed`:
 /// over more than one kind of primitive, or over instances.
 ///
-/// With n references and N = [`Room`]`(n)` binary nodes (48 bytes each) the most are alive:
+/// With n references and N = [`NodeBudget`]`(n)` binary nodes (48 bytes each) the most are alive:
 ///
 /// - at `Fast` and `Default` either the lists by buckets (4 n, and their ends), the order
 ///   (4 n), the buckets' references (32 n, were all built at once) and nodes; or the order,
@@ -46,10 +46,10 @@ pub fn peak_bytes(count: usize, mixed: bool, quality: BuildQuality) -> usize {
     let reference = size_of::<Reference>();
     if quality == BuildQuality::High {
         let room = count + super::spatial::budget(count);
-        return room * (reference + 4) + Room::new(room, mixed).nodes * node + SMALL;
+        return room * (reference + 4) + NodeBudget::new(room, mixed).nodes * node + SMALL;
     }
     // Every bucket may round up.
-    let nodes = (Room::new(count.max(1), mixed).nodes + 4 * super::buckets::MOST) * node;
+    let nodes = (NodeBudget::new(count.max(1), mixed).nodes + 4 * super::buckets::MOST) * node;
     let sort =
         super::buckets::peak_bytes(count, if quality == BuildQuality::Fast { SAMPLED_FAST } else { SAMPLED });
     sort + 4 * count + nodes + nodes.max(count * reference) + SMALL
@@ -114,7 +114,7 @@ impl BucketTree {
         if references.is_empty() {
             return None;
         }
-        let room = Room::new(references.len(), mixed);
+        let room = NodeBudget::new(references.len(), mixed);
         let mut nodes = Nodes::room(room.nodes);
         let mut tree = Nodes::new(&mut nodes);
         let mut builder = SubtreeBuilder { is_fast: quality == BuildQuality::Fast, bins: Bins::default() };
@@ -150,7 +150,7 @@ fn join_parts(parts: &mut [Option<BucketTree>], nodes: &mut Nodes) -> Option<Sum
 #[derive(Clone, Copy)]
 pub(super) struct TreePosition {
     pub depth: u32,
-    pub room: Room,
+    pub room: NodeBudget,
 }
 
 impl TreePosition {
@@ -230,10 +230,10 @@ impl SubtreeBuilder {
         let binning;
         if stride > 1 {
             let sample = || references.iter().step_by(stride);
-            binning = Binning::new(&sample().fold(Extent::EMPTY, |all, r| all.with(r.center())), bins);
+            binning = Binning::new(&sample().fold(SimdAabb::EMPTY, |all, r| all.with(r.center())), bins);
             self.bins.fill(sample(), &binning);
         } else {
-            binning = Binning::new(&Extent::around_centers(references), bins);
+            binning = Binning::new(&SimdAabb::around_centers(references), bins);
             self.bins.fill(references.iter(), &binning);
         }
         match self.bins.best(stride as u32, if stride > 1 { 1 } else { fewest }) {
@@ -254,7 +254,7 @@ pub(super) fn halve(references: &mut [Reference]) -> usize {
         }
     }
     let half = references.len() / 2;
-    let axis = longest_axis(&Extent::around_centers(references));
+    let axis = longest_axis(&SimdAabb::around_centers(references));
     references.select_nth_unstable_by(half, |a, b| {
         let order = a.center()[axis].total_cmp(&b.center()[axis]);
         order.then((a.kind() as u8).cmp(&(b.kind() as u8))).then(a.id().cmp(&b.id()))
@@ -262,14 +262,14 @@ pub(super) fn halve(references: &mut [Reference]) -> usize {
     half
 }
 
-fn longest_axis(extent: &Extent) -> usize {
+fn longest_axis(extent: &SimdAabb) -> usize {
     let size = extent.max - extent.min;
     if size.x >= size.y && size.x >= size.z { 0 } else { 1 + (size.z > size.y) as usize }
 }
 
 /// Cuts the box of the centroids in the middle of its longest side.
 pub(super) fn split_middle(references: &mut [Reference]) -> usize {
-    let centers = Extent::around_centers(references);
+    let centers = SimdAabb::around_centers(references);
     let axis = longest_axis(&centers);
     partition(references, axis, (centers.min[axis] + centers.max[axis]) * 0.5)
 }

@@ -10,7 +10,7 @@ use crate::math::{Aabb, NONE, Vec3};
 const POINTS: u32 = 16;
 
 /// A primitive in a leaf.
-struct Content {
+struct LeafPrimitive {
     id: u32,
     /// Around all of it (an instance has no box of its own here).
     bounds: Aabb,
@@ -19,7 +19,7 @@ struct Content {
 }
 
 /// The leaves that each primitive is in; instances apart.
-type LeavesByPrimitive = HashMap<(bool, u32), (Content, Vec<Aabb>)>;
+type LeavesByPrimitive = HashMap<(bool, u32), (LeafPrimitive, Vec<Aabb>)>;
 
 impl Bvh {
     /// Checks that every box lies in its parent's, and every primitive of a tree in a leaf's box; a triangle may
@@ -93,17 +93,19 @@ impl Bvh {
     }
 
     /// What a leaf holds.
-    fn contents(&self, child: Child) -> Vec<Content> {
+    fn contents(&self, child: Child) -> Vec<LeafPrimitive> {
         let index = child.index();
         match child.kind() {
             ChildKind::Node => Vec::new(),
-            ChildKind::Instance => vec![Content { id: index as u32, bounds: Aabb::EMPTY, corners: None }],
+            ChildKind::Instance => {
+                vec![LeafPrimitive { id: index as u32, bounds: Aabb::EMPTY, corners: None }]
+            }
             ChildKind::Triangles => {
                 let block = &self.triangles[index];
                 let content = |lane: usize| {
                     let corners = block.corners(lane).map(Vec3::from_array);
                     let bounds = Aabb::around(corners);
-                    Content { id: block.id(lane), bounds, corners: Some(corners) }
+                    LeafPrimitive { id: block.id(lane), bounds, corners: Some(corners) }
                 };
                 (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
@@ -113,7 +115,7 @@ impl Bvh {
                     let center = Vec3::from_array(block.center.map(|axis| axis[lane]));
                     let radius = Vec3::splat(block.radius[lane].abs());
                     let bounds = Aabb { min: center - radius, max: center + radius };
-                    Content { id: block.id(lane), bounds, corners: None }
+                    LeafPrimitive { id: block.id(lane), bounds, corners: None }
                 };
                 (0..BLOCK).map(content).filter(|c| c.id != NONE).collect()
             }
@@ -121,7 +123,7 @@ impl Bvh {
     }
 }
 
-impl Content {
+impl LeafPrimitive {
     fn validate(&self, leaves: &[Aabb]) -> Result<(), String> {
         match (leaves, self.corners) {
             ([leaf], _) if leaf.union(self.bounds) == *leaf => Ok(()),

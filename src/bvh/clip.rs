@@ -3,7 +3,7 @@
 use glam::Vec4;
 
 use super::layout::PADDING;
-use super::reference::Extent;
+use super::reference::SimdAabb;
 
 /// A triangle in double precision, for cutting.
 pub struct Clipper {
@@ -17,7 +17,7 @@ impl Clipper {
     /// Prepares a triangle.
     #[inline]
     pub fn new(corners: [[f32; 3]; 3]) -> Self {
-        let whole = Extent::around_points(corners);
+        let whole = SimdAabb::around_points(corners);
         let padding = whole.min.abs().max(whole.max.abs()) * Vec4::splat(PADDING);
         Self { corners: corners.map(|corner| corner.map(f64::from)), padding }
     }
@@ -26,7 +26,7 @@ impl Clipper {
     /// does. Never too small: double precision errs by far less than the padding, except
     /// where floats have hardly any digits left, hence the next floats outwards.
     #[inline]
-    pub fn between(&self, axis: usize, low: f32, high: f32) -> Extent {
+    pub fn between(&self, axis: usize, low: f32, high: f32) -> SimdAabb {
         let (low, high) = (f64::from(low), f64::from(high));
         let mut min = [f64::INFINITY; 3];
         let mut max = [f64::NEG_INFINITY; 3];
@@ -51,13 +51,13 @@ impl Clipper {
             }
         }
         if min[0] > max[0] {
-            return Extent::EMPTY;
+            return SimdAabb::EMPTY;
         }
         let corner = |point: [f64; 3], outwards: fn(f32) -> f32| {
             let [x, y, z] = point.map(|c| outwards(c as f32));
             Vec4::new(x, y, z, 0.0)
         };
-        Extent {
+        SimdAabb {
             min: corner(min, f32::next_down) - self.padding,
             max: corner(max, f32::next_up) + self.padding,
         }

@@ -23,13 +23,13 @@ pub struct Costs {
 /// go to its first child, in four bits; 0 for a wide node of its own. The lowest four bits
 /// are those of the wide node's own children.
 #[derive(Clone, Copy, Debug)]
-pub struct Opening(u64);
+pub struct CollapseChoice(u64);
 
-impl Opening {
+impl CollapseChoice {
     /// Of a block that stays one.
-    pub const NONE: Opening = Opening(0);
+    pub const NONE: CollapseChoice = CollapseChoice(0);
 
-    /// Whether it is [`Opening::NONE`].
+    /// Whether it is [`CollapseChoice::NONE`].
     #[inline(always)]
     pub fn is_none(self) -> bool {
         self.0 == 0
@@ -51,17 +51,17 @@ impl Costs {
     }
 
     /// A block that can be two, with the areas of its halves, if that is better.
-    pub fn halved(half_area: f32, [left, right]: [f32; 2]) -> Option<(Self, Opening)> {
+    pub fn halved(half_area: f32, [left, right]: [f32; 2]) -> Option<(Self, CollapseChoice)> {
         let mut cost = [left + right; WIDTH];
         cost[0] = half_area;
-        let mut opening = Opening::NONE;
+        let mut opening = CollapseChoice::NONE;
         (2..=WIDTH).for_each(|roots| opening.set(roots, 1));
         (cost[1] < half_area).then_some((Self { cost, most: 2 }, opening))
     }
 
     /// A node over two subtrees.
     #[inline]
-    pub fn node(half_area: f32, left: &Costs, right: &Costs) -> (Self, Opening) {
+    pub fn node(half_area: f32, left: &Costs, right: &Costs) -> (Self, CollapseChoice) {
         let most = (left.most + right.most).min(WIDTH);
         let mut cost = [f32::INFINITY; WIDTH];
         let mut firsts = [1; WIDTH];
@@ -76,7 +76,7 @@ impl Costs {
             }
             (cost[roots - 1], firsts[roots - 1]) = best;
         }
-        let mut opening = Opening::NONE;
+        let mut opening = CollapseChoice::NONE;
         opening.set(1, firsts[most - 1]);
         cost[0] = half_area * NODE_COST + cost[most - 1];
         for roots in 2..=WIDTH {

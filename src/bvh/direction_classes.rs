@@ -1,7 +1,7 @@
 //! Queues in the order of the classes of their rays' directions.
 
 use super::Rays;
-use super::answers::{Answers, put_lanes};
+use super::hit_sink::{HitSink, write_lanes};
 use super::triangle::Longest;
 use crate::math::NONE;
 use crate::simd::{Float, Int};
@@ -53,11 +53,11 @@ impl DirectionClasses {
 
     /// Answers a queue of which every result has been kept, where nothing was hit in an instance.
     #[inline(always)]
-    pub fn answer<F: Float, A: Answers>(&self, count: usize, answers: &mut A) {
+    pub fn answer<F: Float, A: HitSink>(&self, count: usize, sink: &mut A) {
         for at in (0..count).step_by(F::WIDTH) {
             let [t, u, v, primitive] = F::load_rows(&self.hits, F::Int::load(&self.places[at..]));
             let numbers = [primitive.to_bits(), F::Int::splat(NONE)];
-            put_lanes(answers, at, F::WIDTH.min(count - at), [t, u, v], numbers);
+            write_lanes(sink, at, F::WIDTH.min(count - at), [t, u, v], numbers);
         }
     }
 

@@ -1,7 +1,7 @@
 //! The flattened tree as it lies in memory.
 
 use super::BuildQuality;
-use super::presence::{Presence, Word};
+use super::sidedness::{PrimitiveRef, Sidedness};
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
 use crate::simd::sixteen::shift;
@@ -151,14 +151,14 @@ impl Node {
 pub struct TriangleBlock {
     /// Axis, then corner, then triangle.
     pub vertex: [[[f32; BLOCK]; 3]; 3],
-    /// Which triangles, and from which side they are there: [`Word`]s.
+    /// Which triangles, and from which side they are there: [`PrimitiveRef`]s.
     pub words: [u32; BLOCK],
 }
 
 impl TriangleBlock {
     /// No triangle.
     pub const EMPTY: TriangleBlock =
-        TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], words: [Word::UNUSED.0; BLOCK] };
+        TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], words: [PrimitiveRef::UNUSED.0; BLOCK] };
 
     /// Puts a triangle in one of the places.
     pub fn set(&mut self, place: usize, corners: [[f32; 3]; 3], primitive: u32) {
@@ -167,12 +167,12 @@ impl TriangleBlock {
                 self.vertex[axis][corner][place] = value;
             }
         }
-        self.words[place] = Word::new(primitive, Presence::Always).0;
+        self.words[place] = PrimitiveRef::new(primitive, Sidedness::Always).0;
     }
 
     /// The id of one of the triangles, [`NONE`] where there is none.
     pub fn id(&self, place: usize) -> u32 {
-        let word = Word(self.words[place]);
+        let word = PrimitiveRef(self.words[place]);
         if word.is_used() { word.number() } else { NONE }
     }
 
@@ -198,18 +198,21 @@ pub struct SphereBlock {
     pub center: [[f32; BLOCK]; 3],
     /// In metres; below 0 where the sphere may be met as a vast one (`sphere::stored_radius`).
     pub radius: [f32; BLOCK],
-    /// Which spheres, and from which side they are there: [`Word`]s.
+    /// Which spheres, and from which side they are there: [`PrimitiveRef`]s.
     pub words: [u32; BLOCK],
 }
 
 impl SphereBlock {
     /// No sphere.
-    pub const EMPTY: SphereBlock =
-        SphereBlock { center: [[0.0; BLOCK]; 3], radius: [f32::NAN; BLOCK], words: [Word::UNUSED.0; BLOCK] };
+    pub const EMPTY: SphereBlock = SphereBlock {
+        center: [[0.0; BLOCK]; 3],
+        radius: [f32::NAN; BLOCK],
+        words: [PrimitiveRef::UNUSED.0; BLOCK],
+    };
 
     /// The id of one of the spheres, [`NONE`] where there is none.
     pub fn id(&self, place: usize) -> u32 {
-        let word = Word(self.words[place]);
+        let word = PrimitiveRef(self.words[place]);
         if word.is_used() { word.number() | SPHERE } else { NONE }
     }
 
@@ -233,7 +236,7 @@ pub struct Instance {
     /// The subtree, with its box in its own space; it holds no other instance.
     pub root: Root,
     /// From which side its primitives are there, if it is not for them to say.
-    pub presence: Option<Presence>,
+    pub sidedness: Option<Sidedness>,
 }
 
 impl Instance {
@@ -252,7 +255,7 @@ impl Instance {
             to_local: [row(&back, 0), row(&back, 1), row(&back, 2)],
             to_world: [there(0), there(1), there(2)],
             root,
-            presence: None,
+            sidedness: None,
         }
     }
 
@@ -276,7 +279,7 @@ pub struct Bvh {
     pub spheres: Vec<SphereBlock>,
     /// Subtrees placed in the world.
     pub instances: Vec<Instance>,
-    /// Whether some primitive is not [`Presence::Always`] there.
+    /// Whether some primitive is not [`Sidedness::Always`] there.
     pub conditional: bool,
     /// The world's tree, if there is anything at all.
     pub root: Option<Root>,
@@ -339,21 +342,21 @@ impl Bvh {
     }
 
     /// Sets from which side each primitive of the trees is there, and the same for what instances place.
-    pub fn set_presence(&mut self, of: impl Fn(u32) -> Presence, placed: &[Option<Presence>]) {
+    pub fn set_sidedness(&mut self, of: impl Fn(u32) -> Sidedness, placed: &[Option<Sidedness>]) {
         let mut conditional = false;
         let mut set = |word: &mut u32, flag: u32| {
-            let number = Word(*word).number();
-            if Word(*word).is_used() {
-                let presence = of(number | flag);
-                conditional |= presence != Presence::Always;
-                *word = Word::new(number, presence).0;
+            let number = PrimitiveRef(*word).number();
+            if PrimitiveRef(*word).is_used() {
+                let sidedness = of(number | flag);
+                conditional |= sidedness != Sidedness::Always;
+                *word = PrimitiveRef::new(number, sidedness).0;
             }
         };
         self.triangles.iter_mut().flat_map(|block| &mut block.words).for_each(|word| set(word, 0));
         self.spheres.iter_mut().flat_map(|block| &mut block.words).for_each(|word| set(word, SPHERE));
-        for (instance, presence) in self.instances.iter_mut().zip(placed) {
-            conditional |= presence.is_some_and(|presence| presence != Presence::Always);
-            instance.presence = *presence;
+        for (instance, sidedness) in self.instances.iter_mut().zip(placed) {
+            conditional |= sidedness.is_some_and(|sidedness| sidedness != Sidedness::Always);
+            instance.sidedness = *sidedness;
         }
         self.conditional = conditional;
     }

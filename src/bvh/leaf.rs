@@ -1,16 +1,16 @@
 //! What happens at a leaf: the canonical test of its block, and which hit is kept.
 
-use super::answers::Answers;
+use super::hit_sink::HitSink;
 use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
-use super::presence::{Asker, Candidate, Presence, Word};
-use super::triangle::{Asked, BlockHits, Exact, Shear};
+use super::sidedness::{AnyHitFilter, PrimitiveCandidate, PrimitiveRef, Sidedness};
+use super::triangle::{AcceptedRange, BlockHits, Exact, Shear};
 use super::{Bvh, sphere, triangle};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
 /// Where a ray is when it comes to a leaf.
 #[derive(Clone, Copy)]
-pub(super) struct Visit<'a> {
+pub(super) struct LeafContext<'a> {
     /// Where it enters the leaf's box: no hit in it counts as nearer.
     pub near: f32,
     /// Only hits beyond this count.
@@ -18,31 +18,31 @@ pub(super) struct Visit<'a> {
     /// The instance that it is in.
     pub instance: u32,
     /// Asks what is there.
-    pub asker: Asker<'a>,
+    pub filter: AnyHitFilter<'a>,
     /// Whether some primitives may not be there.
     conditional: bool,
     instances: &'a [Instance],
 }
 
-impl<'a> Visit<'a> {
+impl<'a> LeafContext<'a> {
     /// At a leaf of a tree.
     #[inline(always)]
-    pub fn new(bvh: &'a Bvh, near: f32, t_min: f32, instance: u32, asker: Asker<'a>) -> Self {
+    pub fn new(bvh: &'a Bvh, near: f32, t_min: f32, instance: u32, filter: AnyHitFilter<'a>) -> Self {
         let Bvh { conditional, instances, .. } = bvh;
-        Self { near, t_min, instance, asker, conditional: *conditional, instances }
+        Self { near, t_min, instance, filter, conditional: *conditional, instances }
     }
 
     /// In a tree whose primitives are all there.
     #[inline(always)]
-    pub fn everywhere(near: f32, t_min: f32) -> Visit<'static> {
-        let asker = Asker::CREDULOUS;
-        Visit { near, t_min, instance: NONE, asker, conditional: false, instances: &[] }
+    pub fn everywhere(near: f32, t_min: f32) -> LeafContext<'static> {
+        let filter = AnyHitFilter::ACCEPT_ALL;
+        LeafContext { near, t_min, instance: NONE, filter, conditional: false, instances: &[] }
     }
 
     /// From which side primitives are there, if their instance says it for all.
     #[inline(always)]
-    fn given(&self) -> Option<Presence> {
-        self.instances.get(self.instance as usize).and_then(|instance| instance.presence)
+    fn given(&self) -> Option<Sidedness> {
+        self.instances.get(self.instance as usize).and_then(|instance| instance.sidedness)
     }
 }
 
@@ -59,17 +59,17 @@ impl<F: Float> Best<F> {
     /// Takes those hits with a primitive that are better; says which. `near` is where each ray enters the
     /// primitive's leaf.
     #[inline(always)]
-    pub fn take<A: Answers>(
+    pub fn take<A: HitSink>(
         &mut self,
         hits: &BlockHits<F>,
-        candidate: Candidate,
+        candidate: PrimitiveCandidate,
         near: F,
         t_min: F,
-        askers: &impl Askers,
+        filters: &impl AnyHitFilters,
     ) -> F::Mask {
         let id = F::Int::splat(candidate.id);
         let before = (self.t, self.primitive);
-        let (t, better) = better_in_lanes(hits, candidate, near, t_min, before, askers);
+        let (t, better) = better_in_lanes(hits, candidate, near, t_min, before, filters);
         self.t = F::select(better, if A::ANY { F::splat(-1.0) } else { t }, self.t);
         self.u = F::select(better, hits.u, self.u);
         self.v = F::select(better, hits.v, self.v);
@@ -94,9 +94,9 @@ impl<F: Float> Best<F> {
 }
 
 /// Rays in lanes that can ask. (No closure: it would be compiled without the instruction set.)
-pub(super) trait Askers {
+pub(super) trait AnyHitFilters {
     /// The ray in a lane.
-    fn asker(&self, lane: usize) -> Asker<'_>;
+    fn filter(&self, lane: usize) -> AnyHitFilter<'_>;
 }
 
 /// Where rays in lanes hit a primitive, and which of these hits are better than the best ones so far, of which t and
@@ -105,29 +105,29 @@ pub(super) trait Askers {
 #[inline(always)]
 pub(super) fn better_in_lanes<F: Float>(
     hits: &BlockHits<F>,
-    candidate: Candidate,
+    candidate: PrimitiveCandidate,
     near: F,
     t_min: F,
     best: (F, F::Int),
-    askers: &impl Askers,
+    filters: &impl AnyHitFilters,
 ) -> (F, F::Mask) {
     let (t, acceptable) = acceptable(hits, near, t_min, best.0);
     let better = acceptable & precedes(t, candidate.id, best);
     let front = hits.side.gt(F::zero());
-    if candidate.presence == Presence::Always {
+    if candidate.sidedness == Sidedness::Always {
         return (t, better);
     }
-    let presence = askers.asker(0).sides().of(candidate.presence);
-    match presence {
-        Presence::Always => (t, better),
-        Presence::Front => (t, better & front),
-        Presence::Back | Presence::Asked => {
+    let sidedness = filters.filter(0).culling().of(candidate.sidedness);
+    match sidedness {
+        Sidedness::Always => (t, better),
+        Sidedness::Front => (t, better & front),
+        Sidedness::Back | Sidedness::Filtered => {
             let far = hits.far.max(near);
             let leaves = front & hits.far.gt(hits.t) & far.le(best.0) & precedes(far, candidate.id, best);
-            if presence == Presence::Back {
+            if sidedness == Sidedness::Back {
                 return (F::select(front, far, t), better & (leaves | !front));
             }
-            ask(hits, candidate.id, [t, far], [better, leaves], askers)
+            ask(hits, candidate.id, [t, far], [better, leaves], filters)
         }
     }
 }
@@ -146,7 +146,7 @@ fn ask<F: Float>(
     id: u32,
     [near, far]: [F; 2],
     [better, leaves]: [F::Mask; 2],
-    askers: &impl Askers,
+    filters: &impl AnyHitFilters,
 ) -> (F, F::Mask) {
     let (mut t, mut ts) = ([0.0; 16], [0.0; 16]);
     let (mut u, mut v, mut side) = ([0.0; 16], [0.0; 16], [0.0; 16]);
@@ -160,9 +160,9 @@ fn ask<F: Float>(
         let lane = bits.trailing_zeros() as usize % 16;
         bits &= bits - 1;
         let hit = Hit { t: t[lane], u: u[lane], v: v[lane], primitive: id, instance: NONE };
-        let asker = askers.asker(lane);
-        let mut met = asker.meets(&hit, side[lane] > 0.0);
-        if !met && leaves.bits() >> lane & 1 == 1 && asker.meets(&Hit { t: ts[lane], ..hit }, false) {
+        let filter = filters.filter(lane);
+        let mut met = filter.accepts(&hit, side[lane] > 0.0);
+        if !met && leaves.bits() >> lane & 1 == 1 && filter.accepts(&Hit { t: ts[lane], ..hit }, false) {
             t[lane] = ts[lane];
             met = true;
         }
@@ -173,15 +173,15 @@ fn ask<F: Float>(
 
 /// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.
 #[inline(always)]
-pub(super) fn triangles<L: Lanes, A: Answers>(
+pub(super) fn triangles<L: Lanes, A: HitSink>(
     block: &TriangleBlock,
     ray: &impl Exact,
     shear: &Shear,
-    visit: Visit,
+    visit: LeafContext,
     best: &mut Hit,
 ) -> bool {
     for lane in (0..block.words.len()).step_by(L::Block::WIDTH) {
-        let asked = Asked::between(visit.t_min, best.t);
+        let asked = AcceptedRange::between(visit.t_min, best.t);
         let hits = triangle::intersect::<L::Block>(block, lane, ray, shear, &asked);
         if accept::<_, A>(&hits, &block.words[lane..], 0, visit, best) {
             return true;
@@ -192,10 +192,10 @@ pub(super) fn triangles<L: Lanes, A: Answers>(
 
 /// The same as [`triangles`] for spheres.
 #[inline(always)]
-pub(super) fn spheres<L: Lanes, A: Answers>(
+pub(super) fn spheres<L: Lanes, A: HitSink>(
     block: &SphereBlock,
     ray: &Ray<f32>,
-    visit: Visit,
+    visit: LeafContext,
     best: &mut Hit,
 ) -> bool {
     let line = sphere::Line::new(ray);
@@ -219,11 +219,11 @@ pub(super) fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit
 /// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
 /// `flag` is that of the primitives' ids.
 #[inline(always)]
-fn accept<T: Float, A: Answers>(
+fn accept<T: Float, A: HitSink>(
     hits: &BlockHits<T>,
     words: &[u32],
     flag: u32,
-    visit: Visit,
+    visit: LeafContext,
     best: &mut Hit,
 ) -> bool {
     let (near, t_min) = (T::splat(visit.near), T::splat(visit.t_min));
@@ -247,7 +247,7 @@ fn accept<T: Float, A: Answers>(
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize;
         bits &= bits - 1;
-        let word = Word(words[lane]);
+        let word = PrimitiveRef(words[lane]);
         let mut found = Hit {
             t: ts[lane],
             u: us[lane],
@@ -277,20 +277,20 @@ pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
 
 /// Whether the ray meets something, perhaps where it leaves a sphere.
 #[inline(always)]
-fn is_there(hit: &mut Hit, word: Word, side: f32, far: f32, visit: &Visit, best: &Hit) -> bool {
+fn is_there(hit: &mut Hit, word: PrimitiveRef, side: f32, far: f32, visit: &LeafContext, best: &Hit) -> bool {
     let front = side > 0.0;
-    let presence = visit.asker.sides().of(visit.given().unwrap_or(word.presence()));
-    let here = match presence {
-        Presence::Always => true,
-        Presence::Front => front,
-        Presence::Back => !front,
+    let sidedness = visit.filter.culling().of(visit.given().unwrap_or(word.sidedness()));
+    let here = match sidedness {
+        Sidedness::Always => true,
+        Sidedness::Front => front,
+        Sidedness::Back => !front,
         // What would not be taken anyway need not be asked for.
-        Presence::Asked => is_better(hit, best) && visit.asker.meets(hit, front),
+        Sidedness::Filtered => is_better(hit, best) && visit.filter.accepts(hit, front),
     };
-    if here || presence == Presence::Front || !front || far.is_nan() || far <= hit.t {
+    if here || sidedness == Sidedness::Front || !front || far.is_nan() || far <= hit.t {
         return here;
     }
     hit.t = Float::max(far, visit.near);
     let counts = hit.t <= best.t && is_better(hit, best);
-    counts && (presence == Presence::Back || visit.asker.meets(hit, false))
+    counts && (sidedness == Sidedness::Back || visit.filter.accepts(hit, false))
 }

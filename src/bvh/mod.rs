@@ -13,11 +13,12 @@
 //! put it before; a node is skipped only if the ray enters it beyond the best hit;
 //! of equal hits the smallest (primitive, instance) wins. So the answer is the
 //! minimum of (max(t, entry), primitive, instance) over all primitives that are there for the
-//! ray ([`presence`]).
+//! ray ([`sidedness`]).
 
-mod answers;
 pub mod assemble;
+mod autotune;
 pub mod binary;
+pub mod binary_traversal;
 pub mod binning;
 pub mod brute;
 pub mod buckets;
@@ -25,36 +26,35 @@ pub mod build;
 pub mod check;
 pub mod clip;
 pub mod collapse;
+pub mod counters;
 mod direction_classes;
-mod few_leaves;
-mod flight;
+mod hit_sink;
+mod interleaved;
 pub mod layout;
 mod leaf;
-pub mod narrow;
+mod leaf_list;
 mod packet;
 mod prepare;
-pub mod presence;
 pub mod primitives;
 pub mod query;
-mod race;
 mod ray;
 pub mod reference;
 mod shaft;
-pub mod slabs;
+pub mod sidedness;
 mod spatial;
 pub mod sphere;
+pub mod split_candidates;
 mod stream;
-pub mod tally;
 pub mod traverse;
 pub mod triangle;
 
 #[cfg(test)]
 mod tests;
 
-pub use assemble::Geometry;
+pub use assemble::PrimitiveArrays;
 pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE};
-pub use presence::{Asker, Crossing, Presence, Sides, Surfaces};
-pub use query::{Coherence, QUEUE, Stack, any, any_in_fans, any_ray, closest, closest_ray};
+pub use query::{Coherence, QUEUE, Stack, any, any_in_bundles, any_ray, closest, closest_ray};
+pub use sidedness::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, Sidedness};
 
 /// How much work goes into the acceleration structure: a trade between the time to build it and the time to trace
 /// rays.
@@ -82,7 +82,7 @@ pub struct Rays<'a> {
     /// Infinity where nothing bounds the ray.
     pub t_max: &'a [f32],
     /// Asks for the first of them what is there.
-    pub(crate) asker: Asker<'a>,
+    pub(crate) filter: AnyHitFilter<'a>,
 }
 
 impl<'a> Rays<'a> {
@@ -94,7 +94,7 @@ impl<'a> Rays<'a> {
         t_min: &'a [f32],
         t_max: &'a [f32],
     ) -> Self {
-        Self { origin, direction, t_min, t_max, asker: Asker::CREDULOUS }
+        Self { origin, direction, t_min, t_max, filter: AnyHitFilter::ACCEPT_ALL }
     }
 
     /// How many rays there are.
@@ -109,8 +109,8 @@ impl<'a> Rays<'a> {
 
     /// What one of them asks by.
     #[inline(always)]
-    pub(crate) fn asker(&self, i: usize) -> Asker<'a> {
-        self.asker.after(i)
+    pub(crate) fn filter(&self, i: usize) -> AnyHitFilter<'a> {
+        self.filter.after(i)
     }
 
     /// Some of them.
@@ -124,7 +124,7 @@ impl<'a> Rays<'a> {
             direction: self.direction.map(part),
             t_min: part(self.t_min),
             t_max: part(self.t_max),
-            asker: self.asker.after(range.start),
+            filter: self.filter.after(range.start),
         }
     }
 

@@ -3,8 +3,8 @@
 use super::Rays;
 use super::direction_classes::padded;
 use super::layout::{Bvh, Child, Root};
-use super::ray::{LocalRay, Slabs, slab_scales};
-use super::traverse::Entry;
+use super::ray::{LocalRay, RaySlabs, slab_scales};
+use super::traverse::SubtreeEntry;
 use super::triangle::{Longest, Shear};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, prefetch};
 
@@ -24,15 +24,15 @@ type Quad = [f32; 4];
 /// ```
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
-pub(super) struct Row([Quad; ROWS]);
+pub(super) struct RayRow([Quad; ROWS]);
 
 const ROWS: usize = 6;
 
-impl Row {
+impl RayRow {
     /// Takes over another one, four numbers at a time: a row that is written in parts and read as a whole waits for
     /// memory.
     #[inline(always)]
-    pub fn copy(&mut self, other: &Row) {
+    pub fn copy(&mut self, other: &RayRow) {
         for (to, from) in self.0.iter_mut().zip(&other.0) {
             *to = *from;
         }
@@ -57,9 +57,9 @@ impl Row {
 
     /// For boxes.
     #[inline(always)]
-    pub fn slabs(&self) -> Slabs {
+    pub fn slabs(&self) -> RaySlabs {
         let [origin, near_scale, far_scale, [x, y, z, _], _, _] = &self.0;
-        Slabs {
+        RaySlabs {
             origin: three(origin),
             near_scale: three(near_scale),
             far_scale: three(far_scale),
@@ -111,9 +111,9 @@ fn three(quad: &Quad) -> [f32; 3] {
 
 /// A batch of rays.
 #[derive(Default)]
-pub(super) struct Prepared {
+pub(super) struct PreparedRays {
     /// The rays that enter the tree's box and have not been taken, by bits.
-    pub waiting: u32,
+    pub pending: u32,
     /// The queue's number of the first one.
     pub first: u32,
     /// What is at the top of the tree.
@@ -122,9 +122,9 @@ pub(super) struct Prepared {
     rows: [[Quad; BATCH]; ROWS],
 }
 
-/// [`Prepared::fill`] as a function of its own.
+/// [`PreparedRays::fill`] as a function of its own.
 pub(super) struct Fill<'a> {
-    pub prepared: &'a mut Prepared,
+    pub prepared: &'a mut PreparedRays,
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'a>,
     pub first: usize,
@@ -139,37 +139,37 @@ impl Kernel for Fill<'_> {
     }
 }
 
-impl Prepared {
+impl PreparedRays {
     /// Whether all have been taken.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.waiting == 0
+        self.pending == 0
     }
 
     /// Takes the next one.
     #[inline(always)]
     pub fn take(&mut self) -> usize {
-        let place = self.waiting.trailing_zeros() as usize % BATCH;
-        self.waiting &= self.waiting.wrapping_sub(1);
+        let place = self.pending.trailing_zeros() as usize % BATCH;
+        self.pending &= self.pending.wrapping_sub(1);
         place
     }
 
-    /// One of the rays, to where it is wanted (see [`Row::copy`]), and where it enters the tree. `F` is what it was
+    /// One of the rays, to where it is wanted (see [`RayRow::copy`]), and where it enters the tree. `F` is what it was
     /// prepared with.
     #[inline(always)]
-    pub fn read<F: Float>(&self, place: usize, row: &mut Row) -> Entry {
+    pub fn read<F: Float>(&self, place: usize, row: &mut RayRow) -> SubtreeEntry {
         let place = (place - place % F::WIDTH + F::mixed(place % F::WIDTH)) % BATCH;
         for (to, from) in row.0.iter_mut().zip(&self.rows) {
             *to = from[place];
         }
-        Entry { near: self.rows[2][place][3], child: Child(self.root) }
+        SubtreeEntry { near: self.rows[2][place][3], child: Child(self.root) }
     }
 
     /// Prepares `count` rays from `first` on.
     #[inline(always)]
     fn fill<F: Float>(&mut self, bvh: &Bvh, rays: &Rays, first: usize, count: usize) {
         self.first = first as u32;
-        self.waiting = 0;
+        self.pending = 0;
         let Some(root) = bvh.root else { return };
         self.root = root.child.0;
         // (A chain of iterators would be put together in memory.)
@@ -180,9 +180,9 @@ impl Prepared {
         prefetch(rays.t_min.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
         prefetch(rays.t_max.as_ptr().wrapping_add(first + AHEAD) as usize, 1);
         for at in (0..count).step_by(F::WIDTH) {
-            self.waiting |= self.lanes::<F>(&root, rays, first + at, at).bits() << at;
+            self.pending |= self.lanes::<F>(&root, rays, first + at, at).bits() << at;
         }
-        self.waiting &= ((1u64 << count) - 1) as u32;
+        self.pending &= ((1u64 << count) - 1) as u32;
     }
 
     /// Prepares the lanes from `at` on; says which of them enter the tree.

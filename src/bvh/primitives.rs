@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use super::assemble::Geometry;
+use super::assemble::PrimitiveArrays;
 use super::layout::ChildKind;
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 use crate::math::Aabb;
 
 /// Some of the geometry, and the boxes of instances.
 pub struct Primitives<'a> {
     /// The arrays that ids refer to.
-    pub geometry: &'a Geometry<'a>,
+    pub geometry: &'a PrimitiveArrays<'a>,
     /// Ids of triangles.
     pub triangles: Range<u32>,
     /// Ids of spheres.
@@ -36,15 +36,15 @@ impl Primitives<'_> {
         let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
         if place < triangles {
             let id = self.triangles.start + place as u32;
-            let bounds = Extent::around_points(self.geometry.corners(id));
+            let bounds = SimdAabb::around_points(self.geometry.corners(id));
             return Reference::new(bounds.padded(), ChildKind::Triangles, id);
         }
         let place = place - triangles;
         if place < spheres {
             let id = self.spheres.start + place as u32;
-            return Reference::new(Extent::new(&self.geometry.sphere_bounds(id)), ChildKind::Spheres, id);
+            return Reference::new(SimdAabb::new(&self.geometry.sphere_bounds(id)), ChildKind::Spheres, id);
         }
         let place = place - spheres;
-        Reference::new(Extent::new(&self.instances[place]), ChildKind::Instance, place as u32)
+        Reference::new(SimdAabb::new(&self.instances[place]), ChildKind::Instance, place as u32)
     }
 }

@@ -35,14 +35,14 @@ pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
 #[derive(Clone, Copy)]
 pub(super) struct LocalRay {
     pub ray: Ray<f32>,
-    pub slabs: Slabs,
+    pub slabs: RaySlabs,
     pub shear: Shear,
 }
 
 impl LocalRay {
     #[inline(always)]
     pub fn new(ray: Ray<f32>) -> Self {
-        Self { ray, slabs: Slabs::new(&ray), shear: Shear::new(&ray) }
+        Self { ray, slabs: RaySlabs::new(&ray), shear: Shear::new(&ray) }
     }
 }
 
@@ -73,7 +73,7 @@ pub(super) fn line_to_local<F: Float>(
     (from, along)
 }
 
-/// Factors for near and for far planes from a component's reciprocal, see [`Slabs`].
+/// Factors for near and for far planes from a component's reciprocal, see [`SplitCandidates`].
 #[inline(always)]
 pub(super) fn slab_scales<F: Float>(reciprocal: F) -> (F, F) {
     (reciprocal * F::splat(PADDING - 1.0), reciprocal * F::splat(-1.0 - PADDING))
@@ -83,7 +83,7 @@ pub(super) fn slab_scales<F: Float>(reciprocal: F) -> (F, F) {
 /// planes and away from it for far ones, and with the opposite sign: the distance to a
 /// plane is taken as (origin − plane) · scale, so that the planes can stay in memory.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Slabs {
+pub(super) struct RaySlabs {
     pub origin: [f32; 3],
     pub near_scale: [f32; 3],
     pub far_scale: [f32; 3],
@@ -93,7 +93,7 @@ pub(super) struct Slabs {
     pub floor: f32,
 }
 
-impl Slabs {
+impl RaySlabs {
     #[inline(always)]
     pub fn new(ray: &Ray<f32>) -> Self {
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z];

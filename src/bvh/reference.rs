@@ -26,7 +26,7 @@ const KIND_SHIFT: u32 = 32 - FRACTION_BITS;
 impl Reference {
     /// A primitive with its padded box.
     #[inline(always)]
-    pub fn new(bounds: Extent, kind: ChildKind, id: u32) -> Self {
+    pub fn new(bounds: SimdAabb, kind: ChildKind, id: u32) -> Self {
         let low = f32::from_bits(ONE | id & FRACTION);
         let high = f32::from_bits(ONE | id >> FRACTION_BITS | (kind as u32) << KIND_SHIFT);
         Self { low: bounds.min.with_w(low), high: bounds.max.with_w(high) }
@@ -50,14 +50,14 @@ impl Reference {
 
     /// The same primitive, reduced to the part in a box.
     #[inline(always)]
-    pub fn clipped(&self, bounds: &Extent) -> Self {
+    pub fn clipped(&self, bounds: &SimdAabb) -> Self {
         Self { low: bounds.min.with_w(self.low.w), high: bounds.max.with_w(self.high.w) }
     }
 
     /// Its box; the fourth components mean nothing.
     #[inline(always)]
-    pub fn extent(&self) -> Extent {
-        Extent { min: self.low, max: self.high }
+    pub fn extent(&self) -> SimdAabb {
+        SimdAabb { min: self.low, max: self.high }
     }
 
     /// Twice the centre of its box: min + max saves a multiplication.
@@ -69,41 +69,41 @@ impl Reference {
 
 /// A box of which four components are computed at once. The fourth means nothing.
 #[derive(Clone, Copy, Debug)]
-pub struct Extent {
+pub struct SimdAabb {
     /// The low corner.
     pub min: Vec4,
     /// The high corner.
     pub max: Vec4,
 }
 
-impl Extent {
+impl SimdAabb {
     /// Holds nothing.
-    pub const EMPTY: Extent = Extent { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+    pub const EMPTY: SimdAabb = SimdAabb { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
 
     /// Around points.
     #[inline(always)]
-    pub fn around_points(points: [[f32; 3]; 3]) -> Extent {
+    pub fn around_points(points: [[f32; 3]; 3]) -> SimdAabb {
         let [a, b, c] = points.map(|[x, y, z]| Vec4::new(x, y, z, 0.0));
-        Extent { min: a.min(b).min(c), max: a.max(b).max(c) }
+        SimdAabb { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
     /// Grown by a part of its own coordinates, as [`super::layout::pad`] does.
     #[inline(always)]
-    pub fn padded(self) -> Extent {
+    pub fn padded(self) -> SimdAabb {
         let padding = Vec4::splat(PADDING);
-        Extent { min: self.min - self.min.abs() * padding, max: self.max + self.max.abs() * padding }
+        SimdAabb { min: self.min - self.min.abs() * padding, max: self.max + self.max.abs() * padding }
     }
 
     /// Around the boxes.
-    pub fn around(references: &[Reference]) -> Extent {
-        references.iter().fold(Extent::EMPTY, |all, r| all.union(r.extent()))
+    pub fn around(references: &[Reference]) -> SimdAabb {
+        references.iter().fold(SimdAabb::EMPTY, |all, r| all.union(r.extent()))
     }
 
     /// Around the doubled centres.
-    pub fn around_centers(references: &[Reference]) -> Extent {
+    pub fn around_centers(references: &[Reference]) -> SimdAabb {
         // Two at once: each minimum waits for the one before it.
         let (pairs, rest) = references.as_chunks::<2>();
-        let mut all = [Extent::EMPTY; 2];
+        let mut all = [SimdAabb::EMPTY; 2];
         for pair in pairs {
             all = [all[0].with(pair[0].center()), all[1].with(pair[1].center())];
         }
@@ -112,20 +112,20 @@ impl Extent {
 
     /// Around both.
     #[inline(always)]
-    pub fn union(self, other: Extent) -> Extent {
-        Extent { min: self.min.min(other.min), max: self.max.max(other.max) }
+    pub fn union(self, other: SimdAabb) -> SimdAabb {
+        SimdAabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// What is in both.
     #[inline(always)]
-    pub fn intersection(self, other: Extent) -> Extent {
-        Extent { min: self.min.max(other.min), max: self.max.min(other.max) }
+    pub fn intersection(self, other: SimdAabb) -> SimdAabb {
+        SimdAabb { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
     /// Around a point, too.
     #[inline(always)]
-    pub fn with(self, point: Vec4) -> Extent {
-        Extent { min: self.min.min(point), max: self.max.max(point) }
+    pub fn with(self, point: Vec4) -> SimdAabb {
+        SimdAabb { min: self.min.min(point), max: self.max.max(point) }
     }
 
     /// Half of the surface area. NaN or infinite if the box is empty or reaches beyond the floats.
@@ -137,8 +137,8 @@ impl Extent {
 
     /// With fourth components.
     #[inline(always)]
-    pub fn new(bounds: &Aabb) -> Extent {
-        Extent { min: bounds.min.extend(0.0), max: bounds.max.extend(0.0) }
+    pub fn new(bounds: &Aabb) -> SimdAabb {
+        SimdAabb { min: bounds.min.extend(0.0), max: bounds.max.extend(0.0) }
     }
 
     /// Without the fourth components.
@@ -158,7 +158,7 @@ mod tests {
         let bounds = Aabb { min: Vec3::new(-1.0, -0.0, 2.0), max: Vec3::new(1.0, 0.0, 3.0) };
         for kind in [ChildKind::Triangles, ChildKind::Spheres, ChildKind::Instance] {
             for id in [0, 1, 0x7f_ffff, 0x80_0000, 0x1234_5678, (1 << 31) - 1, u32::MAX] {
-                let reference = Reference::new(Extent::new(&bounds), kind, id);
+                let reference = Reference::new(SimdAabb::new(&bounds), kind, id);
                 assert_eq!((reference.kind(), reference.id()), (kind, id));
                 assert_eq!(reference.extent().bounds(), bounds);
                 assert!(reference.low.w.is_normal() && reference.high.w.is_normal());

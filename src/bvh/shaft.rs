@@ -13,11 +13,11 @@ use crate::simd::{Float, Mask};
 const MARGIN: f32 = 2.0 * PADDING;
 
 /// The box around where rays begin, and that around where they end.
-pub(super) struct Shaft([Interval; 2]);
+pub(super) struct Shaft([CoordinateRange; 2]);
 
 /// Least and greatest coordinates.
 #[derive(Clone, Copy)]
-struct Interval {
+struct CoordinateRange {
     low: [f32; 3],
     high: [f32; 3],
 }
@@ -47,15 +47,15 @@ impl Shaft {
             return None;
         }
         let [starts, ends] = lanes;
-        let starts = Interval { low: fold::<F, false>(starts[0]), high: fold::<F, true>(starts[1]) };
-        let ends = Interval { low: fold::<F, false>(ends[0]), high: fold::<F, true>(ends[1]) };
+        let starts = CoordinateRange { low: fold::<F, false>(starts[0]), high: fold::<F, true>(starts[1]) };
+        let ends = CoordinateRange { low: fold::<F, false>(ends[0]), high: fold::<F, true>(ends[1]) };
         Some(Self::new(starts, ends))
     }
 
     /// Between two boxes. Starts are exact, so that rays that leave a wall along an axis leave it behind; ends
     /// are computed.
     #[inline(always)]
-    fn new(starts: Interval, mut ends: Interval) -> Self {
+    fn new(starts: CoordinateRange, mut ends: CoordinateRange) -> Self {
         for axis in 0..3 {
             let size = |bound: &[f32; 3]| bound[axis].abs();
             let size = size(&starts.low).max(size(&starts.high)).max(size(&ends.low)).max(size(&ends.high));
@@ -67,7 +67,7 @@ impl Shaft {
 
     /// The box around both.
     #[inline(always)]
-    fn bounds(&self) -> Interval {
+    fn bounds(&self) -> CoordinateRange {
         let [mut bounds, ends] = self.0;
         for axis in 0..3 {
             bounds.low[axis] = bounds.low[axis].min(ends.low[axis]);
@@ -145,7 +145,7 @@ impl Obstacles {
     pub fn within<F: Float>(&self, shaft: &Shaft) -> u128 {
         let bounds = shaft.bounds();
         let (mut centers, mut halves) = ([[F::zero(); 3]; 2], [[F::zero(); 3]; 2]);
-        for (side, Interval { low, high }) in shaft.0.iter().enumerate() {
+        for (side, CoordinateRange { low, high }) in shaft.0.iter().enumerate() {
             for axis in 0..3 {
                 let (center, half) = ((low[axis] + high[axis]) * 0.5, (high[axis] - low[axis]) * 0.5);
                 centers[side][axis] = F::splat(center);
@@ -180,7 +180,7 @@ impl Obstacles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::Asker;
+    use crate::bvh::AnyHitFilter;
 
     fn obstacles_of(shaft: [[[f32; 3]; 2]; 2]) -> u128 {
         let mut obstacles = Obstacles::default();
@@ -192,7 +192,8 @@ mod tests {
         obstacles.push_sphere([2.0, 0.0, 8.0], 1.0);
         obstacles.finish();
         let [[low, high], [end_low, end_high]] = shaft;
-        let shaft = Shaft::new(Interval { low, high }, Interval { low: end_low, high: end_high });
+        let shaft =
+            Shaft::new(CoordinateRange { low, high }, CoordinateRange { low: end_low, high: end_high });
         obstacles.within::<f32>(&shaft)
     }
 
@@ -213,8 +214,8 @@ mod tests {
     fn rays_without_ends_have_no_shaft() {
         let (x, y, t_min) = ([0.0; 3], [1.0; 3], [0.0; 3]);
         let around = |t_max: [f32; 3]| {
-            let asker = Asker::CREDULOUS;
-            let rays = Rays { origin: [&x; 3], direction: [&y; 3], t_min: &t_min, t_max: &t_max, asker };
+            let filter = AnyHitFilter::ACCEPT_ALL;
+            let rays = Rays { origin: [&x; 3], direction: [&y; 3], t_min: &t_min, t_max: &t_max, filter };
             Shaft::around::<f32>(&rays, 0..3).map(|shaft| shaft.0[1].high[0])
         };
         assert!(around([1.0, 3.0, 2.0]).is_some_and(|end| (3.0..3.001).contains(&end)));

@@ -3,21 +3,21 @@
 //! holds the box of a part.
 //!
 //! Where cuts through primitives bring nothing, they are not looked for further down, and of many references only some
-//! are looked at ([`super::slabs`]).
+//! are looked at ([`super::split_candidates`]).
 //!
 //! Every range of references has room behind it for copies, a share of the budget that is set at the beginning. So
 //! memory is bounded, and the tree depends on nothing but the input.
 
 use rayon::prelude::*;
 
-use super::binary::{Nodes, Room, Summary, Tree, is_block};
+use super::binary::{NodeBudget, Nodes, Summary, Tree, is_block};
 use super::binning::{BINS, Binning, Bins, partition};
 use super::build::{MAX_SAH_DEPTH, PARALLEL, TreePosition, halve, split_middle};
 use super::clip::Clipper;
 use super::layout::ChildKind;
 use super::primitives::Primitives;
-use super::reference::{Extent, Reference};
-use super::slabs::{Slabs, SplitPlane};
+use super::reference::{Reference, SimdAabb};
+use super::split_candidates::{SplitCandidates, SplitPlane};
 
 /// How many copies may be made, as a part of the references.
 pub const BUDGET: f32 = 0.3;
@@ -39,10 +39,10 @@ pub(super) fn build(primitives: &Primitives) -> Tree {
     let mut references = Vec::with_capacity(room);
     references.par_extend((0..count).into_par_iter().map(|place| primitives.reference(place)));
     references.resize(room, references[0]);
-    let root = Extent::around(&references[..count]);
+    let root = SimdAabb::around(&references[..count]);
     let builder = SpatialBuilder { primitives, least_overlap: root.half_area() * OVERLAP };
     let mixed = primitives.are_mixed();
-    let place = TreePosition { depth: 0, room: Room::new(room, mixed) };
+    let place = TreePosition { depth: 0, room: NodeBudget::new(room, mixed) };
     let mut nodes = Nodes::room(place.room.nodes);
     let mut tree = Nodes::new(&mut nodes);
     builder.build(ReferenceRange { references: &mut references, count, first: 0 }, place, 0, &mut tree);
@@ -132,7 +132,7 @@ impl SpatialBuilder<'_> {
         if place.depth >= MAX_SAH_DEPTH {
             return halve(references);
         }
-        let binning = Binning::new(&Extent::around_centers(references), BINS);
+        let binning = Binning::new(&SimdAabb::around_centers(references), BINS);
         let mut bins = Bins::default();
         bins.fill(references.iter(), &binning);
         let cut = bins.best(1, fewest);
@@ -147,7 +147,8 @@ impl SpatialBuilder<'_> {
         };
         if overlap > self.least_overlap && range.references.len() > range.count && *misses < MISSES {
             let references = range.used();
-            let slabs = Slabs::new(references, &Extent::around(references), self.primitives.geometry);
+            let slabs =
+                SplitCandidates::new(references, &SimdAabb::around(references), self.primitives.geometry);
             let plane = slabs.best(references.len(), fewest).filter(|plane| plane.cost < least);
             if let Some(middle) = plane.and_then(|plane| self.cut_through(range, &plane, fewest)) {
                 *misses = 0;
@@ -211,7 +212,7 @@ impl SpatialBuilder<'_> {
         let clipper = self.clipper(reference);
         let left = clipper.between(axis, f32::NEG_INFINITY, plane.place).intersection(whole);
         let right = clipper.between(axis, plane.place, f32::INFINITY).intersection(whole);
-        let is_empty = |part: &Extent| part.min.cmpgt(part.max).bitmask() & 7 != 0;
+        let is_empty = |part: &SimdAabb| part.min.cmpgt(part.max).bitmask() & 7 != 0;
         match (is_empty(&left), is_empty(&right)) {
             (_, true) => return Destination::Left,
             (true, _) => return Destination::Right,
@@ -219,7 +220,7 @@ impl SpatialBuilder<'_> {
         }
         // Uncut, a reference makes one side's box larger and saves the other a test.
         let [l, r] = &plane.sides;
-        let cost = |bounds: Extent, count: usize| bounds.half_area() * count as f32;
+        let cost = |bounds: SimdAabb, count: usize| bounds.half_area() * count as f32;
         let both = cost(l.bounds, l.count) + cost(r.bounds, r.count);
         let only_left = cost(l.bounds.union(whole), l.count) + cost(r.bounds, r.count - 1);
         let only_right = cost(l.bounds, l.count - 1) + cost(r.bounds.union(whole), r.count);
@@ -238,7 +239,7 @@ enum Destination {
     Left,
     Right,
     /// With the boxes of its parts.
-    Both(Extent, Extent),
+    Both(SimdAabb, SimdAabb),
 }
 
 impl Destination {

@@ -1,30 +1,30 @@
 //! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
 
-use super::answers::{Answers, Occluded};
+use super::counters::{self, Counter, NoCounter};
+use super::hit_sink::{HitSink, Occluded};
 use super::layout::{Bvh, Child, ChildKind, WIDTH};
-use super::leaf::{self, Visit};
-use super::prepare::{BATCH, Fill, Prepared, Row};
-use super::presence::Asker;
+use super::leaf::{self, LeafContext};
+use super::prepare::{BATCH, Fill, PreparedRays, RayRow};
 use super::query::Stack;
-use super::ray::{LocalRay, Slabs, is_finite, to_local};
-use super::tally::{self, NoTally, Tally};
+use super::ray::{LocalRay, RaySlabs, is_finite, to_local};
+use super::sidedness::AnyHitFilter;
 use super::{HitsMut, Rays};
 use std::marker::PhantomData;
 
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Kernel, Lanes, Sixteen, Waiting};
+use crate::simd::{Kernel, Lanes, Sixteen, TraversalStack};
 
 /// A part of a tree, and where a ray enters it.
 #[derive(Clone, Copy)]
-pub(super) struct Entry {
+pub(super) struct SubtreeEntry {
     pub near: f32,
     pub child: Child,
 }
 
 /// A stack for one ray at a time.
-pub(super) fn stack_for(bvh: &Bvh) -> Waiting {
+pub(super) fn stack_for(bvh: &Bvh) -> TraversalStack {
     // Twice, because within an instance the world's entries stay where they are.
-    Waiting::new(2 * bvh.stack_size + 2, 0)
+    TraversalStack::new(2 * bvh.stack_size + 2, 0)
 }
 
 /// On the stack: the world again, after an instance.
@@ -32,12 +32,12 @@ pub(super) const LEAVE_INSTANCE: u32 = u32::MAX;
 
 /// Answers a queue, ray by ray.
 #[inline(always)]
-pub(super) fn each<L: Lanes, A: Answers>(
+pub(super) fn each<L: Lanes, A: HitSink>(
     bvh: &Bvh,
     rays: Rays,
-    prepared: &mut Prepared,
-    keys: &mut Waiting,
-    answers: &mut A,
+    prepared: &mut PreparedRays,
+    keys: &mut TraversalStack,
+    sink: &mut A,
 ) {
     for first in (0..rays.len()).step_by(BATCH) {
         let count = (rays.len() - first).min(BATCH);
@@ -45,27 +45,28 @@ pub(super) fn each<L: Lanes, A: Answers>(
         for place in 0..count {
             let ray = rays.get(first + place);
             let mut best = Hit { t: ray.t_max, ..Hit::MISS };
-            if prepared.waiting >> place & 1 == 1 {
-                let mut row = Row::default();
+            if prepared.pending >> place & 1 == 1 {
+                let mut row = RayRow::default();
                 let start = prepared.read::<L::Queue>(place, &mut row);
                 let mut local = LocalRay { ray, slabs: row.slabs(), shear: row.shear() };
-                let asker = rays.asker(first + place);
-                if walk::<L, A, _>(bvh, &mut local, asker, start, keys, &mut best, &mut NoTally) && A::ANY {
+                let filter = rays.filter(first + place);
+                if walk::<L, A, _>(bvh, &mut local, filter, start, keys, &mut best, &mut NoCounter) && A::ANY
+                {
                     // Which one it is, nobody asks.
                     best.primitive = 0;
                 }
             }
-            answers.put(first + place, &best);
+            sink.write(first + place, &best);
         }
     }
 }
 
 /// The tree's root and where a ray enters it.
 #[inline(always)]
-pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<Entry> {
+pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &RaySlabs) -> Option<SubtreeEntry> {
     let root = bvh.root.filter(|_| is_finite(ray))?;
     let near = slabs.enter(&root.bounds).filter(|near| *near <= ray.t_max)?;
-    Some(Entry { near, child: root.child })
+    Some(SubtreeEntry { near, child: root.child })
 }
 
 /// What a ray meets in a part of the tree, if it is better than `best`, as a function of its own.
@@ -73,21 +74,21 @@ pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &Slabs) -> Option<Entry> {
 pub(super) struct Subtree<'a, A> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray<f32>,
-    pub asker: Asker<'a>,
+    pub filter: AnyHitFilter<'a>,
     /// The part.
-    pub start: Entry,
-    pub keys: &'a mut Waiting,
+    pub start: SubtreeEntry,
+    pub keys: &'a mut TraversalStack,
     pub best: &'a mut Hit,
-    pub answers: PhantomData<A>,
+    pub sink: PhantomData<A>,
 }
 
-impl<A: Answers> Kernel for Subtree<'_, A> {
+impl<A: HitSink> Kernel for Subtree<'_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
         let mut local = LocalRay::new(*self.ray);
-        let Self { bvh, asker, start, keys, .. } = self;
-        let found = walk::<L, A, _>(bvh, &mut local, asker, start, keys, self.best, &mut NoTally);
+        let Self { bvh, filter, start, keys, .. } = self;
+        let found = walk::<L, A, _>(bvh, &mut local, filter, start, keys, self.best, &mut NoCounter);
         if found {
             // Which one it is, nobody asks.
             self.best.primitive = 0;
@@ -98,47 +99,47 @@ impl<A: Answers> Kernel for Subtree<'_, A> {
 
 /// The nearest hit of one ray with t_min < t ≤ t_max.
 #[inline(always)]
-pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> Hit {
-    closest_counted::<L, _>(bvh, ray, asker, stack, &mut NoTally)
+pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> Hit {
+    closest_counted::<L, _>(bvh, ray, filter, stack, &mut NoCounter)
 }
 
 /// Whether one ray hits anything with t_min < t ≤ t_max.
 #[inline(always)]
-pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, asker: Asker, stack: &mut Stack) -> bool {
-    any_counted::<L, _>(bvh, ray, asker, stack, &mut NoTally)
+pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> bool {
+    any_counted::<L, _>(bvh, ray, filter, stack, &mut NoCounter)
 }
 
 /// [`closest_one`], counted.
 #[inline(always)]
-pub(super) fn closest_counted<L: Lanes, T: Tally>(
+pub(super) fn closest_counted<L: Lanes, T: Counter>(
     bvh: &Bvh,
     ray: &Ray<f32>,
-    asker: Asker,
+    filter: AnyHitFilter,
     stack: &mut Stack,
-    tally: &mut T,
+    counter: &mut T,
 ) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut local = LocalRay::new(*ray);
     if let Some(start) = start(bvh, ray, &local.slabs) {
-        walk::<L, HitsMut, T>(bvh, &mut local, asker, start, &mut stack.single, &mut best, tally);
+        walk::<L, HitsMut, T>(bvh, &mut local, filter, start, &mut stack.single, &mut best, counter);
     }
     if best.is_miss() { Hit::MISS } else { best }
 }
 
 /// [`any_one`], counted.
 #[inline(always)]
-pub(super) fn any_counted<L: Lanes, T: Tally>(
+pub(super) fn any_counted<L: Lanes, T: Counter>(
     bvh: &Bvh,
     ray: &Ray<f32>,
-    asker: Asker,
+    filter: AnyHitFilter,
     stack: &mut Stack,
-    tally: &mut T,
+    counter: &mut T,
 ) -> bool {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut local = LocalRay::new(*ray);
     match start(bvh, ray, &local.slabs) {
         Some(start) => {
-            walk::<L, Occluded, T>(bvh, &mut local, asker, start, &mut stack.single, &mut best, tally)
+            walk::<L, Occluded, T>(bvh, &mut local, filter, start, &mut stack.single, &mut best, counter)
         }
         None => false,
     }
@@ -147,24 +148,24 @@ pub(super) fn any_counted<L: Lanes, T: Tally>(
 /// Visits the tree from front to back, as far as that is known. Where any hit will do, stops at the first one and
 /// returns true.
 #[inline(always)]
-fn walk<L: Lanes, A: Answers, T: Tally>(
+fn walk<L: Lanes, A: HitSink, T: Counter>(
     bvh: &Bvh,
     local: &mut LocalRay,
-    asker: Asker,
-    start: Entry,
-    stack: &mut Waiting,
+    filter: AnyHitFilter,
+    start: SubtreeEntry,
+    stack: &mut TraversalStack,
     best: &mut Hit,
-    tally: &mut T,
+    counter: &mut T,
 ) -> bool {
     let world = local.ray;
     let mut instance = NONE;
-    let mut top = Waiting::FIRST;
-    let Entry { mut near, mut child } = start;
+    let mut top = TraversalStack::FIRST;
+    let SubtreeEntry { mut near, mut child } = start;
     loop {
         match child.kind() {
             ChildKind::Node => {
                 let node = &bvh.nodes[child.index()];
-                tally.node();
+                counter.node();
                 let (entries, exits) = local.slabs.meet_children::<L::Node>(node, best.t);
                 let bits = entries.le(exits);
                 if bits.is_power_of_two() {
@@ -187,17 +188,17 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
                 }
             }
             ChildKind::Triangles => {
-                let visit = Visit::new(bvh, near, world.t_min, instance, asker);
+                let visit = LeafContext::new(bvh, near, world.t_min, instance, filter);
                 let block = &bvh.triangles[child.index()];
-                tally.leaf(|| tally::triangles(block));
+                counter.leaf(|| counters::triangles(block));
                 if leaf::triangles::<L, A>(block, &local.ray, &local.shear, visit, best) {
                     return true;
                 }
             }
             ChildKind::Spheres => {
-                let visit = Visit::new(bvh, near, world.t_min, instance, asker);
+                let visit = LeafContext::new(bvh, near, world.t_min, instance, filter);
                 let block = &bvh.spheres[child.index()];
-                tally.leaf(|| tally::spheres(block));
+                counter.leaf(|| counters::spheres(block));
                 if leaf::spheres::<L, A>(block, &local.ray, visit, best) {
                     return true;
                 }
@@ -208,7 +209,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
             }
             ChildKind::Instance => {
                 let placed = &bvh.instances[child.index()];
-                tally.instance();
+                counter.instance();
                 let ray = to_local(&world, placed);
                 if is_finite(&ray) {
                     let (words, nears) = stack.from(top);
@@ -224,7 +225,7 @@ fn walk<L: Lanes, A: Answers, T: Tally>(
         }
         // The next that is not beyond the best hit.
         loop {
-            if top == Waiting::FIRST {
+            if top == TraversalStack::FIRST {
                 return false;
             }
             top -= 1;

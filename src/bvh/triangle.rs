@@ -52,7 +52,7 @@ impl Exact for Ray<f32> {
 
 /// Which hits are asked for: t is not computed exactly for others.
 #[derive(Clone, Copy)]
-pub struct Asked<T: Float> {
+pub struct AcceptedRange<T: Float> {
     /// In which lanes.
     pub lanes: T::Mask,
     /// Beyond this.
@@ -61,7 +61,7 @@ pub struct Asked<T: Float> {
     pub t_max: T,
 }
 
-impl<T: Float> Asked<T> {
+impl<T: Float> AcceptedRange<T> {
     /// In all lanes.
     #[inline(always)]
     pub fn between(t_min: f32, t_max: f32) -> Self {
@@ -81,7 +81,7 @@ pub struct BlockHits<T: Float> {
     pub u: T,
     /// Weight of the third corner.
     pub v: T,
-    /// Above 0 where the ray comes from the front (see [`super::Presence::Front`]).
+    /// Above 0 where the ray comes from the front (see [`super::Sidedness::Front`]).
     pub side: T,
     /// Where a ray that enters a sphere at t leaves it again; a triangle is crossed once (NaN).
     pub far: T,
@@ -99,10 +99,10 @@ pub fn intersect<T: Float>(
     lane: usize,
     ray: &impl Exact,
     shear: &Shear,
-    asked: &Asked<T>,
+    asked: &AcceptedRange<T>,
 ) -> BlockHits<T> {
     let corners = corners::<T>(block, lane, shear);
-    let edges = Edges::new(&corners);
+    let edges = EdgeFunctions::new(&corners);
     let mut hits = edges.meet(&corners, T::splat(shear.shear[2]), asked);
     make_exact(&mut hits, block, lane, ray);
     hits
@@ -114,10 +114,10 @@ pub fn intersect_roughly<T: Float>(
     block: &TriangleBlock,
     lane: usize,
     shear: &Shear,
-    asked: &Asked<T>,
+    asked: &AcceptedRange<T>,
 ) -> BlockHits<T> {
     let corners = corners::<T>(block, lane, shear);
-    let edges = Edges::new(&corners);
+    let edges = EdgeFunctions::new(&corners);
     let mask = edges.inside() & asked.lanes;
     edges.distances(&corners, T::splat(shear.shear[2]), asked, mask)
 }
@@ -128,7 +128,7 @@ pub fn intersect_roughly<T: Float>(
 pub fn intersect_two<T: Float>(
     blocks: [&TriangleBlock; 2],
     rays: [&Shear; 2],
-    asked: &Asked<T>,
+    asked: &AcceptedRange<T>,
 ) -> BlockHits<T> {
     let [a, b] = rays;
     let mut seen = [[T::zero(); 3]; 3];
@@ -143,7 +143,7 @@ pub fn intersect_two<T: Float>(
             (T::splat_halves(a.shear[0], b.shear[0]), T::splat_halves(a.shear[1], b.shear[1]));
         *seen = [x - shear_x * z, y - shear_y * z, z];
     }
-    let edges = Edges::new(&seen);
+    let edges = EdgeFunctions::new(&seen);
     let mask = edges.inside() & asked.lanes;
     edges.distances(&seen, T::splat_halves(a.shear[2], b.shear[2]), asked, mask)
 }
@@ -185,14 +185,14 @@ pub trait ExactRays<T: Float> {
 pub fn intersect_rays<T: Float>(
     mut seen: [[T; 3]; 3],
     shear: &[T; 3],
-    asked: &Asked<T>,
+    asked: &AcceptedRange<T>,
     exact: &impl ExactRays<T>,
 ) -> BlockHits<T> {
     for corner in &mut seen {
         let [x, y, z] = *corner;
         *corner = [x - shear[0] * z, y - shear[1] * z, z];
     }
-    let edges = Edges::new(&seen);
+    let edges = EdgeFunctions::new(&seen);
     let mut hits = edges.meet(&seen, shear[2], asked);
     if hits.doubtful.any() {
         hits.t = exact.t(hits.doubtful, hits.t);
@@ -202,7 +202,7 @@ pub fn intersect_rays<T: Float>(
 
 /// The edge functions of sheared corners: twice the signed areas that the ray's line makes
 /// with each edge.
-struct Edges<T> {
+struct EdgeFunctions<T> {
     u: T,
     v: T,
     w: T,
@@ -210,7 +210,7 @@ struct Edges<T> {
     high: T,
 }
 
-impl<T: Float> Edges<T> {
+impl<T: Float> EdgeFunctions<T> {
     #[inline(always)]
     fn new([[ax, ay, _], [bx, by, _], [cx, cy, _]]: &[[T; 3]; 3]) -> Self {
         let u = *cx * *by - *cy * *bx;
@@ -229,7 +229,7 @@ impl<T: Float> Edges<T> {
 
     /// Where the line meets the plane.
     #[inline(always)]
-    fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>) -> BlockHits<T> {
+    fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &AcceptedRange<T>) -> BlockHits<T> {
         let mask = self.inside() & asked.lanes;
         if !mask.any() {
             let zero = T::zero();
@@ -240,7 +240,13 @@ impl<T: Float> Edges<T> {
 
     /// The same, for the lanes of `mask`, all of which pass through their triangles.
     #[inline(always)]
-    fn distances(&self, corners: &[[T; 3]; 3], scale: T, asked: &Asked<T>, mask: T::Mask) -> BlockHits<T> {
+    fn distances(
+        &self,
+        corners: &[[T; 3]; 3],
+        scale: T,
+        asked: &AcceptedRange<T>,
+        mask: T::Mask,
+    ) -> BlockHits<T> {
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let reciprocal = T::one() / (self.u + self.v + self.w);
         // The determinant's sign says which way the corners go around, seen along the axis; the scale's, which way

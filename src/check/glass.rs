@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::probes::{Tracer, directions};
 use super::{Checked, Finding};
-use crate::bvh::Presence;
+use crate::bvh::Sidedness;
 use crate::compile::thin_sheets;
 use crate::error::words;
 use crate::math::{Aabb, Vec3};
@@ -190,7 +190,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Ve
     // The tree asks whether a surface is there, so that it can pass the entity's own.
     let mut scene = checked.scene.clone();
     let placed = vec![None; scene.bvh.instances.len()];
-    Arc::make_mut(&mut scene.bvh).set_presence(|_| Presence::Asked, &placed);
+    Arc::make_mut(&mut scene.bvh).set_sidedness(|_| Sidedness::Filtered, &placed);
     let mut tracer = Tracer::new(&scene);
     for (number, glass) in all.iter().enumerate() {
         if !touched[number] {

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::Finding;
-use crate::bvh::{self, Asker, Crossing, Sides, Stack, Surfaces};
+use crate::bvh::{self, AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack};
 use crate::film::Features;
 use crate::integrator::presence::crossed;
 use crate::integrator::{Frame, Stop};
 use crate::math::{Hit, NONE, Ray, Rgb, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Longer side, in pixels, of the small image that is examined.
 const LONGER_SIDE: u32 = 24;
@@ -100,9 +100,9 @@ struct Sided<'a> {
     to_lights: bool,
 }
 
-impl Surfaces for Sided<'_> {
-    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
-        crossed(self.scene, crossing, Sides::There)
+impl HitPredicate for Sided<'_> {
+    fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
+        crossed(self.scene, crossing, FaceCulling::AsBuilt)
             .is_some_and(|material| !(self.to_lights && material.straight))
     }
 }
@@ -113,8 +113,8 @@ struct OtherBodies<'a> {
     but: u32,
 }
 
-impl Surfaces for OtherBodies<'_> {
-    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
+impl HitPredicate for OtherBodies<'_> {
+    fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
         let Hit { primitive, instance, .. } = crossing.hit;
         let geometry = &self.scene.geometry;
         let encloses = self.scene.materials[geometry.material_of(primitive, instance) as usize].encloses;
@@ -128,12 +128,12 @@ pub struct Tracer<'a> {
     /// Whether they lead to lights.
     to_lights: bool,
     stack: Stack,
-    level: Level,
+    isa: Isa,
 }
 
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a CompiledScene) -> Self {
-        Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), level: Level::detect() }
+        Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), isa: Isa::detect() }
     }
 
     /// Rays that lead to lights, and so straight through some surfaces.
@@ -148,8 +148,8 @@ impl<'a> Tracer<'a> {
         let t_min = 1e-5 * scene.bounds.size().length();
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
         let sided = Sided { scene, to_lights: self.to_lights };
-        let asker = Asker::new(&sided, 0);
-        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, asker, &mut self.stack);
+        let filter = AnyHitFilter::new(&sided, 0);
+        let hit = bvh::closest_ray(self.isa, &scene.bvh, &ray, filter, &mut self.stack);
         (!hit.is_miss()).then(|| Met {
             entity: scene.geometry.entity_of(hit.primitive, hit.instance),
             material: scene.geometry.material_of(hit.primitive, hit.instance),
@@ -166,7 +166,8 @@ impl<'a> Tracer<'a> {
         let (origin, direction) = (vector(at - normal * near), vector(normal));
         let ray = Ray { origin, direction, t_min: 0.0, t_max: 2.0 * near };
         let others = OtherBodies { scene, but: of };
-        let hit = bvh::closest_ray(self.level, &scene.bvh, &ray, Asker::new(&others, 0), &mut self.stack);
+        let hit =
+            bvh::closest_ray(self.isa, &scene.bvh, &ray, AnyHitFilter::new(&others, 0), &mut self.stack);
         let is_parallel =
             |hit: &Hit| self.normal(hit).is_none_or(|n| n.normalize_or_zero().dot(normal).abs() > 0.999);
         (!hit.is_miss() && is_parallel(&hit)).then(|| scene.geometry.entity_of(hit.primitive, hit.instance))

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::probes::Tracer;
 use super::{Checked, Finding};
-use crate::bvh::Presence;
+use crate::bvh::Sidedness;
 use crate::math::Vec3;
 use crate::scene::CompiledScene;
 use crate::shading::camera;
@@ -58,6 +58,6 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
 fn with_all_sides(scene: &CompiledScene) -> CompiledScene {
     let mut scene = scene.clone();
     let placed = vec![None; scene.bvh.instances.len()];
-    Arc::make_mut(&mut scene.bvh).set_presence(|_| Presence::Always, &placed);
+    Arc::make_mut(&mut scene.bvh).set_sidedness(|_| Sidedness::Always, &placed);
     scene
 }

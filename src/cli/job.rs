@@ -187,7 +187,7 @@ impl Job {
         Options {
             schedule: work.schedule.into(),
             wave: work.wave as usize,
-            level: work.simd.unwrap_or(defaults.level),
+            isa: work.simd.unwrap_or(defaults.isa),
             region: Some(region),
             variance: self.header.variance,
             ..defaults

@@ -9,7 +9,7 @@ use super::Failure;
 use super::args::{ScheduleName, parse_bits, parse_level};
 use super::progress::ProgressForm;
 use crate::formats::film_file::is_film;
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// How to work. No bit of the image depends on it.
 #[derive(Args, Debug)]
@@ -27,7 +27,7 @@ pub struct WorkOptions {
     pub threads: usize,
     /// Instruction set [default: the widest available]; the image is the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
-    pub simd: Option<Level>,
+    pub simd: Option<Isa>,
     /// Show neither progress (a bar on a terminal, else a line every 30 seconds) nor a summary
     #[arg(short, long)]
     pub quiet: bool,

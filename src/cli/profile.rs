@@ -12,7 +12,7 @@ use super::profile_report::ProfileReport;
 use super::{Failure, args, output, usage};
 use crate::integrator::{Frame, Schedule, Stop};
 use crate::render::{Session, Span, on_threads};
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::study::profile::{self, ProfilePlan, counters, flow};
 
 /// `rayfront profile`.
@@ -39,7 +39,7 @@ pub struct Profile {
     pub threads: usize,
     /// Instruction set [default: the widest available]
     #[arg(long, value_name = "LEVEL", value_parser = args::parse_level)]
-    pub simd: Option<Level>,
+    pub simd: Option<Isa>,
     /// Name of the camera to look through [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         runs: arguments.runs,
         threads: arguments.threads,
         wave: arguments.wave as usize,
-        level: arguments.simd.unwrap_or(Level::detect()),
+        isa: arguments.simd.unwrap_or(Isa::detect()),
         cpu_seconds: usage::process_cpu_seconds,
     };
     let bar = ProgressBar::new(u64::from(arguments.runs) + 4);

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::profile::Profile;
-use crate::bvh::tally::Visits;
+use crate::bvh::counters::Visits;
 use crate::film::PixelSum;
 use crate::integrator::photons::NoPhotons;
 use crate::integrator::{Frame, RayCounts, Schedule, Stage};
@@ -87,7 +87,7 @@ impl ProfileReport<'_> {
                     1 => "1 thread".into(),
                     several => format!("{several} threads"),
                 },
-                self.plan.level.name(),
+                self.plan.isa.name(),
                 self.plan.wave
             ),
         ]
@@ -315,7 +315,7 @@ impl ProfileReport<'_> {
             "samples": self.plan.samples,
             "runs": self.plan.runs,
             "threads": self.plan.threads,
-            "simd": self.plan.level.name(),
+            "simd": self.plan.isa.name(),
             "wave": self.plan.wave,
             "wavefront": timed_json(&self.times[0]),
             "recursive": timed_json(&self.times[1]),

@@ -162,7 +162,7 @@ impl RenderReport<'_> {
                 self.header.settings.max_depth,
                 self.header.settings.seed,
                 self.schedule(),
-                self.session.options().level.name()
+                self.session.options().isa.name()
             ),
         );
         if let Some(rule) = &self.header.note.stopped_by {
@@ -236,7 +236,7 @@ impl RenderReport<'_> {
             "seed": self.header.settings.seed,
             "schedule": self.schedule(),
             "wave": self.session.options().wave,
-            "simd": self.session.options().level.name(),
+            "simd": self.session.options().isa.name(),
             "threads": rayon::current_num_threads(),
             "triangles": scene.geometry.triangles.len(),
             "spheres": scene.geometry.spheres.len(),

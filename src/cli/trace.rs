@@ -16,7 +16,7 @@ use crate::math::Hit;
 use crate::query::{HitBatch, RayBatch};
 use crate::render::thread_pool;
 use crate::scene::CompiledScene;
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::{Camera, World};
 
 /// Rays that a thread takes at a time.
@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
 
     let query = TraceQuery {
         bvh: &scene.compiled.bvh,
-        level: arguments.simd.unwrap_or(Level::detect()),
+        isa: arguments.simd.unwrap_or(Isa::detect()),
         coherence: arguments.coherence.into(),
         any: arguments.any,
         threads: threads.current_num_threads(),
@@ -114,7 +114,7 @@ fn give_camera(world: &mut World) {
 /// What is asked of the scene, and how.
 struct TraceQuery<'a> {
     bvh: &'a Bvh,
-    level: Level,
+    isa: Isa,
     coherence: Coherence,
     any: bool,
     threads: usize,
@@ -177,10 +177,10 @@ impl TraceQuery<'_> {
         while let Some((rays, places)) = next() {
             match places {
                 Places::Hits(hits) => {
-                    bvh::closest(self.level, self.bvh, rays, self.coherence, &mut stack, hits);
+                    bvh::closest(self.isa, self.bvh, rays, self.coherence, &mut stack, hits);
                 }
                 Places::Blocked(blocked) => {
-                    bvh::any(self.level, self.bvh, rays, self.coherence, &mut stack, blocked);
+                    bvh::any(self.isa, self.bvh, rays, self.coherence, &mut stack, blocked);
                 }
             }
         }
@@ -275,7 +275,7 @@ impl TraceReport<'_> {
             "rays": self.rays,
             "hits": self.hits,
             "coherence": name_of(self.arguments.coherence),
-            "simd": self.query.level.name(),
+            "simd": self.query.isa.name(),
             "threads": self.query.threads,
             "repeat": self.arguments.repeat,
             "mrays_per_cpu_s": self.best.cpu.map(|seconds| self.speed(seconds)),
@@ -335,7 +335,7 @@ impl TraceReport<'_> {
                 self.speed(self.best.wall.as_secs_f64()),
                 self.arguments.repeat,
                 self.query.threads,
-                self.query.level.name()
+                self.query.isa.name()
             ),
         ];
         if let Some(mismatches) = self.mismatches {

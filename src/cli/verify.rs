@@ -71,7 +71,7 @@ fn threads(way: &Way) -> String {
 }
 
 fn describe(way: &Way) -> String {
-    format!("{}, {}, {}", schedule(way), way.level.name(), threads(way))
+    format!("{}, {}, {}", schedule(way), way.isa.name(), threads(way))
 }
 
 /// A table of the films' hashes and, where they differ, what happened.
@@ -84,8 +84,7 @@ fn text(arguments: &Verify, found: &Verification) -> String {
         format!("film       {expected:032x}"),
         String::new(),
     ];
-    let rows =
-        || found.outcomes.chunk_by(|a, b| (a.way.threads, a.way.level) == (b.way.threads, b.way.level));
+    let rows = || found.outcomes.chunk_by(|a, b| (a.way.threads, a.way.isa) == (b.way.threads, b.way.isa));
     for (number, row) in rows().enumerate() {
         if number == 0 {
             let columns: String = row.iter().map(|cell| format!("{:>12}", schedule(&cell.way))).collect();
@@ -96,7 +95,7 @@ fn text(arguments: &Verify, found: &Verification) -> String {
             format!("  {mark}{:09x}", outcome.hash >> 92)
         };
         let cells: String = row.iter().map(cell).collect();
-        lines.push(format!("{:10}{:12}{cells}", row[0].way.level.name(), threads(&row[0].way)));
+        lines.push(format!("{:10}{:12}{cells}", row[0].way.isa.name(), threads(&row[0].way)));
     }
     lines.push(String::new());
     lines.push(match found.mismatches() {
@@ -165,7 +164,7 @@ fn way_json(way: &Way) -> Value {
     json!({
         "schedule": if way.schedule == Schedule::Recursive { "recursive" } else { "wavefront" },
         "wave": (way.wave > 0).then_some(way.wave),
-        "simd": way.level.name(),
+        "simd": way.isa.name(),
         "threads": way.threads,
     })
 }

@@ -78,7 +78,7 @@ pub fn compile_after(
     let records =
         contacts::Records { materials: &mut materials, names: &mut material_names, added: &mut sheets };
     let joined = contacts::join(geometry.made.geometry.clone(), records);
-    set_presence(&mut bvh, &joined, &materials, before.map(|before| &*before.scene));
+    set_sidedness(&mut bvh, &joined, &materials, before.map(|before| &*before.scene));
     let environment = Made::again(
         before.map(|before| &before.environment),
         environment::Inputs::new(world, &order, &transforms),
@@ -131,7 +131,7 @@ pub fn compile_after(
 }
 
 /// Sets from which side each surface is there, by its material.
-fn set_presence(
+fn set_sidedness(
     bvh: &mut Arc<Bvh>,
     geometry: &Geometry,
     materials: &[Material],
@@ -157,7 +157,7 @@ fn set_presence(
     };
     let given = geometry.instance_materials.iter();
     let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.presence(false))).collect();
-    Arc::make_mut(bvh).set_presence(of, &placed);
+    Arc::make_mut(bvh).set_sidedness(of, &placed);
 }
 
 /// What a person should know before waiting for the image.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::plane::{BORDER, Plane};
 use crate::math::elementary::exp2;
-use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
 
 /// Columns and rows of a tile: its sums stay in the second-level cache.
 pub const TILE: [usize; 2] = [64, 16];
@@ -82,13 +82,13 @@ impl Pass<'_> {
     }
 
     /// Planes `[candidate][half][channel]`; the one after the channels has the sums of weights.
-    pub fn run(&self, level: Level) -> Vec<[Vec<Plane>; 2]> {
+    pub fn run(&self, isa: Isa) -> Vec<[Vec<Plane>; 2]> {
         let size = self.halves[0][0].size;
         let across = size[0].div_ceil(TILE[0]);
         let count = across * size[1].div_ceil(TILE[1]);
         let corner = |tile: usize| [tile % across * TILE[0], tile / across * TILE[1]];
         let steps = &self.steps()[..];
-        let run = |tile: usize| dispatch(level, TileKernel { pass: self, steps, corner: corner(tile) });
+        let run = |tile: usize| dispatch(isa, TileKernel { pass: self, steps, corner: corner(tile) });
         let tiles: Vec<TileSums> = (0..count).into_par_iter().map(run).collect();
         let value = |at: usize, number: usize| {
             let (x, y) = (at % size[0], at / size[0]);

@@ -4,7 +4,7 @@ use super::filter::{Candidate, Pass};
 use super::plane::{Plane, variance};
 use crate::film::Features;
 use crate::math::elementary::log2;
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// A difference of this much leaves e⁻¹ of the weight: in albedo, in a coordinate of a normal, or of a distance in
 /// proportion.
@@ -17,7 +17,7 @@ const PATCH: usize = 2;
 const LEAST: f32 = 1e-6;
 
 /// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`], and the image's frame.
-pub fn features(level: Level, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Plane> {
+pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Plane> {
     let mut planes = Vec::with_capacity(9);
     for group in [&[0, 1, 2][..], &[3, 4, 5], &[6, 7]] {
         let [even, odd] = halves.map(|half| -> Vec<Plane> {
@@ -38,7 +38,7 @@ pub fn features(level: Level, size: [usize; 2], halves: [&[Features]; 2]) -> Vec
             patch: PATCH,
             least: LEAST,
         };
-        for [even, odd] in pass.run(level) {
+        for [even, odd] in pass.run(isa) {
             let width = size[0].max(1);
             for (even, odd) in even.iter().zip(&odd).take(group.len()) {
                 let of = |at: usize| {

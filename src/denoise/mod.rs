@@ -26,7 +26,7 @@ mod texture;
 
 use crate::film::{Features, Film};
 use crate::math::{Rgb, elementary};
-use crate::simd::Level;
+use crate::simd::Isa;
 use filter::{Candidate, Pass};
 use outliers::Split;
 use plane::Plane;
@@ -100,7 +100,7 @@ impl Denoised {
 }
 
 /// Takes the noise out; `None` if a pixel lacks even or odd samples.
-pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
+pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
     let (even, odd): (Vec<Rgb>, Vec<Rgb>) = noisy.film.halves()?.map(|[even, odd]| (even, odd)).unzip();
@@ -114,11 +114,11 @@ pub fn denoise(level: Level, noisy: &Noisy) -> Option<Denoised> {
             Plane::of(size, |x, y| light(x, y) / texture[half][c].at(x, y))
         })
     });
-    let features = guides::features(level, size, noisy.features);
-    let Split { base, spread } = outliers::split(level, &color, &features);
-    let first = select::complete(&filtered(level, &base, &features, &CANDIDATES, &FIRST), WIDE);
+    let features = guides::features(isa, size, noisy.features);
+    let Split { base, spread } = outliers::split(isa, &color, &features);
+    let first = select::complete(&filtered(isa, &base, &features, &CANDIDATES, &FIRST), WIDE);
     let chosen = select::best(&base, first);
-    let last = filtered(level, &chosen, &features, &CANDIDATES[..1], &LAST).into_iter().next()?;
+    let last = filtered(isa, &chosen, &features, &CANDIDATES[..1], &LAST).into_iter().next()?;
 
     let mut radiance = Vec::with_capacity(size[0] * size[1]);
     let mut squares = 0.0f64;
@@ -147,7 +147,7 @@ fn brightness(halves: &[Vec<Rgb>; 2]) -> f32 {
 
 /// Both halves of each candidate: `[candidate][half][channel]`, and the sums of weights.
 fn filtered(
-    level: Level,
+    isa: Isa,
     color: &[[Plane; 3]; 2],
     features: &[Plane],
     candidates: &[Candidate],
@@ -183,7 +183,7 @@ fn filtered(
         let mut planes = planes.into_iter();
         std::array::from_fn(|_| planes.next().unwrap_or_default())
     };
-    pass.run(level).into_iter().map(|halves| halves.map(array)).collect()
+    pass.run(isa).into_iter().map(|halves| halves.map(array)).collect()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 
 use super::filter::{Candidate, Pass};
 use super::plane::Plane;
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Pixels are outliers if they are brighter than usual by more than this factor.
 const FACTOR: f32 = 3.0;
@@ -49,7 +49,7 @@ pub struct Split {
 type Excess = [Plane; 4];
 
 /// Takes the outliers out of an image.
-pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
+pub fn split(isa: Isa, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
     let size = color[0][0].size;
     let shares = shares(color, features);
     let mut excess: [Excess; 2] = [0, 1].map(|half: usize| {
@@ -61,7 +61,7 @@ pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split
         });
         [r, g, b, square]
     });
-    let dense = accepted(&smoothed(level, &excess, features, [DENSE_RADIUS, 1]), 1.0);
+    let dense = accepted(&smoothed(isa, &excess, features, [DENSE_RADIUS, 1]), 1.0);
     excess.iter_mut().flatten().for_each(|plane| *plane = without(plane, &dense));
     let base = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|c: usize| Plane::of(size, |x, y| color[half][c].at(x, y) - excess[half][c].at(x, y)))
@@ -69,7 +69,7 @@ pub fn split(level: Level, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split
 
     let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| Plane::new(size, |_| 0.0)));
     for stride in STRIDES {
-        let means = smoothed(level, &excess, features, [RADIUS, stride]);
+        let means = smoothed(isa, &excess, features, [RADIUS, stride]);
         // An outlier that is a mean over the scales before lies in so many pixels of this one.
         let accepted = accepted(&means, (stride * stride) as f32);
         for (half, means) in means.iter().enumerate() {
@@ -157,7 +157,7 @@ fn limit(own: f32, other: &Plane, features: &[Plane], [x, y]: [usize; 2], truste
 
 /// Means of excess over pixels with like features, and at the end the sums of weights.
 fn smoothed(
-    level: Level,
+    isa: Isa,
     excess: &[Excess; 2],
     features: &[Plane],
     [radius, stride]: [usize; 2],
@@ -175,7 +175,7 @@ fn smoothed(
         patch: 0,
         least: 0.0,
     };
-    pass.run(level).pop().unwrap_or_default()
+    pass.run(isa).pop().unwrap_or_default()
 }
 
 /// The part of the mean excess that both halves agree on: each has enough outliers, and one mean is like the other.

@@ -32,8 +32,8 @@ fn noisy(scene: Scene, samples: u32, seed: u64) -> (Film, [Vec<Features>; 2]) {
     (film, [features.clone(), features])
 }
 
-fn clean(film: &Film, features: &[Vec<Features>; 2], level: Level) -> Denoised {
-    denoise(level, &Noisy { film, features: [&features[0], &features[1]] }).expect("two samples and more")
+fn clean(film: &Film, features: &[Vec<Features>; 2], isa: Isa) -> Denoised {
+    denoise(isa, &Noisy { film, features: [&features[0], &features[1]] }).expect("two samples and more")
 }
 
 fn error(pixels: &[Rgb], scene: Scene) -> f64 {
@@ -65,7 +65,7 @@ fn noise_goes_and_what_is_there_stays() {
         [("slope", &slope as Scene, 10.0), ("edge", &edge, 10.0), ("shadow", &shadow, 4.0)]
     {
         let (film, features) = noisy(scene, 16, 3);
-        let found = clean(&film, &features, Level::detect());
+        let found = clean(&film, &features, Isa::detect());
         let (before, after) = (error(&film.radiance(), scene), error(&found.radiance, scene));
         assert!(after * least < before, "{name}: {before} before, {after} after");
         assert!(found.noise < 0.5 * film.noise().expect("two halves"), "{name}: {}", found.noise);
@@ -79,7 +79,7 @@ fn noise_goes_and_what_is_there_stays() {
 #[test]
 fn edges_of_features_are_edges() {
     let (film, features) = noisy(&edge, 4, 5);
-    let found = clean(&film, &features, Level::detect());
+    let found = clean(&film, &features, Isa::detect());
     let row = |x: u32| found.radiance[(35 * SIZE[0] + x) as usize].g;
     assert!((38..41).all(|x| row(x) < 0.1) && (41..44).all(|x| row(x) > 0.6), "{} {}", row(40), row(41));
 }
@@ -97,7 +97,7 @@ fn what_has_no_noise_stays() {
             });
         }
         let features = noisy(&scene, 1, 1).1;
-        let found = clean(&film, &features, Level::detect());
+        let found = clean(&film, &features, Isa::detect());
         assert!(error(&found.radiance, &scene) < 1e-3 * f64::from(unit), "{unit}");
     }
 }
@@ -105,20 +105,18 @@ fn what_has_no_noise_stays() {
 #[test]
 fn every_level_and_number_of_threads_gives_the_same_bits() {
     let (film, features) = noisy(&edge, 4, 7);
-    let expected = clean(&film, &features, Level::PORTABLE);
-    for level in Level::available() {
-        assert_eq!(clean(&film, &features, level).hash(), expected.hash(), "{level:?}");
+    let expected = clean(&film, &features, Isa::PORTABLE);
+    for isa in Isa::available() {
+        assert_eq!(clean(&film, &features, isa).hash(), expected.hash(), "{isa:?}");
     }
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    assert_eq!(one.install(|| clean(&film, &features, Level::detect())).hash(), expected.hash());
+    assert_eq!(one.install(|| clean(&film, &features, Isa::detect())).hash(), expected.hash());
 }
 
 #[test]
 fn one_sample_is_too_few() {
     let (film, features) = noisy(&edge, 1, 7);
-    assert!(
-        denoise(Level::detect(), &Noisy { film: &film, features: [&features[0], &features[1]] }).is_none()
-    );
+    assert!(denoise(Isa::detect(), &Noisy { film: &film, features: [&features[0], &features[1]] }).is_none());
 }
 
 /// A film with 16 samples of each pixel, as given by its column, row and number.
@@ -155,7 +153,7 @@ fn planted(x: u32, y: u32, number: u32) -> bool {
 #[test]
 fn outliers_leave_no_halo() {
     let film = film_of(|x, y, number| noise(x, y, number) + f32::from(u8::from(planted(x, y, number))) * 1e4);
-    let found = clean(&film, &wall(), Level::detect());
+    let found = clean(&film, &wall(), Isa::detect());
     for (at, pixel) in found.radiance.iter().enumerate() {
         let (x, y) = (at as u32 % SIZE[0], at as u32 / SIZE[0]);
         assert!((pixel.g - 1.0).abs() < 0.4, "{x}, {y}: {}", pixel.g);
@@ -173,7 +171,7 @@ fn small_lights_stay_and_have_no_halo() {
     };
     let radiance = |x: u32, y: u32| if light(x, y) { 200.0 } else { 1.0 };
     let film = film_of(|x, y, number| noise(x, y, number) * radiance(x, y));
-    let found = clean(&film, &wall(), Level::detect());
+    let found = clean(&film, &wall(), Isa::detect());
     let lit = |(x, y)| found.radiance[(y * SIZE[0] + x) as usize].g;
     for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
         let beside =
@@ -191,7 +189,7 @@ fn small_lights_stay_and_have_no_halo() {
 fn light_of_many_outliers_is_spread() {
     let rare = |x, y, number| if noise(y, x + 31, number) < 0.005 { 800.0 } else { 0.0 };
     let film = film_of(|x, y, number| noise(x, y, number) + rare(x, y, number));
-    let found = clean(&film, &wall(), Level::detect());
+    let found = clean(&film, &wall(), Isa::detect());
     let mean = |pixels: &[Rgb]| pixels.iter().map(|p| f64::from(p.g)).sum::<f64>() / pixels.len() as f64;
     let (before, after) = (mean(&film.radiance()), mean(&found.radiance));
     assert!(before > 2.0 && (after / before - 1.0).abs() < 0.2, "{before} before, {after} after");
@@ -211,7 +209,7 @@ fn textures_stay() {
             of.material = 3;
         }
     }
-    let found = clean(&film, &features, Level::detect());
+    let found = clean(&film, &features, Isa::detect());
     let scene = |x: u32, y: u32| (Rgb::splat(albedo(x, y)), 2.0);
     let (before, after) = (error(&film.radiance(), &scene), error(&found.radiance, &scene));
     assert!(after * 5.0 < before, "{before} before, {after} after");
@@ -227,7 +225,7 @@ fn pixels_unlike_all_others_lose_noise() {
         }
     }
     let film = film_of(noise);
-    let found = clean(&film, &features, Level::detect());
+    let found = clean(&film, &features, Isa::detect());
     let spread = |pixels: &[Rgb]| {
         let column = pixels.iter().skip(50).step_by(SIZE[0] as usize);
         column.map(|p| f64::from(p.g - 1.0).powi(2)).sum::<f64>().sqrt()

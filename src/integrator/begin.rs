@@ -5,7 +5,7 @@ use super::path::{Path, pixel_place};
 use crate::math::{Color, NONE};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::pattern::point;
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::scene::Projection;
 use crate::shading::camera;
 use crate::simd::{Float, Int};
@@ -14,7 +14,7 @@ use crate::world::Transport;
 /// The camera's path for a sample of a pixel.
 #[inline(always)]
 pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> {
-    let key = Key::new(frame.seed, pixel, sample, F::Int::splat(0));
+    let key = SampleKey::new(frame.seed, pixel, sample, F::Int::splat(0));
     let dimension = Dimension::Pixel.at(F::Int::splat(0));
     let (u, v) = match frame.transport {
         Transport::Whitted => point::<F>(frame.pattern, frame.samples, key, dimension),

@@ -6,7 +6,7 @@ use super::mis::{choose, heuristic};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray};
-use crate::sampling::Key;
+use crate::sampling::SampleKey;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
 use crate::shading::emitter::{self, EmitterSample, SHADOW_END};
@@ -44,7 +44,7 @@ pub(super) fn sampled_light<F: Float>(
     path: &Path<F>,
     surface: &Surface<F>,
     bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> LightPoint<F> {
     let scene = &frame.scene;
@@ -67,7 +67,7 @@ pub(super) fn to_light<F: Float>(
     surface: &Surface<F>,
     boundary: &Boundary<F>,
     bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     here: F::Mask,
 ) -> (ShadowRay<F>, Color<F>) {
     let scene = &frame.scene;

@@ -5,7 +5,7 @@ use super::bounces;
 use super::path::Path;
 use crate::math::Color;
 use crate::sampling::draw::draw_1d;
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::simd::{Float, Int, Mask};
 
 /// The lanes whose path has had its last bounce: the last of all, or the last of its kind.
@@ -22,7 +22,7 @@ pub(super) fn roulette<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     throughput: Color<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> (Color<F>, F::Mask) {
     let all = F::Mask::from_bits(u32::MAX);

@@ -9,7 +9,7 @@ use super::path::Path;
 use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::scene::Material;
 use crate::scene::bodies::NOWHERE;
 use crate::scene::material::Medium;
@@ -172,7 +172,7 @@ pub fn scattered<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     flight: &Flight<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
 ) -> (Path<F>, F::Mask) {
     let one = F::Int::splat(1);
     let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));

@@ -5,7 +5,7 @@ use super::Frame;
 use super::path::Path;
 use crate::math::{NONE, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::shading::{HitLanes, emitter, light_tree};
 use crate::simd::{Float, Int, Mask, Outlined};
 
@@ -28,7 +28,7 @@ pub(super) fn choose<F: Float>(
     frame: &Frame,
     position: Vector<F>,
     facing: F::Int,
-    draw: (F::Int, Key<F::Int>),
+    draw: (F::Int, SampleKey<F::Int>),
     mask: F::Mask,
 ) -> (F::Int, F, (F, F)) {
     let (emitters, (depth, key)) = (&frame.scene.emitters, draw);

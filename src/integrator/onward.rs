@@ -11,7 +11,7 @@ use super::path_tracing::{Fork, ScatteringVertex};
 use crate::math::Color;
 use crate::math::Vector;
 use crate::sampling::draw::{draw_1d, draw_2d};
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::scene::Material;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
@@ -128,7 +128,7 @@ fn numbers<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> (F, (F, F)) {
     let which = if bsdf.lets_microfacets_through() {
@@ -156,7 +156,7 @@ pub(super) fn drawn<F: Float>(
     frame: &Frame,
     path: &Path<F>,
     bsdf: &Bsdf<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> BsdfSample<F> {
     let (which, u) = numbers(frame, path, bsdf, key, mask);
@@ -171,7 +171,7 @@ fn reflected<F: Float>(
     surface: &Surface<F>,
     boundary: &Boundary<F>,
     drawn: &BsdfSample<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     width: F,
 ) -> (Path<F>, F::Mask) {
     let zero = F::zero();

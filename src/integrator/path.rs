@@ -1,7 +1,7 @@
 //! A path under way.
 
 use crate::math::{Color, Ray, Vector};
-use crate::sampling::Key;
+use crate::sampling::SampleKey;
 use crate::simd::{Float, Int};
 
 /// One path in each lane: the ray it goes along next and what it has gathered.
@@ -88,14 +88,14 @@ impl<F: Float> Path<F> {
 
     /// Says which random numbers it draws under Whitted's transport.
     #[inline(always)]
-    pub fn key(&self, seed: u64) -> Key<F::Int> {
-        Key::new(seed, self.pixel, self.sample, self.branch)
+    pub fn key(&self, seed: u64) -> SampleKey<F::Int> {
+        SampleKey::new(seed, self.pixel, self.sample, self.branch)
     }
 
     /// The same under the path transport.
     #[inline(always)]
-    pub fn only_key(&self, seed: u64) -> Key<F::Int> {
-        Key::new(seed, self.pixel, self.sample, F::Int::splat(0))
+    pub fn only_key(&self, seed: u64) -> SampleKey<F::Int> {
+        SampleKey::new(seed, self.pixel, self.sample, F::Int::splat(0))
     }
 }
 

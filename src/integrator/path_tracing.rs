@@ -20,7 +20,7 @@ use super::sharing::lend::{self, Shared};
 use super::within::LitWithin;
 use crate::math::Color;
 use crate::sampling::draw::draw_2d;
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::scene::{CompiledScene, Material};
 use crate::shading::boundary::{Between, Boundary};
 use crate::shading::principled::bsdf::Bsdf;
@@ -219,7 +219,7 @@ pub(super) struct ScatteringVertex<'a, F: Float> {
     pub boundary: Boundary<F>,
     pub surface: &'a Surface<F>,
     pub point: &'a ShadingPoint<'a, F>,
-    pub key: Key<F::Int>,
+    pub key: SampleKey<F::Int>,
     /// Where it does so.
     pub here: F::Mask,
     /// Where the path may at least go straight on.
@@ -290,7 +290,7 @@ pub(super) fn bsdf<F: Float>(
     path: &Path<F>,
     point: &ShadingPoint<F>,
     outside: &Outside<F>,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> Bsdf<F> {
     let mut parameters = point.parameters(has, outside);

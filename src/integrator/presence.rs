@@ -5,11 +5,11 @@ use std::num::Wrapping;
 
 use super::Frame;
 use super::path::Path;
-use crate::bvh::{Crossing, SPHERE, Sides, Surfaces};
+use crate::bvh::{Crossing, FaceCulling, HitPredicate, SPHERE};
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
-use crate::sampling::{Dimension, Key};
+use crate::sampling::{Dimension, SampleKey};
 use crate::scene::material::Coverage;
 use crate::scene::{CompiledScene, Material};
 use crate::shading::details::point_coordinates;
@@ -39,14 +39,18 @@ pub struct Shadow<'a> {
 }
 
 /// The material of what a ray crosses, if that has a side that the ray meets.
-pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing, sides: Sides) -> Option<&'a Material> {
+pub fn crossed<'a>(
+    scene: &'a CompiledScene,
+    crossing: &Crossing,
+    sides: FaceCulling,
+) -> Option<&'a Material> {
     let Hit { primitive, instance, .. } = crossing.hit;
     let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
     let front = crossing.front != scene.geometry.is_mirrored(primitive);
     let shows = match sides {
-        Sides::There => material.shows(front),
-        Sides::Opposite => material.shows(!front),
-        Sides::Both => material.shows(true),
+        FaceCulling::AsBuilt => material.shows(front),
+        FaceCulling::Opposite => material.shows(!front),
+        FaceCulling::Off => material.shows(true),
     };
     shows.then_some(material)
 }
@@ -54,11 +58,11 @@ pub fn crossed<'a>(scene: &'a CompiledScene, crossing: &Crossing, sides: Sides) 
 /// The sides that rays of a frame meet. A photon goes the other way along paths of the camera, which meet a one-sided
 /// surface where they arrive, at its front: there the photon arrives or leaves (`photons::trace`), so it meets both sides.
 /// Its ray to the camera meets the sides that the camera's ray meets.
-pub fn sides(frame: &Frame, is_shadow: bool) -> Sides {
+pub fn sides(frame: &Frame, is_shadow: bool) -> FaceCulling {
     match (frame.follows_light, is_shadow) {
-        (false, _) => Sides::There,
-        (true, false) => Sides::Both,
-        (true, true) => Sides::Opposite,
+        (false, _) => FaceCulling::AsBuilt,
+        (true, false) => FaceCulling::Off,
+        (true, true) => FaceCulling::Opposite,
     }
 }
 
@@ -105,7 +109,7 @@ impl Traced<'_> {
     }
 
     /// Which random numbers it draws.
-    fn key(&self, path: &Path<f32>) -> Key<Wrapping<u32>> {
+    fn key(&self, path: &Path<f32>) -> SampleKey<Wrapping<u32>> {
         let Self { frame, shadow, .. } = *self;
         match (frame.transport, shadow) {
             (Transport::Path, _) => path.only_key(frame.seed),
@@ -137,8 +141,8 @@ impl Traced<'_> {
     }
 }
 
-impl Surfaces for Traced<'_> {
-    fn is_there(&self, _: usize, crossing: &Crossing) -> bool {
+impl HitPredicate for Traced<'_> {
+    fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
         self.meets(crossing)
     }
 }

@@ -23,12 +23,12 @@ use super::stop::{Stop, Watch};
 use super::straight::{Crossings, arriving};
 use super::whitted::{Scatter, WhittedVertex};
 use super::{Frame, Statistics, Work, begin, path_tracing, whitted};
-use crate::bvh::{Asker, Stack, any_ray, closest_ray};
+use crate::bvh::{AnyHitFilter, Stack, any_ray, closest_ray};
 use crate::film::{Film, Region};
 use crate::math::{Color, Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::Transport;
 
 /// A worker of the recursive schedule.
@@ -62,11 +62,11 @@ impl Recursion {
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
-        let Work { frame, pilot, photons, level } = work;
+        let Work { frame, pilot, photons, isa } = work;
         let looks = observer.looks();
         let plain = frame.sharing.map(|_| plain(frame));
         let frames = [frame, plain.as_ref().unwrap_or(frame)];
-        let tile = Tile::new(frames, photons, level, statistics, &mut self.buffers, observer);
+        let tile = Tile::new(frames, photons, isa, statistics, &mut self.buffers, observer);
         let mut tile = Tile { looks, ..tile };
         match &mut self.shared {
             Some((slots, connections)) => tile.render_shared(pilot, film, samples, slots, connections),
@@ -86,7 +86,7 @@ impl Recursion {
         let (slots, _) = self.shared.as_mut()?;
         let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
         let frames = [frame, &plain(frame)];
-        let mut tile = Tile::new(frames, photons, Level::detect(), statistics, &mut self.buffers, observer);
+        let mut tile = Tile::new(frames, photons, Isa::detect(), statistics, &mut self.buffers, observer);
         slots.enter(frame, block);
         tile.look(slots);
         (!tile.stopped).then(|| (slots.measured(), tile.statistics.rays.total()))
@@ -100,7 +100,7 @@ struct Tile<'a> {
     /// The settings of paths that are not shared.
     plain: &'a Frame,
     photons: Option<Photons<'a>>,
-    level: Level,
+    isa: Isa,
     statistics: &'a mut Statistics,
     buffers: &'a mut Buffers,
     looks: bool,
@@ -116,13 +116,13 @@ impl<'a> Tile<'a> {
     fn new(
         [frame, plain]: [&'a Frame; 2],
         photons: Option<Photons<'a>>,
-        level: Level,
+        isa: Isa,
         statistics: &'a mut Statistics,
         buffers: &'a mut Buffers,
         observer: &'a mut dyn Observer,
     ) -> Self {
         let (looks, asked, stopped) = (false, 0, false);
-        Self { frame, plain, photons, level, statistics, buffers, looks, observer, asked, stopped }
+        Self { frame, plain, photons, isa, statistics, buffers, looks, observer, asked, stopped }
     }
 
     /// Renders samples of pixels that share nothing.
@@ -167,10 +167,10 @@ impl<'a> Tile<'a> {
         }
         let traced = Traced { frame: self.frame, path: &|| *path, shadow: None };
         closest_ray(
-            self.level,
+            self.isa,
             &self.frame.scene.bvh,
             &path.ray(),
-            Asker::new(&traced, 0).meeting(sides(self.frame, false)),
+            AnyHitFilter::new(&traced, 0).with_culling(sides(self.frame, false)),
             &mut self.buffers.stack,
         )
     }
@@ -184,7 +184,7 @@ impl<'a> Tile<'a> {
         let ray = shadow.ray;
         let to_light = Some(Shadow { ray, emitter: shadow.emitter.0, passes: &|_| {} });
         let traced = Traced { frame: self.frame, path: &|| *path, shadow: to_light };
-        any_ray(self.level, &self.frame.scene.bvh, &ray, Asker::new(&traced, 0), &mut self.buffers.stack)
+        any_ray(self.isa, &self.frame.scene.bvh, &ray, AnyHitFilter::new(&traced, 0), &mut self.buffers.stack)
     }
 
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
@@ -277,9 +277,9 @@ impl<'a> Tile<'a> {
             return;
         }
         self.statistics.rays.shadow += 1;
-        let Self { frame, level, .. } = *self;
+        let Self { frame, isa, .. } = *self;
         let Buffers { stack, crossings, .. } = &mut *self.buffers;
-        let light = arriving(frame, level, path, &outcome.shadow, stack, crossings);
+        let light = arriving(frame, isa, path, &outcome.shadow, stack, crossings);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
         }

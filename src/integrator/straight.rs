@@ -12,13 +12,13 @@ use super::path::Path;
 use super::path_tracing::{bsdf, limited};
 use super::presence::{Shadow, Traced, sides};
 use super::shadow::ShadowRay;
-use crate::bvh::{Asker, Crossing, Stack, any_ray};
+use crate::bvh::{AnyHitFilter, Crossing, Stack, any_ray};
 use crate::math::Color;
 use crate::shading::boundary::{Between, Boundary};
 use crate::shading::emitter::SHADOW_END;
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Room for the surfaces that a ray goes through. One thread alone uses it; the lock is there because queries may be
 /// shared by threads, and so may those whom they ask.
@@ -42,7 +42,7 @@ impl Crossings {
 /// What a path's light sample adds to its radiance, or none if something is in its way.
 pub fn arriving(
     frame: &Frame,
-    level: Level,
+    isa: Isa,
     path: &Path<f32>,
     shadow: &ShadowRay<f32>,
     stack: &mut Stack,
@@ -53,10 +53,10 @@ pub fn arriving(
     let to_light = Shadow { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
     let traced = Traced { frame, path: &|| *path, shadow: Some(to_light) };
     if any_ray(
-        level,
+        isa,
         &frame.scene.bvh,
         &shadow.ray,
-        Asker::new(&traced, 0).meeting(sides(frame, true)),
+        AnyHitFilter::new(&traced, 0).with_culling(sides(frame, true)),
         stack,
     ) {
         return None;

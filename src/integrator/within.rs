@@ -7,7 +7,7 @@ use super::mis::{choose, heuristic};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::{NONE, Ray};
-use crate::sampling::Key;
+use crate::sampling::SampleKey;
 use crate::shading::boundary::is_lit;
 use crate::shading::emitter::{self, SHADOW_END};
 use crate::simd::{Float, Int, Mask, Outlined};
@@ -21,7 +21,7 @@ pub struct LitWithin<'a, F: Float> {
     /// How far it gets.
     pub flight: &'a medium::Flight<F>,
     /// Its random numbers.
-    pub key: Key<F::Int>,
+    pub key: SampleKey<F::Int>,
 }
 
 /// A ray to a point of a light.

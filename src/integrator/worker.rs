@@ -10,7 +10,7 @@ use super::statistics::Statistics;
 use super::stop::{Stop, Watch};
 use super::{recursive, wavefront};
 use crate::film::{Film, Region};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// What a worker reads: a frame, and what was computed before its samples.
 #[derive(Clone, Copy)]
@@ -22,7 +22,7 @@ pub struct Work<'a> {
     /// The photons of the samples to render, if there are any.
     pub photons: Option<Photons<'a>>,
     /// The instruction set.
-    pub level: Level,
+    pub isa: Isa,
 }
 
 impl<'a> Work<'a> {
@@ -77,7 +77,7 @@ impl Worker {
     pub fn trace_photons(
         &mut self,
         plan: &Plan,
-        level: Level,
+        isa: Isa,
         sample: u32,
         numbers: Range<u32>,
         statistics: &mut Statistics,
@@ -86,9 +86,9 @@ impl Worker {
         let mut landed = Landed::default();
         let (watch, todo) = (&mut Watch::new(stop), (sample, numbers));
         match self {
-            Worker::Wavefront(wave) => wave.trace_photons(plan, level, todo, &mut landed, statistics, watch),
+            Worker::Wavefront(wave) => wave.trace_photons(plan, isa, todo, &mut landed, statistics, watch),
             Worker::Recursive(recursion) => {
-                recursion.trace_photons(plan, level, todo, &mut landed, statistics, watch);
+                recursion.trace_photons(plan, isa, todo, &mut landed, statistics, watch);
             }
         }
         landed.sort();

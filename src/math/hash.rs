@@ -28,13 +28,13 @@ pub fn to_unit<F: Float>(bits: F::Int) -> F {
 /// Which numbers are drawn: a hash of seed, pixel and branch, with the sample kept apart, because stratified patterns
 /// need it by itself.
 #[derive(Clone, Copy)]
-pub struct Key<I> {
+pub struct SampleKey<I> {
     hash: I,
     /// Which of the pixel's samples.
     pub sample: I,
 }
 
-impl<I: Int> Key<I> {
+impl<I: Int> SampleKey<I> {
     /// The key of a path's branch. `branch` is 0 for the path that the camera began.
     #[inline(always)]
     pub fn new(seed: u64, pixel: I, sample: I, branch: I) -> Self {
@@ -70,7 +70,7 @@ mod tests {
     fn numbers_are_uniform_and_dimensions_independent() {
         let n = 1 << 16;
         let draw = |s: u32, d: u32| -> f32 {
-            Key::new(7, Wrapping(3), Wrapping(s), Wrapping(0)).uniform(Wrapping(d))
+            SampleKey::new(7, Wrapping(3), Wrapping(s), Wrapping(0)).uniform(Wrapping(d))
         };
         let (mut bins, mut sum_xy, mut sum_x, mut sum_y) = ([0u32; 64], 0.0f64, 0.0f64, 0.0f64);
         for s in 0..n {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::error::BuildError;
 use super::scene::{Owners, Scene, Statistics};
-use crate::bvh::{BuildQuality, Bvh, Geometry, Instance};
+use crate::bvh::{BuildQuality, Bvh, Instance, PrimitiveArrays};
 use crate::math::{Aabb, DAffine3, DMat3, DVec3, NONE};
 
 /// The largest magnitude of coordinates, radii and matrix entries: products of three of them, as in the triangle
@@ -157,8 +157,11 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, BuildError> {
         let in_world = self.move_to_world()?;
         let ordered = self.in_order(&in_world);
-        let geometry =
-            Geometry { positions: &self.positions, triangles: &ordered.triangles, spheres: &ordered.spheres };
+        let geometry = PrimitiveArrays {
+            positions: &self.positions,
+            triangles: &ordered.triangles,
+            spheres: &ordered.spheres,
+        };
         let mut bvh = Bvh { quality: self.quality, ..Bvh::default() };
         let mut roots = vec![None; self.shapes.len()];
         for (shape, triangles, spheres) in &ordered.subtrees {

@@ -107,7 +107,7 @@
 //! computed in double precision, so that a ray which leaves a surface from a point that is off by its rounding error
 //! does not hit it again.
 //!
-//! The answer is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Level`],
+//! The answer is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Isa`],
 //! for every split of rays into batches, and with any number of threads. Of hits at the same t, the one with the
 //! smallest ids wins: within a mesh, the triangle that comes first. The same calls build the same scene; with another
 //! [`BuildQuality`], the t of a grazing hit may differ in its last bits.
@@ -128,7 +128,7 @@
 //! Queries never panic, and the only error is [`LengthMismatch`].
 //!
 //! [`NONE`]: crate::math::NONE
-//! [`Level`]: crate::simd::Level
+//! [`Isa`]: crate::simd::Isa
 
 mod batch;
 mod builder;
@@ -140,7 +140,7 @@ mod tests;
 
 pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, QUEUE, Rays};
 pub use crate::math::{Aabb, Hit, NONE};
-pub use crate::simd::Level;
+pub use crate::simd::Isa;
 pub use batch::{HitBatch, RayBatch};
 pub use builder::{InstanceId, MAX_COORDINATE, MAX_PRIMITIVES, SceneBuilder, ShapeId};
 pub use error::{BuildError, LengthMismatch};

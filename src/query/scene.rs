@@ -4,7 +4,7 @@ use super::builder::{InstanceId, ShapeId};
 use super::error::LengthMismatch;
 use crate::bvh::{self, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, SPHERE, Stack};
 use crate::math::{Aabb, Hit, NONE};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Shapes in their places, ready for rays. Made by [`SceneBuilder::build`] and never changed
 /// again, so threads share it by reference or in an [`Arc`](std::sync::Arc).
@@ -84,12 +84,12 @@ impl Scene {
     /// What a thread needs to trace rays, with the widest instructions that the processor
     /// has. Make one for each thread and keep it: this allocates some kilobytes.
     pub fn tracer(&self) -> Tracer<'_> {
-        self.tracer_at(Level::detect())
+        self.tracer_at(Isa::detect())
     }
 
     /// [`Self::tracer`] with the instruction set of `level`. The answers are the same to the last bit.
-    pub fn tracer_at(&self, level: Level) -> Tracer<'_> {
-        Tracer { scene: self, level, stack: Stack::new(&self.bvh) }
+    pub fn tracer_at(&self, isa: Isa) -> Tracer<'_> {
+        Tracer { scene: self, isa, stack: Stack::new(&self.bvh) }
     }
 
     /// What a ray hit, in the caller's numbers; `None` for a miss, and for ids that are not of this scene. The time
@@ -116,7 +116,7 @@ impl Scene {
 /// Traces rays on one thread: a scene, an instruction set and a stack.
 pub struct Tracer<'a> {
     scene: &'a Scene,
-    level: Level,
+    isa: Isa,
     stack: Stack,
 }
 
@@ -138,7 +138,7 @@ impl Tracer<'_> {
         ] {
             check(column, length, rays.len())?;
         }
-        bvh::closest(self.level, &self.scene.bvh, rays, coherence, &mut self.stack, hits);
+        bvh::closest(self.isa, &self.scene.bvh, rays, coherence, &mut self.stack, hits);
         Ok(())
     }
 
@@ -156,7 +156,7 @@ impl Tracer<'_> {
     ) -> Result<(), LengthMismatch> {
         check_rays(&rays)?;
         check("blocked", blocked.len(), rays.len())?;
-        bvh::any(self.level, &self.scene.bvh, rays, coherence, &mut self.stack, blocked);
+        bvh::any(self.isa, &self.scene.bvh, rays, coherence, &mut self.stack, blocked);
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use rand::RngExt;
 use super::*;
 use crate::math::stream::Stream;
 use crate::math::{DAffine3, DQuat, DVec3, Hit, NONE, Vec3};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// What was handed to a builder.
 #[derive(Clone, Debug)]
@@ -186,9 +186,9 @@ fn random_rays(random: &mut Stream, count: usize) -> (RayBatch, Vec<RayParts>) {
     (batch, parts)
 }
 
-fn trace(scene: &Scene, level: Level, rays: &RayBatch) -> (HitBatch, Vec<u32>) {
+fn trace(scene: &Scene, isa: Isa, rays: &RayBatch) -> (HitBatch, Vec<u32>) {
     let (mut hits, mut blocked) = (HitBatch::new(rays.len()), vec![7; rays.len()]);
-    let mut tracer = scene.tracer_at(level);
+    let mut tracer = scene.tracer_at(isa);
     tracer.closest(rays.rays(), Coherence::Unknown, hits.hits_mut()).expect("equal lengths");
     tracer.any(rays.rays(), Coherence::Unknown, &mut blocked).expect("equal lengths");
     (hits, blocked)
@@ -201,7 +201,7 @@ fn compare_with_brute_force(seed: u64) -> [usize; 2] {
     let input = random_input(&mut random);
     let scene = input.build();
     let (rays, parts) = random_rays(&mut random, 150);
-    let (hits, blocked) = trace(&scene, Level::detect(), &rays);
+    let (hits, blocked) = trace(&scene, Isa::detect(), &rays);
     let mut counts = [0; 2];
     for (i, (hit, ray)) in hits.iter().zip(&parts).enumerate() {
         let slack = 4.0 * TOLERANCE / ray.direction.length();
@@ -249,22 +249,22 @@ proptest! {
         let mut random = Stream::new(seed);
         let scene = random_input(&mut random).build();
         let (rays, _) = random_rays(&mut random, 150);
-        let (expected, any) = trace(&scene, Level::detect(), &rays);
+        let (expected, any) = trace(&scene, Isa::detect(), &rays);
         let bits = |hits: &HitBatch| -> Vec<_> {
             hits.iter().map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance)).collect()
         };
-        for level in Level::available() {
+        for isa in Isa::available() {
             for coherence in [Coherence::Unknown, Coherence::Coherent, Coherence::Scattered] {
                 let (mut hits, mut blocked) = (HitBatch::new(rays.len()), vec![7; rays.len()]);
-                let mut tracer = scene.tracer_at(level);
+                let mut tracer = scene.tracer_at(isa);
                 for (rays, hits) in rays.chunks(size).zip(hits.chunks_mut(size)) {
                     tracer.closest(rays, coherence, hits).expect("equal lengths");
                 }
                 for (rays, blocked) in rays.chunks(size).zip(blocked.chunks_mut(size)) {
                     tracer.any(rays, coherence, blocked).expect("equal lengths");
                 }
-                prop_assert!(bits(&hits) == bits(&expected), "{:?} {:?} {}", level, coherence, size);
-                prop_assert!(blocked == any, "{:?} {:?} {}", level, coherence, size);
+                prop_assert!(bits(&hits) == bits(&expected), "{:?} {:?} {}", isa, coherence, size);
+                prop_assert!(blocked == any, "{:?} {:?} {}", isa, coherence, size);
             }
         }
     }
@@ -280,7 +280,7 @@ fn down(x: f32, y: f32) -> RayBatch {
 }
 
 fn place_at(scene: &Scene, x: f32, y: f32) -> Option<(u32, u32, u32)> {
-    let hit = trace(scene, Level::detect(), &down(x, y)).0.get(0)?;
+    let hit = trace(scene, Isa::detect(), &down(x, y)).0.get(0)?;
     scene.locate(&hit).map(|p| (p.instance.0, p.shape.0, p.primitive))
 }
 
@@ -345,7 +345,7 @@ fn nothing_is_hit_by_no_ray() {
     ] {
         assert!(scene.bounds().is_none());
         assert_eq!(place_at(&scene, 0.5, 0.5), None);
-        let (hits, blocked) = trace(&scene, Level::PORTABLE, &RayBatch::default());
+        let (hits, blocked) = trace(&scene, Isa::PORTABLE, &RayBatch::default());
         assert!(hits.is_empty() && blocked.is_empty());
     }
 }
@@ -373,10 +373,10 @@ fn rays_that_make_no_sense_miss() {
         rays.push(o, d.with_y(bad), 0.0, far);
         rays.push(o, d.with_z(bad), 0.0, far);
     }
-    for level in Level::available() {
-        let (hits, blocked) = trace(&scene, level, &rays);
+    for isa in Isa::available() {
+        let (hits, blocked) = trace(&scene, isa, &rays);
         for (i, (hit, blocked)) in hits.iter().zip(blocked).enumerate() {
-            assert_eq!((hit, blocked), (Hit::MISS, 0), "ray {i} with {level:?}");
+            assert_eq!((hit, blocked), (Hit::MISS, 0), "ray {i} with {isa:?}");
         }
     }
 }
@@ -398,7 +398,7 @@ fn sizes_at_the_limits_are_hit() {
                 let origin = Vec3::new(x * size, 0.125 * size, 0.75 * size);
                 rays.push(origin, Vec3::NEG_Z * length, 0.0, f32::INFINITY);
             }
-            let (hits, _) = trace(&scene, Level::detect(), &rays);
+            let (hits, _) = trace(&scene, Isa::detect(), &rays);
             for (hit, expected) in hits.iter().zip([0.75, 0.75 - 0.046_875f32.sqrt()]) {
                 let distance = hit.t * length / size;
                 assert!((distance - expected).abs() < 1e-4, "{size} {length}: {distance}, not {expected}");

@@ -25,7 +25,7 @@ impl Session {
     /// camera rays once more.
     pub fn denoised(&self) -> Option<Denoised> {
         let [even, odd] = self.features_apart();
-        denoise(self.options.level, &Noisy { film: self.film(), features: [&even, &odd] })
+        denoise(self.options.isa, &Noisy { film: self.film(), features: [&even, &odd] })
     }
 
     /// [`Session::features`] of every Nth sample, beginning with each of the first N.
@@ -35,9 +35,8 @@ impl Session {
         if samples.count() == 0 {
             samples.insert(self.wanted.start..self.wanted.start + 1);
         }
-        let look = |worker: &mut FirstHits, tile| {
-            (tile, worker.look_apart::<N>(frame, options.level, tile, &samples))
-        };
+        let look =
+            |worker: &mut FirstHits, tile| (tile, worker.look_apart::<N>(frame, options.isa, tile, &samples));
         let tiles = self.tiles().into_par_iter();
         let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(frame, options.wave), look).collect();
         let region = self.film().region();

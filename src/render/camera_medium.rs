@@ -1,11 +1,11 @@
 //! The bodies that the camera is in.
 
-use crate::bvh::{Asker, Stack, closest_ray};
+use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::math::{Ray, Vec3, Vector};
 use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
 use crate::shading::{HitLanes, Surface, camera};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Rays that ask for it. A lens or a mesh with holes may let one of them out elsewhere.
 const RAYS: [[f32; 3]; 7] = [
@@ -98,7 +98,7 @@ pub fn crossed(
     let mut ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
     let mut crossed = Vec::new();
     for _ in 0..MOST {
-        let hit = closest_ray(Level::detect(), &scene.bvh, &ray, Asker::CREDULOUS, stack);
+        let hit = closest_ray(Isa::detect(), &scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, stack);
         if hit.is_miss() {
             break;
         }

@@ -43,7 +43,7 @@ mod threads;
 
 pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
-pub use crate::simd::Level;
+pub use crate::simd::Isa;
 pub(crate) use aov::{film_channels, names_of_ids};
 pub(crate) use gathered::{Gathered, Pass};
 #[cfg(any(feature = "cli", feature = "python"))]

@@ -45,7 +45,7 @@ impl Session {
             let (photons, took) =
                 self.photons(Some(prepared), samples.clone(), &Stop::NEVER).unwrap_or_default();
             render(
-                work(&self.frame, Some(prepared), (start, &photons), self.options.level),
+                work(&self.frame, Some(prepared), (start, &photons), self.options.isa),
                 samples.clone(),
                 &took,
             );

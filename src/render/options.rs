@@ -1,6 +1,6 @@
 //! How to render.
 
-use super::{Level, Schedule, Sorting};
+use super::{Isa, Schedule, Sorting};
 use crate::film::Region;
 
 /// How many paths a wave has unless told otherwise. Measured: 256 to 16,384 are equally fast, 65,536 is up to 1.28
@@ -17,7 +17,7 @@ pub struct Options {
     /// In which order a wave's hits are shaded.
     pub sorting: Sorting,
     /// Which instruction set; the widest one by default.
-    pub level: Level,
+    pub isa: Isa,
     /// The part of the image to render, in pixels; `None` for all of it. What lies outside the image is left out.
     pub region: Option<Region>,
     /// Width and height of a tile in pixels, at least 1. Where pixels share paths, the next multiple of 16.
@@ -32,7 +32,7 @@ impl Default for Options {
             schedule: Schedule::Wavefront,
             wave: DEFAULT_WAVE,
             sorting: Sorting::default(),
-            level: Level::detect(),
+            isa: Isa::detect(),
             region: None,
             tile: 64,
             variance: false,

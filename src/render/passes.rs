@@ -10,7 +10,7 @@ use super::gathered::{Gathered, Pass};
 use super::options::Options;
 use super::prepare::Prepared;
 use super::session::{OnProgress, Progress, Session, lock, tiles};
-use super::{Level, adaptive, photons};
+use super::{Isa, adaptive, photons};
 use crate::film::{Film, Moments, Region, SampleRanges};
 use crate::integrator::photons::{OfSample, Photons};
 use crate::integrator::{Frame, Statistics, Stop, Work, Worker};
@@ -42,7 +42,7 @@ impl Session {
         let Some((of_samples, of_photons)) = photons else { return 0 };
         self.statistics.add(&of_photons);
         let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
-        let work = work(frame, self.prepared.as_deref(), (samples.start, &of_samples), options.level);
+        let work = work(frame, self.prepared.as_deref(), (samples.start, &of_samples), options.isa);
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
         todo.into_par_iter().for_each(|(number, parts)| {
             if stop.is_set() || pause.load(Ordering::Relaxed) {
@@ -158,9 +158,9 @@ pub(super) fn work<'a>(
     frame: &'a Frame,
     prepared: Option<&'a Prepared>,
     (first, samples): (u32, &'a [OfSample]),
-    level: Level,
+    isa: Isa,
 ) -> Work<'a> {
     let plan = prepared.and_then(|prepared| prepared.plan.as_ref().ok()).filter(|_| !samples.is_empty());
     let photons = plan.map(|plan| Photons { plan, first, samples });
-    Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), photons, level }
+    Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), photons, isa }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::{Options, Session, camera_medium};
-use crate::bvh::{Asker, Stack, closest_ray};
+use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::integrator::path::{Path, pack_pixel};
 #[cfg(any(feature = "cli", feature = "python"))]
 use crate::integrator::photons::draw::Splat;
@@ -21,7 +21,7 @@ use crate::math::elementary::{exp2, log2};
 use crate::math::{Color, Vec3, Vector};
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, Surface};
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::Transport;
 use std::num::Wrapping;
 use std::ops::Range;
@@ -67,7 +67,7 @@ pub fn plan(frame: &Frame, stop: &Stop) -> Result<Plan, NoPhotons> {
     let mut worker = Worker::Recursive(Box::new(Recursion::new(&plan.frame)));
     let numbers = 0..PILOT;
     let statistics = &mut Statistics::default();
-    let landed = worker.trace_photons(&plan, Level::detect(), PILOT_SAMPLE, numbers, statistics, stop);
+    let landed = worker.trace_photons(&plan, Isa::detect(), PILOT_SAMPLE, numbers, statistics, stop);
     if landed.photons.is_empty() || stop.is_set() {
         return Err(NoPhotons::NoneLands);
     }
@@ -192,8 +192,13 @@ fn usual_radius(frame: &Frame) -> Option<f32> {
         let mut path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(0));
         for _ in 0..MOST_BENDS {
             let traced = Traced { frame, path: &|| path, shadow: None };
-            let hit =
-                closest_ray(Level::detect(), &scene.bvh, &path.ray(), Asker::new(&traced, 0), &mut stack);
+            let hit = closest_ray(
+                Isa::detect(),
+                &scene.bvh,
+                &path.ray(),
+                AnyHitFilter::new(&traced, 0),
+                &mut stack,
+            );
             if hit.is_miss() {
                 break;
             }
@@ -318,7 +323,7 @@ pub fn trace_chunks<T: Send>(
         let numbers = chunk * CHUNK..((chunk + 1) * CHUNK).min(plan.count());
         let mut landed = Landed::default();
         with(&mut |worker, statistics| {
-            landed = worker.trace_photons(plan, Level::detect(), sample, numbers.clone(), statistics, stop);
+            landed = worker.trace_photons(plan, Isa::detect(), sample, numbers.clone(), statistics, stop);
         });
         then(landed)
     };

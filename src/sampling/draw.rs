@@ -3,14 +3,14 @@
 
 use super::pattern::{self, Grid};
 use super::sobol;
-use crate::math::hash::Key;
+use crate::math::hash::SampleKey;
 use crate::simd::{Float, Int};
 use crate::world::{Pattern, Sampler};
 
 /// A point in the unit square. `grid` is made for the number of the pixel's samples; the use
 /// has three numbers from `dimension` on.
 #[inline(always)]
-pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: Key<F::Int>, dimension: F::Int) -> (F, F) {
+pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> (F, F) {
     match sampler {
         Sampler::Sobol => sobol::two(key.sample, key.shared(dimension)),
         Sampler::Jittered => pattern::point(Pattern::Jittered, grid, key, dimension),
@@ -20,7 +20,7 @@ pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: Key<F::Int>, dimensi
 
 /// A point in the unit interval. The use has two numbers from `dimension` on.
 #[inline(always)]
-pub fn draw_1d<F: Float>(sampler: Sampler, grid: Grid, key: Key<F::Int>, dimension: F::Int) -> F {
+pub fn draw_1d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> F {
     match sampler {
         Sampler::Sobol => sobol::one(key.sample, key.shared(dimension)),
         Sampler::Jittered => {
@@ -40,8 +40,8 @@ mod tests {
 
     const ALL: [Sampler; 3] = [Sampler::Sobol, Sampler::Jittered, Sampler::Independent];
 
-    fn key(pixel: u32, sample: u32) -> Key<Wrapping<u32>> {
-        Key::new(5, Wrapping(pixel), Wrapping(sample), Wrapping(0))
+    fn key(pixel: u32, sample: u32) -> SampleKey<Wrapping<u32>> {
+        SampleKey::new(5, Wrapping(pixel), Wrapping(sample), Wrapping(0))
     }
 
     /// The variance of the mean of a number over a pixel's 16 samples, in units of independent ones'.

@@ -10,7 +10,7 @@ pub mod sobol;
 pub mod table;
 pub mod warp;
 
-pub(crate) use crate::math::hash::{self, Key};
+pub(crate) use crate::math::hash::{self, SampleKey};
 pub use crate::math::stream::Stream;
 pub use dimension::Dimension;
 pub use table::Distribution2d;

@@ -1,7 +1,7 @@
 //! N points in the unit square: uniform, jittered or regular, each point a pure
 //! function of its index.
 
-use crate::math::hash::Key;
+use crate::math::hash::SampleKey;
 use crate::simd::{Float, Int, Mask};
 use crate::world::{Pattern, Settings};
 
@@ -94,7 +94,7 @@ fn scramble<I: Int>(i: I, mask: I, seed: I) -> I {
 /// A pixel's sample `key.sample` as a point in the unit square, spread over all samples
 /// of the pixel by `pattern`. `grid` is made for their number.
 #[inline(always)]
-pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: Key<F::Int>, dimension: F::Int) -> (F, F) {
+pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> (F, F) {
     let (second, order) = (dimension + F::Int::splat(1), dimension + F::Int::splat(2));
     match pattern {
         Pattern::Uniform => (key.uniform(dimension), key.uniform(second)),
@@ -116,7 +116,7 @@ pub fn point_of_many<F: Float>(
     grid: Grid,
     which: u32,
     pixel: Grid,
-    key: Key<F::Int>,
+    key: SampleKey<F::Int>,
     dimension: F::Int,
 ) -> (F, F) {
     let key = key.fork(which);
@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    fn key(sample: u32) -> Key<Wrapping<u32>> {
-        Key::new(1, Wrapping(77), Wrapping(sample), Wrapping(0))
+    fn key(sample: u32) -> SampleKey<Wrapping<u32>> {
+        SampleKey::new(1, Wrapping(77), Wrapping(sample), Wrapping(0))
     }
 
     #[test]

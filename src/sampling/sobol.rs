@@ -67,7 +67,7 @@ fn pascal<I: Int>(x: I) -> I {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Kernel, Lanes, Level, dispatch};
+    use crate::simd::{Isa, Kernel, Lanes, dispatch};
     use std::num::Wrapping;
 
     fn pair(index: u32, seed: u32) -> (f32, f32) {
@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn every_level_gives_the_same_bits() {
-        for level in Level::available() {
-            assert_eq!(dispatch(level, Points), dispatch(Level::PORTABLE, Points), "{level:?}");
+        for isa in Isa::available() {
+            assert_eq!(dispatch(isa, Points), dispatch(Isa::PORTABLE, Points), "{isa:?}");
         }
     }
 }

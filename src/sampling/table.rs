@@ -33,7 +33,7 @@ pub struct Distribution2d {
 }
 
 /// A cell, by the place of its first node, and how high it is.
-struct Cell<F: Float> {
+struct TableCell<F: Float> {
     column: F::Int,
     row: F::Int,
     /// In rows: 1, or ½ at the edges.
@@ -41,9 +41,9 @@ struct Cell<F: Float> {
 }
 
 /// The densities at a cell's corners, in units of their mean: first the upper two.
-struct Corners<F: Float>([F; 4]);
+struct CornerDensities<F: Float>([F; 4]);
 
-impl<F: Float> Corners<F> {
+impl<F: Float> CornerDensities<F> {
     /// The density at a place in the cell.
     #[inline(always)]
     fn at(&self, x: F, y: F) -> F {
@@ -154,13 +154,13 @@ impl Distribution2d {
     }
 
     #[inline(always)]
-    fn cell<F: Float>(&self, column: F::Int, row: F::Int) -> Cell<F> {
+    fn cell<F: Float>(&self, column: F::Int, row: F::Int) -> TableCell<F> {
         let outer = row.eq(F::Int::splat(0)) | row.eq(F::Int::splat(self.height));
-        Cell { column, row, high: F::select(outer, F::splat(0.5), F::one()) }
+        TableCell { column, row, high: F::select(outer, F::splat(0.5), F::one()) }
     }
 
     #[inline(always)]
-    fn corners<F: Float>(&self, cell: &Cell<F>, mask: F::Mask) -> Corners<F> {
+    fn corners<F: Float>(&self, cell: &TableCell<F>, mask: F::Mask) -> CornerDensities<F> {
         let width = F::Int::splat(self.width);
         let next = cell.column + F::Int::splat(1);
         let next = F::Int::select(next.eq(width), F::Int::splat(0), next);
@@ -174,7 +174,7 @@ impl Distribution2d {
         let some = mean.gt(F::splat(f32::MIN_POSITIVE));
         let per_mean = F::one() / F::select(some, mean, F::one());
         let one = F::one();
-        Corners([
+        CornerDensities([
             F::select(some, a * per_mean, one),
             F::select(some, b * per_mean, one),
             F::select(some, c * per_mean, one),
@@ -184,7 +184,7 @@ impl Distribution2d {
 
     /// From the probability of a cell and the density in it.
     #[inline(always)]
-    fn density<F: Float>(&self, probability: F, cell: &Cell<F>, within: F) -> F {
+    fn density<F: Float>(&self, probability: F, cell: &TableCell<F>, within: F) -> F {
         let size = cell.high * F::splat(1.0 / (self.width as f32 * self.height as f32));
         probability * within / size
     }
@@ -263,7 +263,7 @@ fn step<F: Float>(cumulative: &[f32], index: F::Int, mask: F::Mask) -> F {
 mod tests {
     use super::*;
     use crate::sampling::Stream;
-    use crate::simd::{Kernel, Lanes, Level, Mask, dispatch};
+    use crate::simd::{Isa, Kernel, Lanes, Mask, dispatch};
     use rand::RngExt;
 
     fn numbers(n: usize, seed: u64) -> Vec<f32> {
@@ -435,9 +435,9 @@ mod tests {
     fn every_level_gives_the_same_bits() {
         let table = Distribution2d::new(&numbers(33 * 21, 1), 33);
         let u = numbers(512, 2);
-        let expected = dispatch(Level::PORTABLE, Draw(&table, &u));
-        for level in Level::available() {
-            assert_eq!(dispatch(level, Draw(&table, &u)), expected, "{level:?}");
+        let expected = dispatch(Isa::PORTABLE, Draw(&table, &u));
+        for isa in Isa::available() {
+            assert_eq!(dispatch(isa, Draw(&table, &u)), expected, "{isa:?}");
         }
     }
 }

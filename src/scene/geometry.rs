@@ -137,8 +137,8 @@ impl Geometry {
     }
 
     /// What the acceleration structure is built from.
-    pub fn shapes(&self) -> crate::bvh::Geometry<'_> {
-        crate::bvh::Geometry {
+    pub fn shapes(&self) -> crate::bvh::PrimitiveArrays<'_> {
+        crate::bvh::PrimitiveArrays {
             positions: &self.positions,
             triangles: &self.triangles,
             spheres: &self.spheres,

@@ -1,6 +1,6 @@
 //! Materials: one record each, because all lanes that are shaded together have the same material.
 
-use crate::bvh::Presence;
+use crate::bvh::Sidedness;
 use crate::math::NONE;
 use crate::world::Transport;
 
@@ -252,14 +252,14 @@ pub fn is_real(ior: f32) -> bool {
 impl Material {
     /// From which side a surface of it is there, as the tree sees it: a transform may have mirrored the tree's
     /// triangles.
-    pub fn presence(&self, mirrored: bool) -> Presence {
+    pub fn presence(&self, mirrored: bool) -> Sidedness {
         match (self.coverage, self.shows(false)) {
-            (Coverage::Mask(_) | Coverage::Blend, _) => Presence::Asked,
+            (Coverage::Mask(_) | Coverage::Blend, _) => Sidedness::Filtered,
             // A ray to a light passes its surface.
-            _ if self.straight || self.emits() || self.hidden => Presence::Asked,
-            (Coverage::Whole, true) => Presence::Always,
-            (Coverage::Whole, false) if mirrored => Presence::Back,
-            (Coverage::Whole, false) => Presence::Front,
+            _ if self.straight || self.emits() || self.hidden => Sidedness::Filtered,
+            (Coverage::Whole, true) => Sidedness::Always,
+            (Coverage::Whole, false) if mirrored => Sidedness::Back,
+            (Coverage::Whole, false) => Sidedness::Front,
         }
     }
 

@@ -27,9 +27,9 @@ use std::sync::Arc;
 
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::bvh::{Asker, Bvh, Stack, closest_ray};
+use crate::bvh::{AnyHitFilter, Bvh, Stack, closest_ray};
 use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
-use crate::simd::Level;
+use crate::simd::Isa;
 use emitters::kind;
 
 /// All that rendering needs to know of a world: what [`crate::compile::compile`] makes and
@@ -191,7 +191,8 @@ impl CompiledScene {
                         t_max: nearest,
                     };
                     if direction != Vec3::ZERO {
-                        let found = closest_ray(Level::PORTABLE, &self.bvh, &ray, Asker::CREDULOUS, stack);
+                        let found =
+                            closest_ray(Isa::PORTABLE, &self.bvh, &ray, AnyHitFilter::ACCEPT_ALL, stack);
                         nearest = if found.is_miss() { nearest } else { found.t };
                     }
                 }

@@ -10,9 +10,9 @@ use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 use rows::{three_entries, transpose};
 
 /// AVX2.
-pub(super) struct Set;
+pub(super) struct Avx2;
 
-impl Lanes for Set {
+impl Lanes for Avx2 {
     type Queue = F32x8;
     type Node = Two<F32x8>;
     type Block = F32x8;
@@ -41,7 +41,7 @@ pub(super) fn detected() -> bool {
 /// [`detected`] must have said yes.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Set>()
+    kernel.run::<Avx2>()
 }
 
 /// The same, never inlined.
@@ -52,7 +52,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Set>()
+    kernel.run::<Avx2>()
 }
 
 /// A part of a kernel, never inlined.

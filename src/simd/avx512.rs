@@ -11,9 +11,9 @@ use super::{Float, Int, Kernel, Lanes, Mask, Outlined, opaque};
 use rows::{four_rows, three_entries, transpose};
 
 /// AVX-512 with the extensions of every processor since 2017 that has it.
-pub(super) struct Set;
+pub(super) struct Avx512;
 
-impl Lanes for Set {
+impl Lanes for Avx512 {
     type Queue = F32x16;
     type Node = F32x16;
     type Block = F32x8;
@@ -40,7 +40,7 @@ pub(super) fn detected() -> bool {
 /// [`detected`] must have said yes, and [`super::avx2::detected`] too.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Set>()
+    kernel.run::<Avx512>()
 }
 
 /// The same, never inlined.
@@ -51,7 +51,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Set>()
+    kernel.run::<Avx512>()
 }
 
 /// A part of a kernel, never inlined.

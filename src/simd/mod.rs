@@ -7,7 +7,7 @@
 //! multiply-add, no approximate reciprocal.
 //!
 //! The wide types are private. The one way to have one is [`dispatch`], which
-//! runs a [`Kernel`] with the types of a [`Level`], and a `Level` above portable
+//! runs a [`Kernel`] with the types of a [`Isa`], and a `Isa` above portable
 //! exists only on a processor that has its instructions: that is what makes the
 //! unsafe code in here sound. Kernels and all they call must be `#[inline(always)]`,
 //! so that they are compiled for the instruction set they are dispatched to.
@@ -24,14 +24,14 @@ mod memory;
 mod neon;
 mod scalar;
 pub mod sixteen;
-mod waiting;
+mod traversal_stack;
 
 #[cfg(feature = "cli")]
 pub use memory::give_back_freed;
 pub use memory::{prefer_large_pages, prefetch};
 pub use sixteen::Sixteen;
 use std::fmt;
-pub use waiting::Waiting;
+pub use traversal_stack::TraversalStack;
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -305,10 +305,10 @@ pub trait Kernel {
 
 /// An instruction set that this processor has.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Level(Set);
+pub struct Isa(IsaKind);
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Set {
+enum IsaKind {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -318,57 +318,57 @@ enum Set {
     Neon,
 }
 
-impl Level {
+impl Isa {
     /// One lane at a time, on any processor.
-    pub const PORTABLE: Level = Level(Set::Portable);
+    pub const PORTABLE: Isa = Isa(IsaKind::Portable);
 
     /// All instruction sets that this processor has, the widest last.
-    pub fn available() -> Vec<Level> {
+    pub fn available() -> Vec<Isa> {
         #[cfg_attr(
             not(any(target_arch = "x86_64", target_arch = "aarch64")),
-            expect(unused_mut, reason = "there is but one level")
+            expect(unused_mut, reason = "there is but one set")
         )]
-        let mut levels = vec![Level::PORTABLE];
+        let mut sets = vec![Isa::PORTABLE];
         #[cfg(target_arch = "aarch64")]
-        levels.push(Level(Set::Neon));
+        sets.push(Isa(IsaKind::Neon));
         #[cfg(target_arch = "x86_64")]
         {
             if avx2::detected() {
-                levels.push(Level(Set::Avx2));
+                sets.push(Isa(IsaKind::Avx2));
                 #[cfg(not(fuzzing))]
                 if avx512::detected() {
-                    levels.push(Level(Set::Avx512));
+                    sets.push(Isa(IsaKind::Avx512));
                 }
             }
         }
-        levels
+        sets
     }
 
     /// The widest instruction set that this processor has.
-    pub fn detect() -> Level {
-        *Level::available().last().unwrap_or(&Level::PORTABLE)
+    pub fn detect() -> Isa {
+        *Isa::available().last().unwrap_or(&Isa::PORTABLE)
     }
 
     /// `portable`, `avx2`, `avx512` or `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
-            Set::Portable => "portable",
+            IsaKind::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => "avx2",
+            IsaKind::Avx2 => "avx2",
             #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
-            Set::Avx512 => "avx512",
+            IsaKind::Avx512 => "avx512",
             #[cfg(target_arch = "aarch64")]
-            Set::Neon => "neon",
+            IsaKind::Neon => "neon",
         }
     }
 
-    /// The level of that name; `None` if this processor does not have it.
-    pub fn from_name(name: &str) -> Option<Level> {
-        Level::available().into_iter().find(|level| level.name() == name)
+    /// The instruction set of that name; `None` if this processor does not have it.
+    pub fn from_name(name: &str) -> Option<Isa> {
+        Isa::available().into_iter().find(|isa| isa.name() == name)
     }
 }
 
-impl fmt::Debug for Level {
+impl fmt::Debug for Isa {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -390,18 +390,18 @@ pub fn opaque(number: u32) -> u32 {
     number
 }
 
-/// Runs a kernel, compiled for `level`.
-pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
-    match level.0 {
-        Set::Portable => kernel.run::<scalar::Portable>(),
-        // SAFETY: a `Level` of this set was made by `available`, which found the instructions.
+/// Runs a kernel, compiled for `isa`.
+pub fn dispatch<K: Kernel>(isa: Isa, kernel: K) -> K::Output {
+    match isa.0 {
+        IsaKind::Portable => kernel.run::<scalar::Portable>(),
+        // SAFETY: an `Isa` of this kind was made by `available`, which found the instructions.
         #[cfg(target_arch = "x86_64")]
-        Set::Avx2 => unsafe { avx2::run(kernel) },
+        IsaKind::Avx2 => unsafe { avx2::run(kernel) },
         // SAFETY: as above.
         #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
-        Set::Avx512 => unsafe { avx512::run(kernel) },
+        IsaKind::Avx512 => unsafe { avx512::run(kernel) },
         #[cfg(target_arch = "aarch64")]
-        Set::Neon => kernel.run::<neon::Set>(),
+        IsaKind::Neon => kernel.run::<neon::Neon>(),
     }
 }
 

@@ -7,9 +7,9 @@ use super::sixteen::Two;
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
 /// NEON.
-pub(super) struct Set;
+pub(super) struct Neon;
 
-impl Lanes for Set {
+impl Lanes for Neon {
     type Queue = F32x8;
     type Node = Two<F32x8>;
     type Block = F32x8;

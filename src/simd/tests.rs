@@ -83,14 +83,14 @@ proptest! {
         let floats = |bits: [u32; 16]| bits.map(f32::from_bits);
         for (a, b) in [(floats(a), floats(b)), (small, floats(b)), (small, small)] {
             let input = |a, b| Everything { a, b, table: &table };
-            let expected = dispatch(Level::PORTABLE, input(&a, &b));
-            for level in Level::available() {
-                let got = dispatch(level, input(&a, &b));
+            let expected = dispatch(Isa::PORTABLE, input(&a, &b));
+            for isa in Isa::available() {
+                let got = dispatch(isa, input(&a, &b));
                 for (op, (e, g)) in expected.iter().zip(&got).enumerate() {
                     for lane in 0..16 {
                         // The payload of a NaN is the one thing that may differ.
                         let nan = |bits: u32| op < 9 && f32::from_bits(bits).is_nan();
-                        prop_assert!(e[lane] == g[lane] || (nan(e[lane]) && nan(g[lane])), "{level:?} op {op}");
+                        prop_assert!(e[lane] == g[lane] || (nan(e[lane]) && nan(g[lane])), "{isa:?} op {op}");
                     }
                 }
             }
@@ -116,11 +116,11 @@ impl Kernel for Packing {
 
 #[test]
 fn compress_packs_the_lanes_of_the_mask_in_order() {
-    for level in Level::available() {
+    for isa in Isa::available() {
         for bits in [0u32, 1, 0b1010_0110, 0xffff, 0x8001] {
-            let got = dispatch(level, Packing(bits));
+            let got = dispatch(isa, Packing(bits));
             let expected: Vec<f32> = (0..16).filter(|i| bits >> i & 1 == 1).map(|i| i as f32).collect();
-            assert_eq!(got, expected[..got.len()], "{level:?}");
+            assert_eq!(got, expected[..got.len()], "{isa:?}");
         }
     }
 }
@@ -160,9 +160,9 @@ impl Kernel for RowsAndColumns<'_> {
 fn rows_become_columns_and_rows_again() {
     let table: Vec<[f32; 4]> = (0..40).map(|i| [0, 1, 2, 3].map(|c| (4 * i + c) as f32)).collect();
     let index = std::array::from_fn(|i| (i as u32 * 7 + 3) % 40);
-    for level in Level::available() {
-        let rows = dispatch(level, RowsAndColumns { table: &table, index: &index });
-        assert_eq!(rows, index.map(|i| table[i as usize]), "{level:?}");
+    for isa in Isa::available() {
+        let rows = dispatch(isa, RowsAndColumns { table: &table, index: &index });
+        assert_eq!(rows, index.map(|i| table[i as usize]), "{isa:?}");
     }
 }
 
@@ -178,8 +178,8 @@ impl Kernel for OutsideOfRows {
 
 #[test]
 fn rows_outside_their_table_panic() {
-    for level in Level::available() {
-        assert!(std::panic::catch_unwind(|| dispatch(level, OutsideOfRows)).is_err(), "{level:?}");
+    for isa in Isa::available() {
+        assert!(std::panic::catch_unwind(|| dispatch(isa, OutsideOfRows)).is_err(), "{isa:?}");
     }
 }
 
@@ -196,8 +196,8 @@ impl Kernel for OutOfRange {
 
 #[test]
 fn a_gather_outside_its_table_panics() {
-    for level in Level::available() {
-        assert!(std::panic::catch_unwind(|| dispatch(level, OutOfRange)).is_err(), "{level:?}");
+    for isa in Isa::available() {
+        assert!(std::panic::catch_unwind(|| dispatch(isa, OutOfRange)).is_err(), "{isa:?}");
     }
 }
 
@@ -243,28 +243,28 @@ fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() 
     };
     let orders = [order(&mut slots.into_iter()), order(&mut slots.into_iter().rev())];
     assert!((0..16).all(|place| sixteen::slot(orders[0], place) == slots[place]));
-    for level in Level::available() {
+    for isa in Isa::available() {
         for bits in [0u32, 1, 0x8000, 0b1010_0110, 0xff00, 0x00ff, 0xffff, 0x1234, 0xfedc] {
             let near = std::array::from_fn(|i| (i * 7 % 16) as f32);
             let far =
                 near.map(|near| if bits >> (near as usize * 7 % 16) & 1 == 1 { near } else { near - 1.0 });
             let entered: Vec<usize> = (0..16).filter(|i| near[*i] <= far[*i]).collect();
             let (stacked, (found, word), in_order) =
-                dispatch(level, Children { near: &near, far: &far, words: &words, orders });
+                dispatch(isa, Children { near: &near, far: &far, words: &words, orders });
             let place = |i: usize| slots.iter().position(|slot| *slot == i).unwrap();
-            assert_eq!(in_order, entered.iter().fold(0, |bits, i| bits | 1 << place(*i)), "{level:?}");
-            assert_eq!(found, entered.iter().map(|i| words[*i]).collect::<Vec<_>>(), "{level:?}");
+            assert_eq!(in_order, entered.iter().fold(0, |bits, i| bits | 1 << place(*i)), "{isa:?}");
+            assert_eq!(found, entered.iter().map(|i| words[*i]).collect::<Vec<_>>(), "{isa:?}");
             if entered.is_empty() {
                 continue;
             }
-            assert_eq!((Some(&stacked.top), Some(&word)), (stacked.words.last(), found.last()), "{level:?}");
+            assert_eq!((Some(&stacked.top), Some(&word)), (stacked.words.last(), found.last()), "{isa:?}");
             let nearest = entered.iter().copied().min_by_key(|i| near[*i] as usize).unwrap();
             let foremost = entered.iter().copied().min_by_key(|i| place(*i)).unwrap();
-            assert!([nearest, foremost].iter().any(|i| stacked.top == words[*i]), "{level:?}");
+            assert!([nearest, foremost].iter().any(|i| stacked.top == words[*i]), "{isa:?}");
             let mut pairs: Vec<_> = stacked.words.into_iter().zip(stacked.nears).collect();
             pairs.sort_by_key(|(word, _)| *word);
             let expected: Vec<_> = entered.iter().map(|i| (words[*i], near[*i])).collect();
-            assert_eq!(pairs, expected, "{level:?}");
+            assert_eq!(pairs, expected, "{isa:?}");
         }
     }
 }
@@ -285,13 +285,10 @@ impl Kernel for Halves {
 
 #[test]
 fn halves_come_from_two_places() {
-    for level in Level::available() {
-        let [loaded, same] = dispatch(level, Halves);
-        assert!(
-            loaded.iter().enumerate().all(|(i, v)| *v == if i < 8 { i as f32 } else { 9.0 }),
-            "{level:?}"
-        );
-        assert!(same.iter().enumerate().all(|(i, v)| *v == if i < 8 { -1.0 } else { 2.5 }), "{level:?}");
+    for isa in Isa::available() {
+        let [loaded, same] = dispatch(isa, Halves);
+        assert!(loaded.iter().enumerate().all(|(i, v)| *v == if i < 8 { i as f32 } else { 9.0 }), "{isa:?}");
+        assert!(same.iter().enumerate().all(|(i, v)| *v == if i < 8 { -1.0 } else { 2.5 }), "{isa:?}");
     }
     assert!([0, 1, u32::MAX].into_iter().all(|number| opaque(number) == number));
 }
@@ -312,14 +309,14 @@ impl Kernel for Least<'_> {
 
 #[test]
 fn the_least_lane_is_found_wherever_it_is() {
-    for level in Level::available() {
+    for isa in Isa::available() {
         for place in 0..16 {
             let values = std::array::from_fn(|i| if i == place { -1.0 } else { i as f32 });
-            for least in dispatch(level, Least(&values)) {
+            for least in dispatch(isa, Least(&values)) {
                 // As far as there are lanes.
-                assert!(least == -1.0 || least == 0.0 && place > 0, "{level:?}");
+                assert!(least == -1.0 || least == 0.0 && place > 0, "{isa:?}");
             }
         }
-        assert_eq!(dispatch(level, Least(&[f32::INFINITY; 16])), [f32::INFINITY; 3]);
+        assert_eq!(dispatch(isa, Least(&[f32::INFINITY; 16])), [f32::INFINITY; 3]);
     }
 }

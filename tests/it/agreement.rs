@@ -4,7 +4,7 @@
 use rayfront::compile::compile;
 use rayfront::internals::film::{Film, Region};
 use rayfront::internals::integrator::{RayCounts, Schedule, Sorting};
-use rayfront::internals::simd::Level;
+use rayfront::internals::simd::Isa;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Sharing, Transport, World};
 
@@ -230,7 +230,7 @@ fn check(text: &str) {
 
 fn check_world(made: &dyn Fn() -> World) {
     let world = made();
-    let base = Options { level: Level::PORTABLE, schedule: Schedule::Recursive, ..Options::default() };
+    let base = Options { isa: Isa::PORTABLE, schedule: Schedule::Recursive, ..Options::default() };
     let expected = render(&world, base, 1, &[]);
     is_worth_comparing(&expected.film);
 
@@ -245,8 +245,8 @@ fn check_world(made: &dyn Fn() -> World) {
         assert_eq!(got.rays, expected.rays, "{options:?}");
     };
     for schedule in [Schedule::Wavefront, Schedule::Recursive] {
-        for level in Level::available() {
-            equal(Options { schedule, level, ..Options::default() }, 1, &[]);
+        for isa in Isa::available() {
+            equal(Options { schedule, isa, ..Options::default() }, 1, &[]);
         }
         for threads in [2, 5] {
             equal(Options { schedule, tile: 8, ..Options::default() }, threads, &[]);
@@ -259,7 +259,7 @@ fn check_world(made: &dyn Fn() -> World) {
     for wave in [1, 7, 64] {
         equal(Options { wave, ..Options::default() }, 1, &[]);
         equal(Options { wave, sorting: Sorting::Unsorted, ..Options::default() }, 1, &[]);
-        equal(Options { wave, tile: 8, level: Level::PORTABLE, ..Options::default() }, 2, &[2]);
+        equal(Options { wave, tile: 8, isa: Isa::PORTABLE, ..Options::default() }, 2, &[2]);
     }
 
     let mut other = made();

@@ -7,7 +7,7 @@ use exr::prelude::*;
 use rayfront::compile::compile;
 use rayfront::internals::film::{Channel, Features, Film, Moments, Values};
 use rayfront::internals::integrator::Schedule;
-use rayfront::internals::simd::Level;
+use rayfront::internals::simd::Isa;
 use rayfront::render::{Options, Session, on_threads};
 use rayfront::world::{Aov, Sampler, Transport, World};
 
@@ -146,8 +146,7 @@ fn the_same_bits_in_all_ways() {
         for transport in [Transport::Whitted, Transport::Path] {
             let mut world = support::world(text);
             (world.settings.transport, world.settings.samples) = (transport, 4);
-            let simple =
-                Options { schedule: Schedule::Recursive, level: Level::PORTABLE, ..Options::default() };
+            let simple = Options { schedule: Schedule::Recursive, isa: Isa::PORTABLE, ..Options::default() };
             let expected = bits(&world, simple, 1, &[]);
             assert_eq!(&expected.0, session(&world, simple).film(), "variance changes the film");
             let check = |options: Options, threads, passes: &[u32]| {
@@ -156,9 +155,9 @@ fn the_same_bits_in_all_ways() {
                 assert_eq!(features, expected.1, "{options:?}");
                 assert_eq!(moments, expected.2, "{options:?}");
             };
-            for level in Level::available() {
+            for isa in Isa::available() {
                 for schedule in [Schedule::Wavefront, Schedule::Recursive] {
-                    check(Options { schedule, level, ..Options::default() }, 1, &[]);
+                    check(Options { schedule, isa, ..Options::default() }, 1, &[]);
                 }
             }
             for wave in [1, 7, 64] {

@@ -370,7 +370,7 @@ fn photons_are_the_same_in_all_ways_to_render() {
                 Options { schedule: Schedule::Recursive, ..usual },
                 Options { wave: 7, ..usual },
                 Options { tile: 5, ..usual },
-                Options { level: rayfront::internals::simd::Level::PORTABLE, tile: 16, ..usual },
+                Options { isa: rayfront::internals::simd::Isa::PORTABLE, tile: 16, ..usual },
                 Options { variance: true, ..usual },
             ] {
                 assert!(film(&world, options) == expected, "{transport:?} {sharing:?} {options:?}");
@@ -422,7 +422,7 @@ fn landed(entities: &str, samples: u32) -> (f64, u32) {
         let mut worker = Worker::new(&frame, schedule, options.wave, options.sorting);
         for sample in 0..samples {
             let (statistics, all) = (&mut Statistics::default(), 0..plan.count());
-            let landed = worker.trace_photons(&plan, options.level, sample, all, statistics, &Stop::NEVER);
+            let landed = worker.trace_photons(&plan, options.isa, sample, all, statistics, &Stop::NEVER);
             sum += landed.photons.iter().map(|(_, photon)| f64::from(photon.flux[1])).sum::<f64>();
         }
     }

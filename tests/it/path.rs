@@ -470,7 +470,7 @@ fn schedules_agree_within_limits() {
     assert_eq!(expected, hash(Options { wave: 7, ..Options::default() }));
     assert_eq!(
         expected,
-        hash(Options { level: rayfront::internals::simd::Level::PORTABLE, ..Options::default() })
+        hash(Options { isa: rayfront::internals::simd::Isa::PORTABLE, ..Options::default() })
     );
     let mut free = support::world(text);
     free.settings.depth_limits = DepthLimits::default();

@@ -197,8 +197,8 @@ fn threads_lanes_and_repeats_change_no_byte() {
         ] {
             assert!(trace(more) == first, "{any:?} {more:?}");
         }
-        for level in rayfront::internals::simd::Level::available() {
-            assert!(trace(&["--simd", level.name()]) == first, "{any:?} {level:?}");
+        for isa in rayfront::internals::simd::Isa::available() {
+            assert!(trace(&["--simd", isa.name()]) == first, "{any:?} {isa:?}");
         }
     }
 }
@@ -225,7 +225,7 @@ fn what_was_measured_is_told() {
         ("triangles", 6.into()),
         ("spheres", 0.into()),
         ("instances", 0.into()),
-        ("simd", rayfront::internals::simd::Level::detect().name().into()),
+        ("simd", rayfront::internals::simd::Isa::detect().name().into()),
     ] {
         assert_eq!(facts[key], value, "{key}");
     }

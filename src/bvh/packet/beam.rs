@@ -2,9 +2,9 @@
 
 use super::super::Root;
 use super::super::layout::{Node, PADDING, SphereBlock, TriangleBlock};
-use super::super::presence::Word;
+use super::super::sidedness::PrimitiveRef;
 use super::super::triangle::Shear;
-use super::rays::{Active, Bits, GROUPS, PacketRays, RAYS};
+use super::rays::{Active, GROUPS, PacketRays, RAYS, SetBits};
 use crate::simd::{Float, Int, Mask, Sixteen};
 
 /// A beam whose slopes differ by more than this is not worth it.
@@ -26,18 +26,18 @@ pub struct Beam {
 
 /// What is smallest and largest among rays, lane by lane.
 #[derive(Clone, Copy)]
-struct Interval<F>(F, F);
+struct LaneInterval<F>(F, F);
 
-impl<F: Float> Interval<F> {
+impl<F: Float> LaneInterval<F> {
     #[inline(always)]
     fn empty() -> Self {
-        Interval(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
+        LaneInterval(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
     }
 
     /// With the lanes of `mask`.
     #[inline(always)]
     fn with(self, value: F, mask: F::Mask) -> Self {
-        Interval(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
+        LaneInterval(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
     }
 
     #[inline(always)]
@@ -173,7 +173,7 @@ impl Beam {
     pub fn meets_triangles<F: Float>(&self, block: &TriangleBlock) -> u32 {
         let mut met = 0;
         for at in (0..block.words.len()).step_by(F::WIDTH) {
-            let mut mask = !F::Int::load(&block.words[at..]).eq(F::Int::splat(Word::UNUSED.0));
+            let mut mask = !F::Int::load(&block.words[at..]).eq(F::Int::splat(PrimitiveRef::UNUSED.0));
             let depth = &block.vertex[self.axes[2] % 3];
             let depth = [F::load(&depth[0][at..]), F::load(&depth[1][at..]), F::load(&depth[2][at..])];
             for axis in 0..2 {
@@ -198,9 +198,9 @@ impl Beam {
 /// counted in their direction; none if they spread too far.
 #[inline(always)]
 fn depths<F: Float>(rays: &PacketRays, active: &Active, way: &Heading) -> Option<[f32; 2]> {
-    let mut depths = Interval::empty();
-    let mut slopes = [Interval::empty(); 2];
-    for group in Bits(active.groups) {
+    let mut depths = LaneInterval::empty();
+    let mut slopes = [LaneInterval::empty(); 2];
+    for group in SetBits(active.groups) {
         let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
         let start = F::load(&rays.origin[way.axes[2]].0[at..]) * F::splat(way.sign);
         let along = F::load(&rays.direction[way.axes[2]].0[at..]) * F::splat(way.sign);
@@ -222,8 +222,8 @@ fn extent<F: Float>(
     way: &Heading,
     depths: [f32; 2],
 ) -> [[[f32; 2]; 2]; 2] {
-    let mut ranges = [[Interval::empty(); 2]; 2];
-    for group in Bits(active.groups) {
+    let mut ranges = [[LaneInterval::empty(); 2]; 2];
+    for group in SetBits(active.groups) {
         let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
         let z = F::load(&rays.origin[way.axes[2]].0[at..]);
         for (axis, ranges) in ranges.iter_mut().enumerate() {
@@ -242,7 +242,7 @@ fn extent<F: Float>(
 fn apex<F: Float>(rays: &PacketRays, active: &Active) -> Option<[f32; 3]> {
     let (group, lane) = active.first();
     let apex = [0, 1, 2].map(|axis| rays.origin[axis].0[(group * F::WIDTH + lane) % RAYS]);
-    for group in Bits(active.groups) {
+    for group in SetBits(active.groups) {
         let (at, mask) = (group % GROUPS * F::WIDTH, F::Mask::from_bits(active.lanes[group % GROUPS]));
         for (origin, apex) in rays.origin.iter().zip(apex) {
             let same = F::load(&origin.0[at..]).to_bits().eq(F::Int::splat(apex.to_bits()));

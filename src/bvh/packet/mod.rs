@@ -14,7 +14,7 @@
 //! the first one are left to a pass of their own.
 
 mod beam;
-mod placed;
+mod instance;
 mod rays;
 mod scene;
 mod walk;
@@ -22,16 +22,16 @@ mod walk;
 use std::marker::PhantomData;
 
 use super::Rays;
-use super::answers::Answers;
+use super::hit_sink::HitSink;
 use super::layout::Bvh;
-use crate::simd::{Float, Lanes, Waiting};
+use crate::simd::{Float, Lanes, TraversalStack};
 use beam::Beam;
-use placed::Placed;
+use instance::InstancePacket;
 use rays::Active;
 pub(super) use rays::{LEAST_WIDTH, RAYS};
 pub(super) use scene::PacketQuery;
 use scene::PacketScene;
-use walk::{Boxes, PacketWalk, Pass};
+use walk::{BoxStack, PacketWalk, Pass};
 
 /// Passes over a packet before the rest of it is left to the single-ray kernel.
 const PASSES: usize = 4;
@@ -60,36 +60,36 @@ pub(super) enum Verdict {
 /// A packet and its stack.
 pub(super) struct Packet {
     walk: PacketWalk,
-    boxes: Boxes,
-    placed: Placed,
+    boxes: BoxStack,
+    placed: InstancePacket,
 }
 
 impl Packet {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
-        Self { walk: PacketWalk::new(), boxes: Boxes::new(bvh), placed: Placed::new() }
+        Self { walk: PacketWalk::new(), boxes: BoxStack::new(bvh), placed: InstancePacket::new() }
     }
 
     /// Answers the rays from `first` on, at most [`RAYS`], if they run side by side.
     #[inline(always)]
-    fn trace<L: Lanes, A: Answers>(
+    fn trace<L: Lanes, A: HitSink>(
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
         first: usize,
         count: usize,
-        keys: &mut Waiting,
-        answers: &mut A,
+        keys: &mut TraversalStack,
+        sink: &mut A,
     ) -> Verdict {
         let width = L::Queue::WIDTH;
         let Some(root) = bvh.root else { return Verdict::Refused };
-        let scene = PacketScene { bvh, asker: rays.asker(first) };
+        let scene = PacketScene { bvh, filter: rays.filter(first) };
         self.boxes.visits = 0;
         let walk = &mut self.walk;
         walk.rays.load::<L::Queue>(rays, first, count);
-        let mut waiting = walk.rays.waiting::<L::Queue>(count);
+        let mut pending = walk.rays.pending::<L::Queue>(count);
         for pass in 0..PASSES {
-            let Some(active) = self.walk.rays.next_pass::<L::Queue>(&mut waiting) else { break };
+            let Some(active) = self.walk.rays.next_pass::<L::Queue>(&mut pending) else { break };
             let beam = Beam::around::<L::Queue>(&self.walk.rays, &active, &root);
             let beam = beam.filter(|_| active.count() >= FEWEST);
             match beam {
@@ -100,8 +100,8 @@ impl Packet {
                 None => self.walk.one_by_one::<L, A>(scene, active, width, keys),
             }
         }
-        self.walk.one_by_one::<L, A>(scene, waiting, width, keys);
-        answers.put_all(first, &self.walk.rays.hits(count));
+        self.walk.one_by_one::<L, A>(scene, pending, width, keys);
+        sink.write_all(first, &self.walk.rays.hits(count));
         if self.boxes.visits as f32 > DEAR[usize::from(A::ANY)] * count as f32 {
             Verdict::Dear
         } else {
@@ -111,29 +111,18 @@ impl Packet {
 
     /// Takes a pass through the world's tree.
     #[inline(always)]
-    fn pass<L: Lanes, A: Answers, const APEX: bool>(
+    fn pass<L: Lanes, A: HitSink, const APEX: bool>(
         &mut self,
         scene: PacketScene,
         active: Active,
         beam: &Beam,
-        keys: &mut Waiting,
+        keys: &mut TraversalStack,
     ) {
         let Some(root) = scene.bvh.root else { return };
         let Self { walk, boxes, placed } = self;
         let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
         let groups = walk.enter::<L::Queue, APEX>(&active, active.groups, &planes, beam);
-        let (placed, child, answers) = (Some(placed), root.child, PhantomData::<A>);
-        L::outlined(Pass::<A, APEX> {
-            walk,
-            boxes,
-            placed,
-            scene,
-            active,
-            beam,
-            child,
-            groups,
-            keys,
-            answers,
-        });
+        let (placed, child, sink) = (Some(placed), root.child, PhantomData::<A>);
+        L::outlined(Pass::<A, APEX> { walk, boxes, placed, scene, active, beam, child, groups, keys, sink });
     }
 }

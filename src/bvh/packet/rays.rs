@@ -1,8 +1,8 @@
 //! The rays of a packet, by columns, and which of them take part.
 
 use super::super::Rays;
-use super::super::answers::Hits;
 use super::super::direction_classes::NUMBERS;
+use super::super::hit_sink::Hits;
 use super::super::layout::Instance;
 use super::super::ray::{line_to_local, slab_scales};
 use super::super::triangle::Longest;
@@ -88,9 +88,9 @@ impl Active {
 }
 
 /// The places of set bits, the lowest first.
-pub struct Bits(pub u32);
+pub struct SetBits(pub u32);
 
-impl Iterator for Bits {
+impl Iterator for SetBits {
     type Item = usize;
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
@@ -187,7 +187,7 @@ impl PacketRays {
         places: &mut PacketColumn<u32>,
     ) -> usize {
         let mut count = 0;
-        for group in Bits(groups) {
+        for group in SetBits(groups) {
             let group = group % GROUPS;
             let at = group * F::WIDTH;
             let near = F::load(&near.0[at..]);
@@ -212,13 +212,13 @@ impl PacketRays {
 
     /// Those of the first `count` that can hit something at all.
     #[inline(always)]
-    pub fn waiting<F: Float>(&self, count: usize) -> Active {
-        let mut waiting = Active::NONE;
-        for (group, lanes) in waiting.lanes.iter_mut().enumerate().take(count.div_ceil(F::WIDTH)) {
+    pub fn pending<F: Float>(&self, count: usize) -> Active {
+        let mut pending = Active::NONE;
+        for (group, lanes) in pending.lanes.iter_mut().enumerate().take(count.div_ceil(F::WIDTH)) {
             *lanes = self.alive::<F>(group * F::WIDTH, count - group * F::WIDTH);
-            waiting.groups |= u32::from(*lanes != 0) << group;
+            pending.groups |= u32::from(*lanes != 0) << group;
         }
-        waiting
+        pending
     }
 
     /// The lanes from `at` on, `count` at the most, with a ray that can hit something at all.
@@ -238,18 +238,18 @@ impl PacketRays {
 
     /// Takes those that go the same way as the first one that waits.
     #[inline(always)]
-    pub fn next_pass<F: Float>(&self, waiting: &mut Active) -> Option<Active> {
-        if waiting.groups == 0 {
+    pub fn next_pass<F: Float>(&self, pending: &mut Active) -> Option<Active> {
+        if pending.groups == 0 {
             return None;
         }
-        let class = F::Int::splat(self.class_of::<F>(waiting));
+        let class = F::Int::splat(self.class_of::<F>(pending));
         let mut active = Active::NONE;
-        for group in Bits(waiting.groups) {
+        for group in SetBits(pending.groups) {
             let group = group % GROUPS;
             let same = F::Int::load(&self.class.0[group * F::WIDTH..]).eq(class).bits();
-            active.lanes[group] = waiting.lanes[group] & same;
+            active.lanes[group] = pending.lanes[group] & same;
             active.groups |= u32::from(active.lanes[group] != 0) << group;
-            waiting.remove(group, same);
+            pending.remove(group, same);
         }
         Some(active)
     }

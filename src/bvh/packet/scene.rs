@@ -1,14 +1,14 @@
 //! What a packet goes through and what its rays ask for there.
 
 use super::super::Rays;
-use super::super::answers::Answers;
+use super::super::hit_sink::HitSink;
 use super::super::layout::{Bvh, TriangleBlock};
-use super::super::leaf::Askers;
-use super::super::presence::Asker;
+use super::super::leaf::AnyHitFilters;
+use super::super::sidedness::AnyHitFilter;
 use super::super::triangle::{ExactRays, TrianglePlane};
 use super::rays::PacketRays;
 use super::{Packet, Verdict};
-use crate::simd::{Float, Kernel, Lanes, Waiting};
+use crate::simd::{Float, Kernel, Lanes, TraversalStack};
 
 /// [`Packet::trace`].
 pub(in super::super) struct PacketQuery<'a, 'r, A> {
@@ -18,16 +18,16 @@ pub(in super::super) struct PacketQuery<'a, 'r, A> {
     /// The first of them, and how many.
     pub first: usize,
     pub count: usize,
-    pub keys: &'a mut Waiting,
-    pub answers: &'a mut A,
+    pub keys: &'a mut TraversalStack,
+    pub sink: &'a mut A,
 }
 
-impl<A: Answers> Kernel for PacketQuery<'_, '_, A> {
+impl<A: HitSink> Kernel for PacketQuery<'_, '_, A> {
     type Output = Verdict;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Verdict {
-        let Self { packet, bvh, rays, first, count, keys, answers } = self;
-        packet.trace::<L, A>(bvh, rays, first, count, keys, answers)
+        let Self { packet, bvh, rays, first, count, keys, sink } = self;
+        packet.trace::<L, A>(bvh, rays, first, count, keys, sink)
     }
 }
 
@@ -51,18 +51,18 @@ impl<F: Float> ExactRays<F> for OfGroup<'_> {
 #[derive(Clone, Copy)]
 pub struct PacketScene<'a> {
     pub bvh: &'a Bvh,
-    pub asker: Asker<'a>,
+    pub filter: AnyHitFilter<'a>,
 }
 
 /// A group of rays that can ask.
 pub struct InGroup<'a> {
     /// The packet's first ray.
-    pub first: Asker<'a>,
+    pub first: AnyHitFilter<'a>,
     pub at: usize,
 }
 
-impl Askers for InGroup<'_> {
-    fn asker(&self, lane: usize) -> Asker<'_> {
+impl AnyHitFilters for InGroup<'_> {
+    fn filter(&self, lane: usize) -> AnyHitFilter<'_> {
         self.first.after(self.at + lane)
     }
 }

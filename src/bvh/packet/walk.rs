@@ -2,21 +2,21 @@
 
 use std::marker::PhantomData;
 
-use super::super::answers::Answers;
+use super::super::hit_sink::HitSink;
 use super::super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock, WIDTH};
 use super::super::leaf::better_in_lanes;
-use super::super::presence::{Candidate, Word};
-use super::super::ray::Slabs;
+use super::super::ray::RaySlabs;
+use super::super::sidedness::{PrimitiveCandidate, PrimitiveRef};
 use super::super::sphere;
-use super::super::traverse::{Entry, Subtree, start};
-use super::super::triangle::{self, Asked, BlockHits};
+use super::super::traverse::{Subtree, SubtreeEntry, start};
+use super::super::triangle::{self, AcceptedRange, BlockHits};
 use super::beam::Beam;
-use super::placed::{InInstance, Placed};
-use super::rays::{Active, Bits, GROUPS, PacketColumn, PacketRays, RAYS};
+use super::instance::{InstancePacket, InstanceWalk};
+use super::rays::{Active, GROUPS, PacketColumn, PacketRays, RAYS, SetBits};
 use super::scene::{InGroup, OfGroup, PacketScene};
 use crate::math::NONE;
 use crate::simd::sixteen::slot;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, Waiting};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, TraversalStack};
 
 /// Fewer rays go through an instance one by one.
 const FEWEST_INSIDE: u32 = 16;
@@ -29,7 +29,7 @@ pub struct PacketWalk {
 }
 
 /// Boxes that are still to be visited.
-pub struct Boxes {
+pub struct BoxStack {
     stack: Vec<BoxEntry>,
     top: usize,
     /// Boxes of the world's tree that were tested for the packet so far.
@@ -48,7 +48,7 @@ struct BoxEntry {
     groups: u32,
 }
 
-impl Boxes {
+impl BoxStack {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
@@ -60,13 +60,13 @@ impl Boxes {
     /// way of one there is in the way of many. (Million rays a second, farthest and nearest first: a sun in the
     /// atrium 37 and 21, shadows on 70 thousand triangles 40 and 34, other classes 0.9 to 1.15.)
     #[inline(always)]
-    fn open<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam) {
+    fn open<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam) {
         let node = &bvh.nodes[index];
         let bits = beam.meets::<L::Node>(node);
         // The first one on the stack is visited last.
         let octant = if A::ANY { beam.octant() } else { beam.octant() ^ 7 };
         let order = node.order[octant as usize % 8];
-        for place in Bits(<L::Node as Sixteen>::in_order(bits, order)) {
+        for place in SetBits(<L::Node as Sixteen>::in_order(bits, order)) {
             let slot = slot(order, place);
             let child = node.child[slot];
             bvh.fetch(Child(child));
@@ -79,24 +79,24 @@ impl Boxes {
 /// A pass of rays through a tree, as a function of its own.
 pub struct Pass<'q, 'a, A, const APEX: bool> {
     pub walk: &'q mut PacketWalk,
-    pub boxes: &'q mut Boxes,
+    pub boxes: &'q mut BoxStack,
     /// Room for rays in an instance; within one, no other is entered.
-    pub placed: Option<&'q mut Placed>,
+    pub placed: Option<&'q mut InstancePacket>,
     pub scene: PacketScene<'a>,
     pub active: Active,
     pub beam: &'q Beam,
     /// Where it begins, and the groups that enter there.
     pub child: Child,
     pub groups: u32,
-    pub keys: &'q mut Waiting,
-    pub answers: PhantomData<A>,
+    pub keys: &'q mut TraversalStack,
+    pub sink: PhantomData<A>,
 }
 
-impl<A: Answers, const APEX: bool> Kernel for Pass<'_, '_, A, APEX> {
+impl<A: HitSink, const APEX: bool> Kernel for Pass<'_, '_, A, APEX> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { walk, boxes, mut placed, scene, mut active, beam, mut child, mut groups, keys, answers } =
+        let Self { walk, boxes, mut placed, scene, mut active, beam, mut child, mut groups, keys, sink } =
             self;
         let bvh = scene.bvh;
         let bottom = boxes.top;
@@ -123,7 +123,7 @@ impl<A: Answers, const APEX: bool> Kernel for Pass<'_, '_, A, APEX> {
                             && placed.is_some()
                             && walk.entered::<L::Queue>(groups, active) >= FEWEST_INSIDE;
                         if together && let Some(placed) = placed.as_deref_mut() {
-                            L::outlined(InInstance {
+                            L::outlined(InstanceWalk {
                                 placed,
                                 outer: &mut *walk,
                                 boxes: &mut *boxes,
@@ -132,7 +132,7 @@ impl<A: Answers, const APEX: bool> Kernel for Pass<'_, '_, A, APEX> {
                                 groups,
                                 active,
                                 keys: &mut *keys,
-                                answers,
+                                sink,
                             });
                         } else {
                             walk.leave_to_single::<L, A>(scene, child, groups, active, keys);
@@ -173,7 +173,7 @@ impl PacketWalk {
     #[inline(always)]
     fn entered<F: Float>(&self, groups: u32, active: &Active) -> u32 {
         let mut count = 0;
-        for group in Bits(groups) {
+        for group in SetBits(groups) {
             let group = group % GROUPS;
             let entered = F::load(&self.near.0[group * F::WIDTH..]).ge(F::zero());
             count += (entered.bits() & active.lanes[group]).count_ones();
@@ -200,7 +200,7 @@ impl PacketWalk {
             far_planes[axis] = F::splat(if APEX { apex[axis] - far } else { far });
         }
         let mut entered = 0;
-        for group in Bits(groups) {
+        for group in SetBits(groups) {
             let group = group % GROUPS;
             let at = group * F::WIDTH;
             let (mut near, mut far) = (F::load(&self.rays.floor.0[at..]), F::load(&self.rays.t.0[at..]));
@@ -225,7 +225,7 @@ impl PacketWalk {
 
     /// Tests a block against the rays that enter it; whether all rays of the pass are done.
     #[inline(always)]
-    fn test<L: Lanes, A: Answers, const APEX: bool>(
+    fn test<L: Lanes, A: HitSink, const APEX: bool>(
         &mut self,
         scene: PacketScene,
         block: &TriangleBlock,
@@ -246,10 +246,10 @@ impl PacketWalk {
                 }
             }
         }
-        for place in Bits(met) {
+        for place in SetBits(met) {
             let place = place % BLOCK;
             let todo = groups & active.groups;
-            for group in Bits(todo) {
+            for group in SetBits(todo) {
                 let group = group % GROUPS;
                 self.test_one::<L::Queue, A, APEX>(scene, (block, place), &corners, group, active, beam);
             }
@@ -262,7 +262,7 @@ impl PacketWalk {
 
     /// One triangle against one group of rays.
     #[inline(always)]
-    fn test_one<F: Float, A: Answers, const APEX: bool>(
+    fn test_one<F: Float, A: HitSink, const APEX: bool>(
         &mut self,
         scene: PacketScene,
         (block, place): (&TriangleBlock, usize),
@@ -286,7 +286,7 @@ impl PacketWalk {
                 }
             }
         }
-        let asked = Asked {
+        let asked = AcceptedRange {
             lanes: F::Mask::from_bits(active.lanes[group]),
             t_min: F::load(&self.rays.t_min.0[at..]),
             t_max: F::load(&self.rays.t.0[at..]),
@@ -294,13 +294,19 @@ impl PacketWalk {
         let exact = OfGroup { rays: &self.rays, group, block, place };
         let hits = triangle::intersect_rays(seen, &shear, &asked, &exact);
         if hits.mask.any() {
-            self.take::<F, A>(&hits, Candidate::triangle(Word(block.words[place])), group, active, scene);
+            self.take::<F, A>(
+                &hits,
+                PrimitiveCandidate::triangle(PrimitiveRef(block.words[place])),
+                group,
+                active,
+                scene,
+            );
         }
     }
 
     /// Tests a block of spheres against the rays that enter it; whether all rays of the pass are done.
     #[inline(always)]
-    fn test_spheres<L: Lanes, A: Answers>(
+    fn test_spheres<L: Lanes, A: HitSink>(
         &mut self,
         scene: PacketScene,
         block: &SphereBlock,
@@ -308,16 +314,16 @@ impl PacketWalk {
         active: &mut Active,
         beam: &Beam,
     ) -> bool {
-        for place in Bits(beam.meets_spheres::<L::Block>(block)) {
+        for place in SetBits(beam.meets_spheres::<L::Block>(block)) {
             let place = place % BLOCK;
-            for group in Bits(groups & active.groups) {
+            for group in SetBits(groups & active.groups) {
                 let group = group % GROUPS;
                 let (origin, direction) = self.rays.lines::<L::Queue>(group);
                 let t_min = L::Queue::load(&self.rays.t_min.0[group * L::Queue::WIDTH..]);
                 let lanes = <L::Queue as Float>::Mask::from_bits(active.lanes[group]);
                 let hits = sphere::intersect_rays(block.sphere(place), origin, direction, t_min, lanes);
                 if hits.mask.any() {
-                    let candidate = Candidate::sphere(Word(block.words[place]));
+                    let candidate = PrimitiveCandidate::sphere(PrimitiveRef(block.words[place]));
                     self.take::<L::Queue, A>(&hits, candidate, group, active, scene);
                 }
             }
@@ -327,10 +333,10 @@ impl PacketWalk {
 
     /// Takes a group's hits with a primitive that are better than those before.
     #[inline(always)]
-    fn take<F: Float, A: Answers>(
+    fn take<F: Float, A: HitSink>(
         &mut self,
         hits: &BlockHits<F>,
-        candidate: Candidate,
+        candidate: PrimitiveCandidate,
         group: usize,
         active: &mut Active,
         scene: PacketScene,
@@ -340,7 +346,7 @@ impl PacketWalk {
         let t_min = F::load(&self.rays.t_min.0[at..]);
         let id = F::Int::splat(candidate.id);
         let before = (best, F::Int::load(&self.rays.primitive.0[at..]));
-        let of_group = InGroup { first: scene.asker, at };
+        let of_group = InGroup { first: scene.filter, at };
         let (t, better) = better_in_lanes(hits, candidate, near, t_min, before, &of_group);
         if !better.any() {
             return;
@@ -362,21 +368,21 @@ impl PacketWalk {
 
     /// Instances, ray by ray.
     #[inline(always)]
-    fn leave_to_single<L: Lanes, A: Answers>(
+    fn leave_to_single<L: Lanes, A: HitSink>(
         &mut self,
         scene: PacketScene,
         child: Child,
         groups: u32,
         active: &mut Active,
-        keys: &mut Waiting,
+        keys: &mut TraversalStack,
     ) {
-        for group in Bits(groups) {
+        for group in SetBits(groups) {
             let group = group % GROUPS;
             let lanes = active.lanes[group];
-            for lane in Bits(lanes) {
+            for lane in SetBits(lanes) {
                 let i = (group * L::Queue::WIDTH + lane) % RAYS;
                 if self.near.0[i] >= 0.0
-                    && self.single::<L, A>(scene, i, Entry { near: self.near.0[i], child }, keys)
+                    && self.single::<L, A>(scene, i, SubtreeEntry { near: self.near.0[i], child }, keys)
                 {
                     active.remove(group, 1 << lane);
                 }
@@ -386,21 +392,21 @@ impl PacketWalk {
 
     /// Rays that go on alone.
     #[inline(always)]
-    pub fn one_by_one<L: Lanes, A: Answers>(
+    pub fn one_by_one<L: Lanes, A: HitSink>(
         &mut self,
         scene: PacketScene,
         rest: Active,
         width: usize,
-        keys: &mut Waiting,
+        keys: &mut TraversalStack,
     ) {
         let groups = rest.groups;
-        for group in Bits(groups) {
+        for group in SetBits(groups) {
             let group = group % GROUPS;
             let lanes = rest.lanes[group];
-            for lane in Bits(lanes) {
+            for lane in SetBits(lanes) {
                 let i = (group * width + lane) % RAYS;
                 let ray = self.rays.ray(i);
-                if let Some(start) = start(scene.bvh, &ray, &Slabs::new(&ray)) {
+                if let Some(start) = start(scene.bvh, &ray, &RaySlabs::new(&ray)) {
                     self.single::<L, A>(scene, i, start, keys);
                 }
             }
@@ -409,18 +415,18 @@ impl PacketWalk {
 
     /// One ray through a part of the tree; whether it is done, since any hit will do.
     #[inline(always)]
-    pub fn single<L: Lanes, A: Answers>(
+    pub fn single<L: Lanes, A: HitSink>(
         &mut self,
         scene: PacketScene,
         i: usize,
-        start: Entry,
-        keys: &mut Waiting,
+        start: SubtreeEntry,
+        keys: &mut TraversalStack,
     ) -> bool {
         let mut best = self.rays.best(i);
-        let (ray, answers) = (&self.rays.ray(i), PhantomData::<A>);
-        let PacketScene { bvh, asker } = scene;
-        let asker = asker.after(i);
-        let done = L::outlined(Subtree { bvh, ray, asker, start, keys, best: &mut best, answers });
+        let (ray, sink) = (&self.rays.ray(i), PhantomData::<A>);
+        let PacketScene { bvh, filter } = scene;
+        let filter = filter.after(i);
+        let done = L::outlined(Subtree { bvh, ray, filter, start, keys, best: &mut best, sink });
         if done {
             best.t = -1.0;
         }

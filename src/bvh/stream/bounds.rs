@@ -79,7 +79,7 @@ mod tests {
     use super::super::LANES;
     use super::*;
     use crate::math::{Aabb, Vec3};
-    use crate::simd::{Kernel, Lanes, Level, dispatch};
+    use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
     struct Meeting<'a> {
         groups: &'a [StreamGroup],
@@ -147,14 +147,14 @@ mod tests {
                 let entered = (0..LANES).any(|lane| enters(group, lane, &node, slot, way));
                 met |= u32::from(entered) << slot;
             }
-            for level in Level::available() {
-                let within = dispatch(level, Meeting { groups: &groups, node: &node, way });
-                prop_assert_eq!(met & !within, 0, "{:?}", level);
+            for isa in Isa::available() {
+                let within = dispatch(isa, Meeting { groups: &groups, node: &node, way });
+                prop_assert_eq!(met & !within, 0, "{:?}", isa);
                 prop_assert!(within < 1 << boxes.len());
             }
             // One ray alone: nothing else is met.
             if rays.len() == 1 && rays[0].1.iter().all(|size| *size != 0) {
-                let within = dispatch(Level::detect(), Meeting { groups: &groups, node: &node, way });
+                let within = dispatch(Isa::detect(), Meeting { groups: &groups, node: &node, way });
                 prop_assert_eq!(met, within);
             }
         }

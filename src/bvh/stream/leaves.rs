@@ -1,13 +1,13 @@
 //! What happens to the rays of a list at a leaf.
 
 use super::super::Rays;
-use super::super::answers::Answers;
 use super::super::direction_classes::OCTANTS;
+use super::super::hit_sink::HitSink;
 use super::super::layout::{Child, ChildKind, SphereBlock, TriangleBlock};
-use super::super::leaf::{self, Askers, Best, Visit};
-use super::super::presence::{Asker, Candidate, Word};
+use super::super::leaf::{self, AnyHitFilters, Best, LeafContext};
+use super::super::sidedness::{AnyHitFilter, PrimitiveCandidate, PrimitiveRef};
 use super::super::sphere;
-use super::super::triangle::{self, Asked, BlockHits, Exact, ExactRays, Shear};
+use super::super::triangle::{self, AcceptedRange, BlockHits, Exact, ExactRays, Shear};
 use super::rows::{LANES, Quad, ROW, best, finish, put_best};
 use super::{StreamScene, StreamWalk, numbers};
 use crate::math::{NONE, Ray};
@@ -60,11 +60,11 @@ impl<F: Float> AtLeaf<F> {
 
     /// Tests a block's triangles.
     #[inline(always)]
-    fn meet_triangles<A: Answers>(&mut self, block: &TriangleBlock, scene: StreamScene, rows: &[Quad]) {
+    fn meet_triangles<A: HitSink>(&mut self, block: &TriangleBlock, scene: StreamScene, rows: &[Quad]) {
         let axes = Shear::AXES[scene.way / OCTANTS];
         let origin = [self.origin[axes[0]], self.origin[axes[1]], self.origin[axes[2]]];
         for (place, word) in block.words.into_iter().enumerate() {
-            if !Word(word).is_used() {
+            if !PrimitiveRef(word).is_used() {
                 break;
             }
             let mut corners = [[0.0; 3]; 3];
@@ -74,42 +74,42 @@ impl<F: Float> AtLeaf<F> {
                 }
             }
             let seen = triangle::seen_from(&corners, &origin);
-            let asked = Asked { lanes: self.entered, t_min: self.t_min, t_max: self.best.t };
+            let asked = AcceptedRange { lanes: self.entered, t_min: self.t_min, t_max: self.best.t };
             let exact = OfRows { rows, ids: &self.ids, rays: scene.rays, block, place };
             let hits = triangle::intersect_rays(seen, &self.shear, &asked, &exact);
-            self.take::<A>(&hits, Candidate::triangle(Word(word)), scene, rows);
+            self.take::<A>(&hits, PrimitiveCandidate::triangle(PrimitiveRef(word)), scene, rows);
         }
     }
 
     /// Tests a block's spheres.
     #[inline(always)]
-    fn meet_spheres<A: Answers>(&mut self, block: &SphereBlock, scene: StreamScene, rows: &[Quad]) {
+    fn meet_spheres<A: HitSink>(&mut self, block: &SphereBlock, scene: StreamScene, rows: &[Quad]) {
         let [_, _, _, queued] = F::load_rows(&rows[3..], self.row);
         let mut direction = [F::zero(); 3];
         for (direction, column) in direction.iter_mut().zip(scene.rays.direction) {
             *direction = F::gather(column, queued.to_bits(), self.entered);
         }
         for (place, word) in block.words.into_iter().enumerate() {
-            if !Word(word).is_used() {
+            if !PrimitiveRef(word).is_used() {
                 break;
             }
             let placed = block.sphere(place);
             let hits = sphere::intersect_rays(placed, self.origin, direction, self.t_min, self.entered);
-            self.take::<A>(&hits, Candidate::sphere(Word(word)), scene, rows);
+            self.take::<A>(&hits, PrimitiveCandidate::sphere(PrimitiveRef(word)), scene, rows);
         }
     }
 
     #[inline(always)]
-    fn take<A: Answers>(
+    fn take<A: HitSink>(
         &mut self,
         hits: &BlockHits<F>,
-        candidate: Candidate,
+        candidate: PrimitiveCandidate,
         scene: StreamScene,
         rows: &[Quad],
     ) {
         if hits.mask.any() {
-            let askers = Listed { rays: scene.rays, rows, ids: &self.ids };
-            let taken = self.best.take::<A>(hits, candidate, self.near, self.t_min, &askers);
+            let filters = Listed { rays: scene.rays, rows, ids: &self.ids };
+            let taken = self.best.take::<A>(hits, candidate, self.near, self.t_min, &filters);
             self.found = self.found | taken;
         }
     }
@@ -132,7 +132,7 @@ impl<F: Float> AtLeaf<F> {
 impl StreamWalk {
     /// Tests a block against the rays of a list.
     #[inline(always)]
-    pub(super) fn test<F: Float, A: Answers>(
+    pub(super) fn test<F: Float, A: HitSink>(
         &mut self,
         scene: StreamScene,
         rows: &mut [Quad],
@@ -154,7 +154,7 @@ impl StreamWalk {
 
     /// Tests a block ray by ray.
     #[inline(always)]
-    pub(super) fn test_lone<L: Lanes, A: Answers>(
+    pub(super) fn test_lone<L: Lanes, A: HitSink>(
         &mut self,
         scene: StreamScene,
         rows: &mut [Quad],
@@ -167,7 +167,7 @@ impl StreamWalk {
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
             let (near, t_min) = (Float::max(*near, row[1][3]), row[1][3]);
-            let visit = Visit::new(bvh, near, t_min, NONE, asker(rays, row));
+            let visit = LeafContext::new(bvh, near, t_min, NONE, filter(rays, row));
             if visit.near > row[0][3] {
                 continue;
             }
@@ -192,8 +192,8 @@ impl StreamWalk {
 
 /// What the ray of a row asks by.
 #[inline(always)]
-pub(super) fn asker<'a>(rays: &Rays<'a>, row: &[Quad]) -> Asker<'a> {
-    rays.asker(row[3][3].to_bits() as usize)
+pub(super) fn filter<'a>(rays: &Rays<'a>, row: &[Quad]) -> AnyHitFilter<'a> {
+    rays.filter(row[3][3].to_bits() as usize)
 }
 
 /// Rays of a list that can ask.
@@ -203,9 +203,9 @@ struct Listed<'a> {
     ids: &'a [u32; LANES],
 }
 
-impl Askers for Listed<'_> {
-    fn asker(&self, lane: usize) -> Asker<'_> {
-        asker(self.rays, &self.rows[ROW * self.ids[lane] as usize..])
+impl AnyHitFilters for Listed<'_> {
+    fn filter(&self, lane: usize) -> AnyHitFilter<'_> {
+        filter(self.rays, &self.rows[ROW * self.ids[lane] as usize..])
     }
 }
 

@@ -19,12 +19,12 @@ mod rows;
 use std::marker::PhantomData;
 
 use super::Rays;
-use super::answers::Answers;
 use super::direction_classes::{DirectionClasses, OCTANTS, starts};
+use super::hit_sink::HitSink;
 use super::layout::{Bvh, Child, ChildKind, PADDING, WIDTH};
-use super::traverse::{Entry, Subtree};
+use super::traverse::{Subtree, SubtreeEntry};
 use crate::simd::sixteen::slot;
-use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, Waiting};
+use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, TraversalStack};
 use bounds::ListBounds;
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
@@ -60,29 +60,29 @@ struct StackEntry {
 
 /// A thread's buffers.
 #[derive(Default)]
-pub(super) struct Stream {
+pub(super) struct StreamBuffers {
     rows: Vec<Quad>,
     /// Which row each ray of the queue has.
     places: Vec<u32>,
     walk: StreamWalk,
 }
 
-/// [`Stream::trace`].
+/// [`StreamBuffers::trace`].
 pub(super) struct StreamQuery<'a, 'r, A> {
-    pub stream: &'a mut Stream,
+    pub stream: &'a mut StreamBuffers,
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'r>,
     pub classes: &'a mut DirectionClasses,
-    pub keys: &'a mut Waiting,
-    pub answers: &'a mut A,
+    pub keys: &'a mut TraversalStack,
+    pub sink: &'a mut A,
 }
 
-impl<A: Answers> Kernel for StreamQuery<'_, '_, A> {
+impl<A: HitSink> Kernel for StreamQuery<'_, '_, A> {
     /// Whether it was answered; if not, some directions are at the limits of floats.
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        self.stream.trace::<L, A>(self.bvh, self.rays, self.classes, self.keys, self.answers)
+        self.stream.trace::<L, A>(self.bvh, self.rays, self.classes, self.keys, self.sink)
     }
 }
 
@@ -106,16 +106,16 @@ struct StreamScene<'a> {
     way: usize,
 }
 
-impl Stream {
+impl StreamBuffers {
     /// Answers at most [`RAYS`] rays.
     #[inline(always)]
-    fn trace<L: Lanes, A: Answers>(
+    fn trace<L: Lanes, A: HitSink>(
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
         classes: &mut DirectionClasses,
-        keys: &mut Waiting,
-        answers: &mut A,
+        keys: &mut TraversalStack,
+        sink: &mut A,
     ) -> bool {
         let count = rays.len();
         if self.rows.len() < ROW * count + 3 {
@@ -143,7 +143,7 @@ impl Stream {
                 // a time (measured: 5 % of first bounces' time, but shadow rays would lose as much).
                 if A::ANY {
                     for row in rows.chunks_exact(ROW) {
-                        answers.put(row[3][3].to_bits() as usize, &best(row));
+                        sink.write(row[3][3].to_bits() as usize, &best(row));
                     }
                 }
             }
@@ -151,7 +151,7 @@ impl Stream {
         }
         if !A::ANY {
             for at in (0..count).step_by(L::Queue::WIDTH) {
-                answer::<L::Queue, A>(rows, &self.places[at..count], at, answers);
+                answer::<L::Queue, A>(rows, &self.places[at..count], at, sink);
             }
         }
         true
@@ -168,7 +168,12 @@ fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::M
 impl StreamWalk {
     /// Takes all rows' rays through the tree.
     #[inline(always)]
-    fn run<L: Lanes, A: Answers>(&mut self, scene: StreamScene, rows: &mut [Quad], keys: &mut Waiting) {
+    fn run<L: Lanes, A: HitSink>(
+        &mut self,
+        scene: StreamScene,
+        rows: &mut [Quad],
+        keys: &mut TraversalStack,
+    ) {
         let bvh = scene.bvh;
         let Some(root) = bvh.root else { return };
         let count = rows.len() / ROW;
@@ -308,14 +313,14 @@ impl StreamWalk {
 
     /// Leaves what a list's rays meet in a part of the tree to the kernel for one ray.
     #[inline(always)]
-    fn leave<L: Lanes, A: Answers>(
+    fn leave<L: Lanes, A: HitSink>(
         &mut self,
         scene: StreamScene,
         rows: &mut [Quad],
         child: Child,
         start: usize,
         count: usize,
-        keys: &mut Waiting,
+        keys: &mut TraversalStack,
     ) {
         let StreamScene { bvh, rays, .. } = scene;
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
@@ -331,11 +336,11 @@ impl StreamWalk {
             let found = L::outlined(Subtree {
                 bvh,
                 ray: &ray,
-                asker: leaves::asker(rays, row),
-                start: Entry { near, child },
+                filter: leaves::filter(rays, row),
+                start: SubtreeEntry { near, child },
                 keys: &mut *keys,
                 best: &mut hit,
-                answers: PhantomData::<A>,
+                sink: PhantomData::<A>,
             });
             if found {
                 finish(row);

@@ -1,8 +1,8 @@
 //! The rays of a stream, a row each.
 
 use super::super::Rays;
-use super::super::answers::{Answers, put_lanes};
 use super::super::direction_classes::{NUMBERS, padded};
+use super::super::hit_sink::{HitSink, write_lanes};
 use super::super::ray::slab_scales;
 use super::super::triangle::Longest;
 use crate::math::{Hit, NONE};
@@ -86,7 +86,7 @@ pub fn best(row: &[Quad]) -> Hit {
 
 /// Answers the rays whose rows are in `places`, from the queue's place `first` on, as many as lanes at the most.
 #[inline(always)]
-pub fn answer<F: Float, A: Answers>(rows: &[Quad], places: &[u32], first: usize, answers: &mut A) {
+pub fn answer<F: Float, A: HitSink>(rows: &[Quad], places: &[u32], first: usize, sink: &mut A) {
     let count = places.len().min(F::WIDTH);
     let mut padded = [0; LANES];
     padded[..count].copy_from_slice(&places[..count]);
@@ -94,7 +94,7 @@ pub fn answer<F: Float, A: Answers>(rows: &[Quad], places: &[u32], first: usize,
     let [_, _, _, t] = F::load_rows(rows, row);
     let [_, _, _, primitive] = F::load_rows(&rows[2..], row);
     let [u, v, instance, _] = F::load_rows(&rows[3..], row);
-    put_lanes(answers, first, count, [t, u, v], [primitive.to_bits(), instance.to_bits()]);
+    write_lanes(sink, first, count, [t, u, v], [primitive.to_bits(), instance.to_bits()]);
 }
 
 /// The inverse of [`best`].

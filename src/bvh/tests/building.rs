@@ -24,13 +24,13 @@ fn needles(random: &mut Stream, count: usize) -> Soup {
 
 /// The triangles in all leaves, copies included.
 fn held(bvh: &Bvh) -> usize {
-    bvh.triangles.iter().flat_map(|block| block.words).filter(|word| Word(*word).is_used()).count()
+    bvh.triangles.iter().flat_map(|block| block.words).filter(|word| PrimitiveRef(*word).is_used()).count()
 }
 
 fn same_hits(soup: &Soup, rays: &[Ray<f32>]) {
     let [fast, default, high] = QUALITIES.map(|quality| {
         let bvh = build(soup, quality);
-        let (hits, occluded) = trace(Level::detect(), &bvh, rays);
+        let (hits, occluded) = trace(Isa::detect(), &bvh, rays);
         for ((hit, occluded), ray) in hits.iter().zip(&occluded).zip(rays) {
             assert_eq!(bits(hit), bits(&oracle(&bvh, ray, 0)), "{quality:?}");
             assert_eq!(*occluded, !hit.is_miss() as u32, "{quality:?}");
@@ -70,8 +70,8 @@ proptest! {
         let soup = needles(&mut random, count);
         let bvh = build(&soup, BuildQuality::High);
         let rays: Vec<_> = (0..8 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
-        let (hits, _) = trace(Level::detect(), &bvh, &rays);
-        let (whole, _) = trace(Level::detect(), &build(&soup, BuildQuality::Default), &rays);
+        let (hits, _) = trace(Isa::detect(), &bvh, &rays);
+        let (whole, _) = trace(Isa::detect(), &build(&soup, BuildQuality::Default), &rays);
         for ((hit, whole), ray) in hits.iter().zip(&whole).zip(&rays) {
             prop_assert_eq!(bits(hit), bits(&oracle(&bvh, ray, 0)));
             prop_assert_eq!(hit.is_miss(), whole.is_miss());

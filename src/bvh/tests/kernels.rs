@@ -93,7 +93,7 @@ proptest! {
 }
 
 /// Fans of rays from neighbouring places to one each, some of them wide, and a few rays behind the last.
-fn fans(random: &mut Stream, sizes: &[usize], wide: f32) -> (Vec<Ray<f32>>, Vec<u32>) {
+fn bundles(random: &mut Stream, sizes: &[usize], wide: f32) -> (Vec<Ray<f32>>, Vec<u32>) {
     let (mut rays, mut ends) = (Vec::new(), Vec::new());
     for size in sizes {
         let (from, to) = (point(random, 5.0), point(random, 5.0));
@@ -124,19 +124,19 @@ proptest! {
         // Trees of a few leaves have a way of their own with fans.
         let (counts, placed) = if few { ([counts[0] % 60, counts[1], 0, 0], 0) } else { (counts, placed) };
         let soup = random_soup(&mut random, counts, placed, coarse);
-        let (rays, ends) = fans(&mut random, &sizes, wide);
+        let (rays, ends) = bundles(&mut random, &sizes, wide);
         let mut bvh = soup.build();
         for asked in [false, true] {
             if asked {
-                let of = |id: u32| [Presence::Asked, Presence::Always, Presence::Always][id as usize % 3];
-                bvh.set_presence(of, &vec![None; soup.placed.len()]);
+                let of = |id: u32| [Sidedness::Filtered, Sidedness::Always, Sidedness::Always][id as usize % 3];
+                bvh.set_sidedness(of, &vec![None; soup.placed.len()]);
             }
             let expected: Vec<u32> =
                 rays.iter().enumerate().map(|(i, ray)| u32::from(!oracle(&bvh, ray, i).is_miss())).collect();
-            for level in Level::available() {
+            for isa in Isa::available() {
                 let (mut stack, mut occluded) = (Stack::new(&bvh), vec![7; rays.len()]);
-                in_columns(&rays, |view, _| any_in_fans(level, &bvh, view, &ends, &mut stack, &mut occluded));
-                prop_assert_eq!(&occluded, &expected, "{:?}", level);
+                in_columns(&rays, |view, _| any_in_bundles(isa, &bvh, view, &ends, &mut stack, &mut occluded));
+                prop_assert_eq!(&occluded, &expected, "{:?}", isa);
             }
         }
     }
@@ -204,11 +204,11 @@ fn no_packet_leaves_a_closed_surface() {
                 ));
             }
         }
-        for (level, way) in all_kernels() {
-            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
+        for (isa, way) in all_kernels() {
+            let (hits, occluded) = trace_as(way, isa, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
-            assert_eq!((out, unblocked), (0, 0), "{level:?}, {way:?}, scale {scale}, at {offset}");
+            assert_eq!((out, unblocked), (0, 0), "{isa:?}, {way:?}, scale {scale}, at {offset}");
         }
     }
 }
@@ -222,14 +222,14 @@ proptest! {
         let mut random = Stream::new(seed);
         let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse).all_in_the_world();
         let bvh = soup.build();
-        let geometry = Geometry { positions: &soup.positions, triangles: &soup.triangles, spheres: &[] };
-        let narrow = crate::bvh::narrow::Narrow::new(&geometry, BuildQuality::Default);
+        let geometry = PrimitiveArrays { positions: &soup.positions, triangles: &soup.triangles, spheres: &[] };
+        let binary = crate::bvh::binary_traversal::BinaryBvh::new(&geometry, BuildQuality::Default);
         let mut rays = bundle(&mut random, BUNDLES[seed as usize % 4], 100, odd);
         rays.extend((0..100).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
-        for level in Level::available() {
-            let found = in_columns(&rays, |rays, hits| narrow.closest(level, rays, hits));
-            for (ray, (found, expected)) in found.iter().zip(&trace(level, &bvh, &rays).0).enumerate() {
-                prop_assert_eq!(bits(found), bits(expected), "{:?}, ray {}", level, ray);
+        for isa in Isa::available() {
+            let found = in_columns(&rays, |rays, hits| binary.closest(isa, rays, hits));
+            for (ray, (found, expected)) in found.iter().zip(&trace(isa, &bvh, &rays).0).enumerate() {
+                prop_assert_eq!(bits(found), bits(expected), "{:?}, ray {}", isa, ray);
             }
         }
     }
@@ -259,10 +259,10 @@ proptest! {
         let mut bvh = soup.build();
         // A mirror turns corners around, but not the sides of what they bound.
         let front = (normal.dot(direction) < 0.0) != mirrored;
-        for (presence, met) in [(Presence::Front, front), (Presence::Back, !front), (Presence::Always, true)] {
-            bvh.set_presence(|_| presence, &[]);
-            for (level, way) in all_kernels() {
-                let (hits, occluded) = trace_as(way, level, &bvh, &[ray]);
+        for (sidedness, met) in [(Sidedness::Front, front), (Sidedness::Back, !front), (Sidedness::Always, true)] {
+            bvh.set_sidedness(|_| sidedness, &[]);
+            for (isa, way) in all_kernels() {
+                let (hits, occluded) = trace_as(way, isa, &bvh, &[ray]);
                 prop_assert_eq!((!hits[0].is_miss(), occluded[0] == 1), (met, met));
             }
         }
@@ -290,7 +290,7 @@ fn a_ray_beside_an_instance_that_is_far_away_knows_how_far_it_is() {
         let exact = (place - from.as_dvec3()).dot(normal) / to.as_dvec3().dot(normal);
         let ray = ray(from, to, 0.0, f32::INFINITY);
         let mut stack = Stack::new(&bvh);
-        let hit = closest_ray(Level::PORTABLE, &bvh, &ray, Asker::CREDULOUS, &mut stack);
+        let hit = closest_ray(Isa::PORTABLE, &bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut stack);
         assert!((f64::from(hit.t) - exact).abs() < 1e-6, "{} for {exact}", hit.t);
     }
 }

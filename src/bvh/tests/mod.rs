@@ -14,12 +14,12 @@ use rand::RngExt;
 
 use self::oracle::{bracket, oracle, oracle_of};
 use super::layout::Instance;
-use super::presence::Word;
+use super::sidedness::PrimitiveRef;
 use super::*;
 use crate::math::hash::combine;
 use crate::math::stream::Stream;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Geometry, what of it is in the world and what in the one subtree, and where that is placed.
 #[derive(Default)]
@@ -43,8 +43,11 @@ impl Soup {
     }
 
     fn build_as(&self, quality: BuildQuality) -> Bvh {
-        let geometry =
-            Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &self.spheres };
+        let geometry = PrimitiveArrays {
+            positions: &self.positions,
+            triangles: &self.triangles,
+            spheres: &self.spheres,
+        };
         let [t, s] = self.world.map(|n| n as u32);
         let mut bvh = Bvh { quality, ..Bvh::default() };
         let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
@@ -82,8 +85,8 @@ fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
 /// Half of what is asked for is there.
 struct Riddle;
 
-impl Surfaces for Riddle {
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+impl HitPredicate for Riddle {
+    fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
         let Hit { primitive, instance, .. } = crossing.hit;
         let numbers = [ray as u32, primitive, instance, crossing.front as u32].map(Wrapping);
         numbers.into_iter().reduce(combine).is_some_and(|hash| hash.0 & 1 == 0)
@@ -91,24 +94,24 @@ impl Surfaces for Riddle {
 }
 
 /// All queries, at one level.
-fn trace(level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+fn trace(isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     trace_as(
-        QueueMode { coherence: Coherence::Unknown, streams: true, sides: Sides::There },
-        level,
+        QueueMode { coherence: Coherence::Unknown, streams: true, sides: FaceCulling::AsBuilt },
+        isa,
         bvh,
         rays,
     )
 }
 
 /// The same, by the kernels for a kind of queue.
-fn trace_as(way: QueueMode, level: Level, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
+fn trace_as(way: QueueMode, isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     let QueueMode { coherence, streams, sides } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
     stack.least_stream = if streams { 1 } else { usize::MAX };
     let hits = in_columns(rays, |view, hits| {
-        let view = Rays { asker: view.asker.meeting(sides), ..view };
-        closest(level, bvh, view, coherence, &mut stack, hits);
-        super::any(level, bvh, view, coherence, &mut stack, &mut occluded);
+        let view = Rays { filter: view.filter.with_culling(sides), ..view };
+        closest(isa, bvh, view, coherence, &mut stack, hits);
+        super::any(isa, bvh, view, coherence, &mut stack, &mut occluded);
     });
     (hits, occluded)
 }
@@ -127,8 +130,8 @@ fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> 
         column(|r| r.t_max),
     ];
     let [ox, oy, oz, dx, dy, dz, t_min, t_max] = &columns;
-    let asker = Asker::new(&Riddle, 0);
-    let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, asker };
+    let filter = AnyHitFilter::new(&Riddle, 0);
+    let view = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, filter };
     let n = rays.len();
     let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let (mut primitive, mut instance) = (vec![0; n], vec![0; n]);
@@ -147,27 +150,27 @@ fn bits(hit: &Hit) -> [u32; 5] {
 /// Every level gives the oracle's answer to the last bit: where all is there, and where much is not.
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     let mut bvh = soup.build();
-    agree_in(&bvh, Sides::There, rays);
-    let all = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
+    agree_in(&bvh, FaceCulling::AsBuilt, rays);
+    let all = [Sidedness::Always, Sidedness::Front, Sidedness::Back, Sidedness::Filtered];
     let of = |id: u32| all[combine(Wrapping(id), Wrapping(5)).0 as usize % 4];
-    let given = |i: usize| [None, Some(Presence::Front), Some(Presence::Asked)][i % 3];
-    bvh.set_presence(of, &(0..soup.placed.len()).map(given).collect::<Vec<_>>());
-    for sides in [Sides::There, Sides::Opposite, Sides::Both] {
+    let given = |i: usize| [None, Some(Sidedness::Front), Some(Sidedness::Filtered)][i % 3];
+    bvh.set_sidedness(of, &(0..soup.placed.len()).map(given).collect::<Vec<_>>());
+    for sides in [FaceCulling::AsBuilt, FaceCulling::Opposite, FaceCulling::Off] {
         agree_in(&bvh, sides, rays);
     }
 }
 
-fn agree_in(bvh: &Bvh, sides: Sides, rays: &[Ray<f32>]) {
+fn agree_in(bvh: &Bvh, sides: FaceCulling, rays: &[Ray<f32>]) {
     let expected: Vec<Hit> = rays.iter().enumerate().map(|(i, ray)| oracle_of(bvh, sides, ray, i)).collect();
-    for (level, way) in all_kernels() {
+    for (isa, way) in all_kernels() {
         let way = QueueMode { sides, ..way };
-        let (hits, occluded) = trace_as(way, level, bvh, rays);
+        let (hits, occluded) = trace_as(way, isa, bvh, rays);
         for (i, (hit, expected)) in hits.iter().zip(&expected).enumerate() {
             let r = &rays[i];
             let of = || {
                 let (o, d) = (r.origin, r.direction);
                 let ray = format!("{:?} {:?} {} {}", [o.x, o.y, o.z], [d.x, d.y, d.z], r.t_min, r.t_max);
-                format!("{level:?}, {way:?}, ray {i} {ray}")
+                format!("{isa:?}, {way:?}, ray {i} {ray}")
             };
             assert_eq!(bits(hit), bits(expected), "{hit:?} instead of {expected:?}: {}", of());
             assert_eq!(occluded[i], !expected.is_miss() as u32, "any: {}", of());
@@ -181,23 +184,23 @@ fn agree_in(bvh: &Bvh, sides: Sides, rays: &[Ray<f32>]) {
 struct QueueMode {
     coherence: Coherence,
     streams: bool,
-    sides: Sides,
+    sides: FaceCulling,
 }
 
 /// Every instruction set with every kind of queue.
-fn all_kernels() -> Vec<(Level, QueueMode)> {
-    let sides = Sides::There;
+fn all_kernels() -> Vec<(Isa, QueueMode)> {
+    let sides = FaceCulling::AsBuilt;
     let kinds = [
         QueueMode { coherence: Coherence::Unknown, streams: false, sides },
         QueueMode { coherence: Coherence::Coherent, streams: true, sides },
         QueueMode { coherence: Coherence::Scattered, streams: false, sides },
         QueueMode { coherence: Coherence::Scattered, streams: true, sides },
     ];
-    Level::available().into_iter().flat_map(|level| kinds.map(|kind| (level, kind))).collect()
+    Isa::available().into_iter().flat_map(|isa| kinds.map(|kind| (isa, kind))).collect()
 }
 
 fn within_bracket(soup: &Soup, rays: &[Ray<f32>]) {
-    let (hits, _) = trace(Level::detect(), &soup.build(), rays);
+    let (hits, _) = trace(Isa::detect(), &soup.build(), rays);
     for (hit, ray) in hits.iter().zip(rays) {
         let (possible, sure) = bracket(soup, ray);
         let t = f64::from(hit.t);
@@ -293,7 +296,7 @@ proptest! {
         let mut random = Stream::new(seed);
         let soup = random_soup(&mut random, [40, 10, 5, 5], 2, false);
         let mut rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, &soup, 0)).collect();
-        let (hits, _) = trace(Level::PORTABLE, &soup.build(), &rays);
+        let (hits, _) = trace(Isa::PORTABLE, &soup.build(), &rays);
         for (ray, hit) in rays.iter_mut().zip(&hits).filter(|(_, hit)| !hit.is_miss()) {
             match random.random_range(0..4) {
                 0 => ray.t_max = hit.t,
@@ -303,7 +306,7 @@ proptest! {
             }
         }
         agree(&soup, &rays);
-        let (again, _) = trace(Level::PORTABLE, &soup.build(), &rays);
+        let (again, _) = trace(Isa::PORTABLE, &soup.build(), &rays);
         for ((ray, hit), before) in rays.iter().zip(&again).zip(&hits).filter(|(_, hit)| !hit.is_miss()) {
             if ray.t_max == before.t || ray.t_min == before.t.next_down() {
                 prop_assert_eq!(bits(hit), bits(before));
@@ -324,7 +327,7 @@ fn nothing_is_hit_on_the_line_of_what_has_no_area() {
     let way = Vec3::new(0.639_602_1, -0.426_401_44, -0.639_602_1);
     let rays = [ray(Vec3::new(-7.0, 2.0, 0.0), way, 0.0, f32::INFINITY)];
     agree(&soup, &rays);
-    assert!(trace(Level::PORTABLE, &soup.build(), &rays).0[0].is_miss());
+    assert!(trace(Isa::PORTABLE, &soup.build(), &rays).0[0].is_miss());
     let mut random = Stream::new(11005596259251040305);
     let soup = random_soup(&mut random, [47, 5, 5, 3], 1, true);
     let rays: Vec<_> = (0..8 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
@@ -336,7 +339,7 @@ fn a_large_soup_agrees() {
     let mut random = Stream::new(11);
     let soup = random_soup(&mut random, [3000, 300, 100, 20], 30, false);
     let rays: Vec<_> = (0..50 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
-    let (hits, _) = trace(Level::detect(), &soup.build(), &rays);
+    let (hits, _) = trace(Isa::detect(), &soup.build(), &rays);
     let count = |f: fn(&Hit) -> bool| hits.iter().filter(|hit| f(hit)).count();
     assert!(count(|hit| hit.instance != NONE) > 50, "instances are hit");
     assert!(count(|hit| hit.primitive != NONE && hit.primitive & SPHERE != 0) > 50, "spheres are hit");
@@ -355,14 +358,14 @@ fn nothing_one_and_many_of_the_same() {
         let mut soup = Soup::default();
         (0..copies).for_each(|_| soup.push_triangle(unit));
         let soup = soup.all_in_the_world();
-        let (hits, occluded) = trace(Level::detect(), &soup.build(), &[straight, beside]);
+        let (hits, occluded) = trace(Isa::detect(), &soup.build(), &[straight, beside]);
         assert_eq!(hits[0].primitive, 0, "the first of {copies}");
         assert!((hits[0].t - 5.0).abs() < 1e-5);
         assert!(hits[1].is_miss() && occluded == [1, 0]);
         agree(&soup, &[straight, beside]);
 
         let soup = Soup { spheres: vec![[0.0, 0.0, 0.0, 1.0]; copies], ..Soup::default() }.all_in_the_world();
-        let (hits, _) = trace(Level::detect(), &soup.build(), &[straight, beside]);
+        let (hits, _) = trace(Isa::detect(), &soup.build(), &[straight, beside]);
         assert_eq!(hits[0].primitive, SPHERE, "the first of {copies}");
         assert!(hits[1].is_miss());
         agree(&soup, &[straight, beside]);
@@ -385,9 +388,9 @@ fn rays_that_are_not_finite_hit_nothing() {
         rays.push(ray(Vec3::splat(bad), good, 0.0, f32::INFINITY));
         rays.push(ray(Vec3::ONE, Vec3::splat(bad), 0.0, f32::INFINITY));
     }
-    for level in Level::available() {
-        let (hits, occluded) = trace(level, &soup.build(), &rays);
-        assert!(hits.iter().all(Hit::is_miss) && occluded.iter().all(|o| *o == 0), "{level:?}");
+    for isa in Isa::available() {
+        let (hits, occluded) = trace(isa, &soup.build(), &rays);
+        assert!(hits.iter().all(Hit::is_miss) && occluded.iter().all(|o| *o == 0), "{isa:?}");
     }
 }
 
@@ -397,7 +400,7 @@ fn of_instances_in_one_place_the_first_is_hit() {
     soup.push_triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     soup.placed = vec![DAffine3::IDENTITY; 40];
     let straight = towards(Vec3::new(0.2, 0.2, 5.0), Vec3::new(0.2, 0.2, 0.0));
-    let (hits, _) = trace(Level::detect(), &soup.build(), &[straight]);
+    let (hits, _) = trace(Isa::detect(), &soup.build(), &[straight]);
     assert_eq!((hits[0].primitive, hits[0].instance), (0, 0));
     agree(&soup, &[straight]);
 }
@@ -416,7 +419,7 @@ fn what_has_no_area_is_never_hit() {
     let rays: Vec<_> = (0..300).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
     agree(&soup, &rays);
     let exact = towards(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO);
-    assert!(trace(Level::detect(), &soup.build(), &[exact]).0[0].is_miss());
+    assert!(trace(Isa::detect(), &soup.build(), &[exact]).0[0].is_miss());
 }
 
 /// Scaled geometry with rays scaled along.
@@ -449,10 +452,10 @@ fn numbers_at_the_ends_of_the_floats_are_no_danger() {
     for scale in [1e-38f32, 1e-30, 1e-22, 1e-19, 1e19, 1e20, 1e30, 3e37] {
         let (soup, rays) = scaled(&mut random, scale);
         let bvh = soup.build();
-        let (expected, blocked) = trace(Level::PORTABLE, &bvh, &rays);
-        for level in Level::available() {
-            let (hits, occluded) = trace(level, &bvh, &rays);
-            assert!(hits.iter().map(bits).eq(expected.iter().map(bits)), "{level:?}, scale {scale}");
+        let (expected, blocked) = trace(Isa::PORTABLE, &bvh, &rays);
+        for isa in Isa::available() {
+            let (hits, occluded) = trace(isa, &bvh, &rays);
+            assert!(hits.iter().map(bits).eq(expected.iter().map(bits)), "{isa:?}, scale {scale}");
             assert_eq!(occluded, blocked);
         }
         assert!(expected.iter().all(|hit| !hit.t.is_nan()));

@@ -4,9 +4,9 @@ use glam::{DAffine3, DVec3};
 
 use super::{Riddle, Soup, ray};
 use crate::bvh::layout::{Child, ChildKind, PADDING};
-use crate::bvh::presence::{Crossing, Presence, Sides, Surfaces, Word};
+use crate::bvh::sidedness::{Crossing, FaceCulling, HitPredicate, PrimitiveRef, Sidedness};
 use crate::bvh::sphere::{self, Line};
-use crate::bvh::triangle::{self, Asked, Shear};
+use crate::bvh::triangle::{self, AcceptedRange, Shear};
 use crate::bvh::{Bvh, SPHERE};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
@@ -27,14 +27,14 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
 /// The documented answer: the least (max(t, entry), primitive, instance) of all primitives that are
 /// there for the ray of a number.
 pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
-    oracle_of(bvh, Sides::There, world, number)
+    oracle_of(bvh, FaceCulling::AsBuilt, world, number)
 }
 
 /// The same for a ray that meets these sides.
-pub(super) fn oracle_of(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize) -> Hit {
+pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number: usize) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
-    let everywhere = Asked::between(f32::NEG_INFINITY, f32::INFINITY);
+    let everywhere = AcceptedRange::between(f32::NEG_INFINITY, f32::INFINITY);
     let mut todo = vec![(root.child, entry(world, &root.bounds, world.t_min), NONE)];
     while let Some((child, near, instance)) = todo.pop() {
         let local = match instance {
@@ -48,9 +48,9 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize
                 ray(Vec3::from_array(point), Vec3::from_array(direction), world.t_min, world.t_max)
             }
         };
-        let given = bvh.instances.get(instance as usize).and_then(|instance| instance.presence);
+        let given = bvh.instances.get(instance as usize).and_then(|instance| instance.sidedness);
         let mut consider = |hits: triangle::BlockHits<f32>, word: u32, flag: u32| {
-            let word = Word(word);
+            let word = PrimitiveRef(word);
             // Where a ray enters a sphere, and where it leaves it.
             let twice = hits.side > 0.0 && hits.far > hits.t;
             for (t, front) in [(hits.t, hits.side > 0.0), (if twice { hits.far } else { f32::NAN }, false)] {
@@ -60,12 +60,12 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: Sides, world: &Ray<f32>, number: usize
                 let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
                 // It is t itself, not what it was raised to, that must be beyond t_min.
                 let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
-                let there = match given.unwrap_or(word.presence()) {
-                    Presence::Always => true,
-                    Presence::Front | Presence::Back if sides == Sides::Both => true,
-                    Presence::Front => front != (sides == Sides::Opposite),
-                    Presence::Back => front == (sides == Sides::Opposite),
-                    Presence::Asked => Riddle.is_there(number, &Crossing { hit: found, front }),
+                let there = match given.unwrap_or(word.sidedness()) {
+                    Sidedness::Always => true,
+                    Sidedness::Front | Sidedness::Back if sides == FaceCulling::Off => true,
+                    Sidedness::Front => front != (sides == FaceCulling::Opposite),
+                    Sidedness::Back => front == (sides == FaceCulling::Opposite),
+                    Sidedness::Filtered => Riddle.accepts(number, &Crossing { hit: found, front }),
                 };
                 let better =
                     best.is_miss() || raised < best.t || (raised == best.t && key(&found) < key(&best));

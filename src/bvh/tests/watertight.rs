@@ -67,11 +67,11 @@ fn no_ray_leaves_a_closed_surface() {
         let soup = bumpy(5, scale, offset).all_in_the_world();
         let bvh = soup.build();
         let rays = rays_from_within(&soup, &mut random, scale, offset);
-        for (level, way) in all_kernels() {
-            let (hits, occluded) = trace_as(way, level, &bvh, &rays);
+        for (isa, way) in all_kernels() {
+            let (hits, occluded) = trace_as(way, isa, &bvh, &rays);
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
-            assert_eq!((out, unblocked), (0, 0), "{level:?}, scale {scale}, at {offset}");
+            assert_eq!((out, unblocked), (0, 0), "{isa:?}, scale {scale}, at {offset}");
         }
     }
 }
@@ -96,7 +96,7 @@ fn no_ray_leaves_a_closed_instance() {
                 ray(from, matrix.transform_vector3(way).normalize().as_vec3(), 0.0, f32::INFINITY)
             })
             .collect();
-        let (hits, occluded) = trace(Level::detect(), &bvh, &rays);
+        let (hits, occluded) = trace(Isa::detect(), &bvh, &rays);
         assert!(hits.iter().all(|hit| hit.t.is_finite() && hit.instance == 0), "at {place}");
         assert!(occluded.iter().all(|o| *o == 1), "at {place}");
     }

@@ -14,7 +14,7 @@ use super::frames::FrameOptions;
 use super::job_args::{LookOptions, OutputOptions, StopOptions, WorkOptions};
 use super::shard::ShardOption;
 use crate::film::Region;
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::World;
 pub use names::{CoherenceName, QualityName, ScheduleName};
 pub use options::{ImageSize, LightOptions, ModelOptions, PictureOptions};
@@ -185,7 +185,7 @@ pub struct Trace {
     pub threads: usize,
     /// Instruction set [default: the widest available]; the hits are the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
-    pub simd: Option<Level>,
+    pub simd: Option<Isa>,
     /// Effort put into building the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,

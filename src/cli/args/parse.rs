@@ -4,7 +4,7 @@ use super::options::Exposure;
 use crate::film::Region;
 use crate::formats::LightUnits;
 use crate::formats::film_file::View;
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::{Adaptive, Caustics, Settings, Sharing};
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -117,9 +117,9 @@ pub fn parse_bits(text: &str) -> Result<u8, String> {
     text.parse().ok().filter(|b| [8, 16].contains(b)).ok_or_else(|| "expected 8 or 16".into())
 }
 
-pub fn parse_level(text: &str) -> Result<Level, String> {
-    Level::from_name(text).ok_or_else(|| {
-        let names: Vec<_> = Level::available().into_iter().map(Level::name).collect();
+pub fn parse_level(text: &str) -> Result<Isa, String> {
+    Isa::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = Isa::available().into_iter().map(Isa::name).collect();
         format!("this processor has: {}", names.join(", "))
     })
 }

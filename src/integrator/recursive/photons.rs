@@ -15,7 +15,7 @@ use crate::integrator::straight::arriving;
 use crate::math::Color;
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::Transport;
 
 impl Recursion {
@@ -23,14 +23,14 @@ impl Recursion {
     pub fn trace_photons(
         &mut self,
         plan: &Plan,
-        level: Level,
+        isa: Isa,
         (sample, numbers): (u32, Range<u32>),
         landed: &mut Landed,
         statistics: &mut Statistics,
         observer: &mut dyn Observer,
     ) {
         let frame = &plan.frame;
-        let mut tile = Tile::new([frame; 2], None, level, statistics, &mut self.buffers, observer);
+        let mut tile = Tile::new([frame; 2], None, isa, statistics, &mut self.buffers, observer);
         let first = u64::from(sample) * u64::from(plan.count());
         for number in numbers {
             if tile.stopped {
@@ -65,9 +65,9 @@ impl Tile<'_> {
                 let mut light = Color::black();
                 if outcome.to_camera.mask {
                     self.statistics.rays.shadow += 1;
-                    let Self { frame, level, .. } = *self;
+                    let Self { frame, isa, .. } = *self;
                     let Buffers { stack, crossings, .. } = &mut *self.buffers;
-                    let found = arriving(frame, level, &path, &outcome.to_camera, stack, crossings);
+                    let found = arriving(frame, isa, &path, &outcome.to_camera, stack, crossings);
                     light = found.map_or(light, |found| connect(light, found));
                 }
                 let Color { r, g, b } = outcome.flux;

@@ -34,8 +34,8 @@ impl<'a> Tile<'a> {
                 // The rays do not count.
                 let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
                 let photons = self.photons.map(Photons::of_pilot);
-                let (frames, level) = ([&pilot.frame, &plain(&pilot.frame)], self.level);
-                let mut aside = Tile::new(frames, photons, level, statistics, &mut *self.buffers, observer);
+                let (frames, isa) = ([&pilot.frame, &plain(&pilot.frame)], self.isa);
+                let mut aside = Tile::new(frames, photons, isa, statistics, &mut *self.buffers, observer);
                 aside.look(slots);
                 if aside.stopped {
                     return;
@@ -58,11 +58,11 @@ impl<'a> Tile<'a> {
                 self.share(path, film, slots);
             }
             slots.settle();
-            let (level, stack) = (self.level, &mut self.buffers.stack);
-            connections.finish(frame, level, slots, film, self.observer, &mut |rays, _, blocked, _| {
+            let (isa, stack) = (self.isa, &mut self.buffers.stack);
+            connections.finish(frame, isa, slots, film, self.observer, &mut |rays, _, blocked, _| {
                 for (at, blocked) in blocked.iter_mut().enumerate() {
                     let ray = rays.range(at..at + 1);
-                    *blocked = any_ray(level, &frame.scene.bvh, &ray.ray(0), ray.asker, stack).into();
+                    *blocked = any_ray(isa, &frame.scene.bvh, &ray.ray(0), ray.filter, stack).into();
                 }
             });
             self.statistics.rays.connect += std::mem::take(&mut connections.traced);

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use super::lend::{Sight, spread};
 use super::partition::{PIXELS, Partition};
 use super::{Offer, Slots, path_of, run_of, unit_at};
-use crate::bvh::{Asker, Crossing, Rays, Surfaces};
+use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, Rays};
 use crate::film::Film;
 use crate::integrator::begin::begin;
 use crate::integrator::observe::Observer;
@@ -21,7 +21,7 @@ use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::Outside;
 use crate::shading::surface::leave;
 use crate::shading::{ShadingPoint, Surface};
-use crate::simd::{Float, Int, Kernel, Lanes, Level, Mask, Outlined, dispatch};
+use crate::simd::{Float, Int, Isa, Kernel, Lanes, Mask, Outlined, dispatch};
 
 /// Rays that are traced together, if there are as many.
 const RAYS: usize = 1 << 13;
@@ -103,10 +103,10 @@ struct OfConnections<'a> {
     queue: &'a RayQueue,
 }
 
-impl Surfaces for OfConnections<'_> {
+impl HitPredicate for OfConnections<'_> {
     /// A ray to another's second vertex meets what the first vertex's own ray would have met there: the
     /// same numbers say what is there, so that densities are those of one and the same scene.
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+    fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
         let Self { frame, slots, queue } = *self;
         let path = || {
             let vector = |column: usize| {
@@ -156,7 +156,7 @@ impl Connections {
     pub fn finish(
         &mut self,
         frame: &Frame,
-        level: Level,
+        isa: Isa,
         slots: &Slots,
         film: &mut Film,
         observer: &mut dyn Observer,
@@ -178,14 +178,14 @@ impl Connections {
             for group in Partition::new(log2, frame.seed, block, run_of(Wrapping(sample)).0).groups() {
                 let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
                 let Self { members, lenders, pairs, rays, fans, .. } = self;
-                dispatch(level, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });
+                dispatch(isa, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });
                 self.groups.push(group);
                 if self.rays.0.len() >= RAYS {
-                    self.trace(frame, level, slots, observer, any);
+                    self.trace(frame, isa, slots, observer, any);
                 }
             }
         }
-        self.trace(frame, level, slots, observer, any);
+        self.trace(frame, isa, slots, observer, any);
         slots.finish(&self.received, film, observer);
     }
 
@@ -217,14 +217,7 @@ impl Connections {
     }
 
     /// Traces the rays so far and adds what arrives.
-    fn trace(
-        &mut self,
-        frame: &Frame,
-        level: Level,
-        slots: &Slots,
-        observer: &mut dyn Observer,
-        any: &mut Any,
-    ) {
+    fn trace(&mut self, frame: &Frame, isa: Isa, slots: &Slots, observer: &mut dyn Observer, any: &mut Any) {
         let count = self.rays.0.len();
         let surfaces = OfConnections { frame, slots, queue: &self.rays };
         let rays = Rays {
@@ -232,7 +225,7 @@ impl Connections {
             direction: [3, 4, 5].map(|i| self.rays.0.floats(i)),
             t_min: &self.t_min[..count],
             t_max: self.rays.0.floats(6),
-            asker: Asker::new(&surfaces, 0),
+            filter: AnyHitFilter::new(&surfaces, 0),
         };
         any(rays, &self.fans, &mut self.blocked[..count], observer);
         self.traced += count as u64;
@@ -243,7 +236,7 @@ impl Connections {
         }
         for group in &self.groups {
             let Self { members, lenders, pairs, received, .. } = self;
-            dispatch(level, Receive { group, members, lenders, pairs, slots, received });
+            dispatch(isa, Receive { group, members, lenders, pairs, slots, received });
             if self.counts {
                 count_senders(group, &self.members, &self.pairs, &mut self.received);
             }

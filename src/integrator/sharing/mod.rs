@@ -31,7 +31,7 @@ use super::path::{Path, unpack_pixel};
 use crate::film::{Film, Region, Unit};
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::hash::combine;
-use crate::sampling::{Key, sobol};
+use crate::sampling::{SampleKey, sobol};
 use crate::scene::Material;
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int};
@@ -83,7 +83,7 @@ impl Grouping {
         let place = spread_bits(x) ^ spread_bits(y).shl::<1>();
         // Samples with the same groups continue one sequence, the next ones begin another.
         let index = place * (within + I::splat(1)) + (sample & within);
-        let key = Key::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
+        let key = SampleKey::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
         sobol::two(index, key.shared(dimension))
     }
 }

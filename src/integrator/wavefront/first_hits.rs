@@ -13,7 +13,7 @@ use crate::integrator::path::{Path, unpack_pixel};
 use crate::math::{NONE, Rgb, Vector};
 use crate::shading::classic::Shaded;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
-use crate::simd::{Level, dispatch};
+use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
 
 /// A worker's queues, made once.
@@ -43,14 +43,8 @@ impl FirstHits {
     }
 
     /// The first hits of all of a tile's pixels, row by row.
-    pub fn look(
-        &mut self,
-        frame: &Frame,
-        level: Level,
-        tile: Region,
-        samples: &SampleRanges,
-    ) -> Vec<Features> {
-        let [all] = self.look_apart(frame, level, tile, samples);
+    pub fn look(&mut self, frame: &Frame, isa: Isa, tile: Region, samples: &SampleRanges) -> Vec<Features> {
+        let [all] = self.look_apart(frame, isa, tile, samples);
         all
     }
 
@@ -58,7 +52,7 @@ impl FirstHits {
     pub fn look_apart<const N: usize>(
         &mut self,
         frame: &Frame,
-        level: Level,
+        isa: Isa,
         tile: Region,
         samples: &SampleRanges,
     ) -> [Vec<Features>; N] {
@@ -75,7 +69,7 @@ impl FirstHits {
             for place in &mut self.samples[..count] {
                 *place = samples.nth(*place).unwrap_or(last);
             }
-            self.trace(frame, level, count);
+            self.trace(frame, isa, count);
             for at in 0..count {
                 parts[self.samples[at] as usize % N].add(self.found[at].as_ref());
                 if self.samples[at] == last {
@@ -89,13 +83,13 @@ impl FirstHits {
     }
 
     /// Fills the first `count` places of what has been found.
-    fn trace(&mut self, frame: &Frame, level: Level, count: usize) {
+    fn trace(&mut self, frame: &Frame, isa: Isa, count: usize) {
         self.paths.columns.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
-        dispatch(level, GenerateStage { frame, pixels, samples, count, out });
+        dispatch(isa, GenerateStage { frame, pixels, samples, count, out });
         let surfaces = OfPaths { frame, paths: &self.paths };
         let (rays, hits) = (self.paths.rays(&self.ends, &surfaces), self.hits.columns(count));
-        bvh::closest(level, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        bvh::closest(isa, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         for at in 0..count {
             let (path, hit) = (self.paths.load::<f32>(at), self.hits.load::<f32>(at));
             self.found[at] = (hit.primitive != Wrapping(NONE)).then(|| look_up(frame, &path, &hit));

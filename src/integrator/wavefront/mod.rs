@@ -31,7 +31,7 @@ use super::{Frame, Sorting, Stage, Statistics, Work};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::Rgb;
-use crate::simd::{Level, dispatch};
+use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
 use path_stages::{EndQueue, Groups, Roles, ShadePathsStage};
 use queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
@@ -116,24 +116,24 @@ impl Wave {
 
     /// Renders samples of pixels that share nothing.
     fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: Todo, clock: &mut Clock) {
-        let Work { frame, photons, level, .. } = work;
+        let Work { frame, photons, isa, .. } = work;
         while !self.is_stopped(clock) {
-            self.generate(frame, level, film, &mut todo, clock);
+            self.generate(frame, isa, film, &mut todo, clock);
             if self.paths.columns.is_empty() {
                 return;
             }
-            self.intersect(frame, level, clock);
-            self.retire(frame, photons, level, Some(film), clock);
+            self.intersect(frame, isa, clock);
+            self.retire(frame, photons, isa, Some(film), clock);
             match frame.transport {
                 Transport::Whitted => {
-                    self.shade(frame, photons, level, clock);
-                    self.report_vertices(level, clock.observer);
-                    self.lights(frame, level, clock);
+                    self.shade(frame, photons, isa, clock);
+                    self.report_vertices(isa, clock.observer);
+                    self.lights(frame, isa, clock);
                 }
                 Transport::Path => {
-                    self.shade_paths(frame, photons, level, false, clock);
-                    self.report_paths(frame, photons, level, clock.observer);
-                    self.shadows(frame, level, clock);
+                    self.shade_paths(frame, photons, isa, false, clock);
+                    self.report_paths(frame, photons, isa, clock.observer);
+                    self.shadows(frame, isa, clock);
                 }
             }
             self.report_ends(clock.observer);
@@ -153,14 +153,14 @@ impl Wave {
     }
 
     /// What the paths of the wave meet.
-    fn intersect(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn intersect(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
         let count = self.paths.columns.len();
         let surfaces = OfPaths { frame, paths: &self.paths };
         let rays = self.paths.rays(&self.ends, &surfaces);
         let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
-        bvh::closest(level, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        bvh::closest(isa, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         clock.stage(Stage::Intersect);
-        self.report_hits(level, clock.observer);
+        self.report_hits(isa, clock.observer);
     }
 
     /// Paths that have met nothing leave the wave; without a sink nobody is told.
@@ -168,35 +168,35 @@ impl Wave {
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         sink: Option<&mut (dyn Sink + '_)>,
         clock: &mut Clock,
     ) {
         let (paths, hits) = (&mut self.paths, &mut self.hits);
-        dispatch(level, RetireStage { frame, photons, paths, hits, sink, observer: &mut *clock.observer });
+        dispatch(isa, RetireStage { frame, photons, paths, hits, sink, observer: &mut *clock.observer });
         clock.stage(Stage::Retire);
     }
 
     /// New samples into the free places of the wave.
-    fn generate(&mut self, frame: &Frame, level: Level, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
+    fn generate(&mut self, frame: &Frame, isa: Isa, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
         let room = self.paths.columns.room();
         let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
             let (x, y) = unpack_pixel(*pixel);
             film.count(x, y, *sample);
         }
-        self.begin(frame, level, count, clock);
+        self.begin(frame, isa, count, clock);
     }
 
     /// The camera's paths for the first `count` pixels and samples.
-    fn begin(&mut self, frame: &Frame, level: Level, count: usize, clock: &mut Clock) {
+    fn begin(&mut self, frame: &Frame, isa: Isa, count: usize, clock: &mut Clock) {
         let (pixels, samples) = (&self.pixels, &self.samples);
-        dispatch(level, GenerateStage { frame, pixels, samples, count, out: &mut self.paths });
+        dispatch(isa, GenerateStage { frame, pixels, samples, count, out: &mut self.paths });
         clock.statistics.rays.camera += count as u64;
         clock.stage(Stage::Generate);
     }
 
-    fn shade(&mut self, frame: &Frame, photons: Option<Photons>, level: Level, clock: &mut Clock) {
+    fn shade(&mut self, frame: &Frame, photons: Option<Photons>, isa: Isa, clock: &mut Clock) {
         let stage = ShadeStage {
             frame,
             photons,
@@ -207,7 +207,7 @@ impl Wave {
             reflect: &mut self.reflect,
             refract: &mut self.refract,
         };
-        dispatch(level, stage);
+        dispatch(isa, stage);
         clock.statistics.rays.reflect += self.reflect.columns.len() as u64;
         clock.statistics.rays.refract += self.refract.columns.len() as u64;
         clock.stage(Stage::Shade);
@@ -218,7 +218,7 @@ impl Wave {
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         asks: bool,
         clock: &mut Clock,
     ) {
@@ -235,7 +235,7 @@ impl Wave {
             shadow: &mut self.shadow,
             roles: asks.then_some(&mut self.roles),
         };
-        dispatch(level, stage);
+        dispatch(isa, stage);
         clock.statistics.rays.scatter += self.reflect.columns.len() as u64;
         clock.statistics.rays.refract += self.refract.columns.len() as u64;
         clock.stage(Stage::Shade);
@@ -243,23 +243,23 @@ impl Wave {
 
     /// All samples of all lights, light by light, as many to a shadow wave as fit. Of many lights this may take long,
     /// so that it may be stopped here, too.
-    fn lights(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    fn lights(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
         for light in 0..frame.scene.lights.len() {
             for which in 0..frame.scene.lights[light].samples {
                 if self.shadow.room() < self.paths.columns.len() {
-                    self.shadows(frame, level, clock);
+                    self.shadows(frame, isa, clock);
                     if clock.observer.stops(clock.statistics.rays.total()) {
                         return;
                     }
                 }
                 let before = self.shadow.count();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
-                dispatch(level, LightStage { frame, paths, vertices, light, which, out });
+                dispatch(isa, LightStage { frame, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
-                self.report_lights(level, light, which, before, clock.observer);
+                self.report_lights(isa, light, which, before, clock.observer);
             }
         }
-        self.shadows(frame, level, clock);
+        self.shadows(frame, isa, clock);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.

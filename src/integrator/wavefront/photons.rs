@@ -13,7 +13,7 @@ use crate::integrator::photons::map::Photon;
 use crate::integrator::photons::{Landed, Plan, trace};
 use crate::integrator::{Stage, Statistics};
 use crate::math::{Color, NONE, Vector};
-use crate::simd::{Level, dispatch};
+use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
 
 impl Wave {
@@ -21,7 +21,7 @@ impl Wave {
     pub fn trace_photons(
         &mut self,
         plan: &Plan,
-        level: Level,
+        isa: Isa,
         (sample, numbers): (u32, Range<u32>),
         landed: &mut Landed,
         statistics: &mut Statistics,
@@ -36,10 +36,10 @@ impl Wave {
             if self.paths.columns.is_empty() {
                 break;
             }
-            self.intersect(&plan.frame, level, clock);
-            self.retire(&plan.frame, None, level, None, clock);
-            self.scatter_photons(plan, level, &mut ended, clock);
-            self.shadows(&plan.frame, level, clock);
+            self.intersect(&plan.frame, isa, clock);
+            self.retire(&plan.frame, None, isa, None, clock);
+            self.scatter_photons(plan, isa, &mut ended, clock);
+            self.shadows(&plan.frame, isa, clock);
             self.land(&mut ended, landed);
             self.paths.columns.clear();
             self.paths.fill_from(&mut self.reflect);
@@ -67,7 +67,7 @@ impl Wave {
         clock.stage(Stage::Photons);
     }
 
-    fn scatter_photons(&mut self, plan: &Plan, level: Level, ended: &mut EndQueue, clock: &mut Clock) {
+    fn scatter_photons(&mut self, plan: &Plan, isa: Isa, ended: &mut EndQueue, clock: &mut Clock) {
         if plan.frame.transport == Transport::Path {
             self.groups.sort(self.hits.materials(self.paths.columns.len()));
         }
@@ -84,7 +84,7 @@ impl Wave {
             shadow: &mut self.shadow,
             ended,
         };
-        dispatch(level, stage);
+        dispatch(isa, stage);
         clock.stage(Stage::Photons);
     }
 

@@ -4,7 +4,7 @@
 
 use std::num::Wrapping;
 
-use crate::bvh::{Asker, Crossing, HitsMut, Rays, Surfaces};
+use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, HitsMut, Rays};
 use crate::integrator::Frame;
 use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
@@ -290,7 +290,7 @@ impl PathQueue {
             direction: [3, 4, 5].map(column),
             t_min: &ends.zero[..n],
             t_max: &ends.infinity[..n],
-            asker: Asker::new(surfaces, 0).meeting(sides(surfaces.frame, false)),
+            filter: AnyHitFilter::new(surfaces, 0).with_culling(sides(surfaces.frame, false)),
         }
     }
 
@@ -489,8 +489,8 @@ pub struct OfPaths<'a> {
     pub paths: &'a PathQueue,
 }
 
-impl Surfaces for OfPaths<'_> {
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+impl HitPredicate for OfPaths<'_> {
+    fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
         Traced { frame: self.frame, path: &|| self.paths.load(ray), shadow: None }.meets(crossing)
     }
 }

@@ -8,7 +8,7 @@ use crate::integrator::observe::{self, Continuation, Event, Flow, Observer};
 use crate::integrator::photons::Photons;
 use crate::integrator::{Frame, Stage};
 use crate::math::{Color, Hit};
-use crate::simd::{Float, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
 use crate::world::Transport;
 
 impl Wave {
@@ -27,7 +27,7 @@ impl Wave {
     }
 
     /// The rays of the wave and what they have met.
-    pub(super) fn report_hits(&self, level: Level, observer: &mut dyn Observer) {
+    pub(super) fn report_hits(&self, isa: Isa, observer: &mut dyn Observer) {
         if !observer.looks() {
             return;
         }
@@ -45,12 +45,12 @@ impl Wave {
         }
         let capacity = self.paths.columns.capacity();
         // Misses leave the wave in the next stage.
-        observer.report(&Event::Wave(flow(Stage::Intersect, level, count, capacity, 0..count)));
-        observer.report(&Event::Wave(flow(Stage::Retire, level, count, capacity, met.into_iter())));
+        observer.report(&Event::Wave(flow(Stage::Intersect, isa, count, capacity, 0..count)));
+        observer.report(&Event::Wave(flow(Stage::Retire, isa, count, capacity, met.into_iter())));
     }
 
     /// Where the paths of the wave are, and what goes on from there.
-    pub(super) fn report_vertices(&self, level: Level, observer: &mut dyn Observer) {
+    pub(super) fn report_vertices(&self, isa: Isa, observer: &mut dyn Observer) {
         if !observer.looks() {
             return;
         }
@@ -64,7 +64,7 @@ impl Wave {
         report_onward(&self.refract, Continuation::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.columns.capacity();
-        observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
+        observer.report(&Event::Wave(flow(Stage::Shade, isa, count, capacity, onward)));
     }
 
     /// The same under the path transport, with the rays to lights.
@@ -72,7 +72,7 @@ impl Wave {
         &self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         observer: &mut dyn Observer,
     ) {
         if !observer.looks() {
@@ -98,13 +98,13 @@ impl Wave {
         report_onward(&self.refract, Continuation::Refract, observer);
         let onward = (0..count).filter(|i| self.goes_on[*i] != 0);
         let capacity = self.paths.columns.capacity();
-        observer.report(&Event::Wave(flow(Stage::Shade, level, count, capacity, onward)));
+        observer.report(&Event::Wave(flow(Stage::Shade, isa, count, capacity, onward)));
     }
 
     /// The shadow rays from `first` on, which lead to a sample of a light.
     pub(super) fn report_lights(
         &self,
-        level: Level,
+        isa: Isa,
         light: usize,
         which: u32,
         first: usize,
@@ -121,11 +121,11 @@ impl Wave {
         }
         let (count, capacity) = (self.paths.columns.len(), self.paths.columns.capacity());
         let sent = targets[first..].iter().map(|target| *target as usize);
-        observer.report(&Event::Wave(flow(Stage::Light, level, count, capacity, sent)));
+        observer.report(&Event::Wave(flow(Stage::Light, isa, count, capacity, sent)));
     }
 
     /// Which of the shadow rays were blocked.
-    pub(super) fn report_shadows(&self, frame: &Frame, level: Level, observer: &mut dyn Observer) {
+    pub(super) fn report_shadows(&self, frame: &Frame, isa: Isa, observer: &mut dyn Observer) {
         if !observer.looks() {
             return;
         }
@@ -140,7 +140,7 @@ impl Wave {
         }
         let open = (0..count).filter(|i| self.occluded[*i] == 0);
         let capacity = self.shadow.capacity();
-        observer.report(&Event::Wave(flow(Stage::Shadow, level, count, capacity, open)));
+        observer.report(&Event::Wave(flow(Stage::Shadow, isa, count, capacity, open)));
     }
 
     /// The paths that go no further.
@@ -162,14 +162,8 @@ fn report_onward(queue: &PathQueue, way: Continuation, observer: &mut dyn Observ
 }
 
 /// `count` items in groups as wide as the machine's lanes, of which those of `leaving` went on.
-fn flow(
-    stage: Stage,
-    level: Level,
-    count: usize,
-    capacity: usize,
-    leaving: impl Iterator<Item = usize>,
-) -> Flow {
-    let width = dispatch(level, Width);
+fn flow(stage: Stage, isa: Isa, count: usize, capacity: usize, leaving: impl Iterator<Item = usize>) -> Flow {
+    let width = dispatch(isa, Width);
     let mut groups = vec![0usize; count.div_ceil(width)];
     let mut total = 0;
     for item in leaving {
@@ -182,10 +176,10 @@ fn flow(
 }
 
 /// Rays that share paths, and how many of them nothing blocked.
-pub(super) fn report_connections(level: Level, blocked: &[u32], observer: &mut dyn Observer) {
+pub(super) fn report_connections(isa: Isa, blocked: &[u32], observer: &mut dyn Observer) {
     if observer.looks() && !blocked.is_empty() {
         let free = (0..blocked.len()).filter(|i| blocked[*i] == 0);
-        observer.report(&Event::Wave(flow(Stage::Connect, level, blocked.len(), blocked.len(), free)));
+        observer.report(&Event::Wave(flow(Stage::Connect, isa, blocked.len(), blocked.len(), free)));
     }
 }
 

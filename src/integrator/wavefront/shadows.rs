@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::queue::{Columns, Ends, PathQueue};
 use super::{Clock, Wave};
-use crate::bvh::{self, Asker, Coherence, Crossing, Rays, Surfaces};
+use crate::bvh::{self, AnyHitFilter, Coherence, Crossing, HitPredicate, Rays};
 use crate::integrator::path_tracing::limited;
 use crate::integrator::presence::{Shadow, Traced, sides};
 use crate::integrator::shadow::{ShadowRay, connect};
@@ -13,7 +13,7 @@ use crate::integrator::{Frame, Stage};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::scene::Material;
 use crate::scene::bodies::{Body, NOWHERE};
-use crate::simd::{Float, Level};
+use crate::simd::{Float, Isa};
 use crate::world::Transport;
 
 /// Bytes of a shadow ray.
@@ -96,7 +96,7 @@ impl ShadowQueue {
             direction: [3, 4, 5].map(column),
             t_min: ends.zero(self.count()),
             t_max: column(6),
-            asker: Asker::new(surfaces, 0).meeting(sides(surfaces.frame, true)),
+            filter: AnyHitFilter::new(surfaces, 0).with_culling(sides(surfaces.frame, true)),
         }
     }
 
@@ -146,8 +146,8 @@ struct OfShadows<'a> {
     shadow: &'a ShadowQueue,
 }
 
-impl Surfaces for OfShadows<'_> {
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool {
+impl HitPredicate for OfShadows<'_> {
+    fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
         let path = || self.paths.load(self.shadow.target(ray));
         let passes = |_: &Crossing| {
             if let Some(passes) = self.shadow.passes.get(ray) {
@@ -161,14 +161,14 @@ impl Surfaces for OfShadows<'_> {
 
 impl Wave {
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    pub(super) fn shadows(&mut self, frame: &Frame, level: Level, clock: &mut Clock) {
+    pub(super) fn shadows(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
         let count = self.shadow.count();
         self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
         let surfaces = OfShadows { frame, paths: &self.paths, shadow: &self.shadow };
         let rays = self.shadow.rays(&self.ends, &surfaces);
         let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
-        bvh::any(level, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
-        self.weaken(frame, level, count);
+        bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
+        self.weaken(frame, isa, count);
         let ([r, g, b], targets) = self.shadow.contributions();
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {
@@ -180,14 +180,14 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
-        self.report_shadows(frame, level, clock.observer);
+        self.report_shadows(frame, isa, clock.observer);
         self.shadow.clear();
         clock.stage(Stage::Shadow);
     }
 
     /// What rays that nothing blocks bring: what is left behind surfaces that they go straight through, and in the
     /// bodies where they begin; clamped.
-    fn weaken(&mut self, frame: &Frame, level: Level, count: usize) {
+    fn weaken(&mut self, frame: &Frame, isa: Isa, count: usize) {
         let clamps = frame.transport == Transport::Path && frame.clamp.is_some();
         if self.shadow.bodies.is_none() && self.shadow.passes.is_empty() && !clamps {
             return;
@@ -207,7 +207,7 @@ impl Wave {
                 let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
                 let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
                 let (stack, room) = (&mut self.stack, &mut self.crossings);
-                arriving(frame, level, &path, &shadow, stack, room).unwrap_or(Color::black())
+                arriving(frame, isa, &path, &shadow, stack, room).unwrap_or(Color::black())
             } else {
                 limited(frame, &path, contribution)
             };

@@ -14,7 +14,7 @@ use crate::integrator::sharing::pilot::{Pilot, plain};
 use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
 use crate::integrator::{Frame, Stage, Statistics, Work};
 use crate::math::{NONE, Rgb};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// A frame, and the same for paths that are not shared.
 #[derive(Clone, Copy)]
@@ -61,12 +61,12 @@ impl Wave {
         samples: Range<u32>,
         clock: &mut Clock,
     ) {
-        let Work { frame, pilot, photons, level } = work;
+        let Work { frame, pilot, photons, isa } = work;
         let Some(mut shared) = self.shared.take() else { return };
         let frames = Frames { frame, plain: &plain(frame) };
         shared.slots.enter(frame, film.region());
         if let Some(pilot) = pilot {
-            if !shared.slots.recall() && !self.look(pilot, photons, level, &mut shared.slots, clock) {
+            if !shared.slots.recall() && !self.look(pilot, photons, isa, &mut shared.slots, clock) {
                 self.shared = Some(shared);
                 return;
             }
@@ -76,13 +76,13 @@ impl Wave {
             self.render_todo(work.with_frame(&pilot.plain), film, todo, clock);
         }
         shared.slots.start(samples);
-        while self.trace_units(frames, photons, level, film, &mut shared.slots, clock) {
+        while self.trace_units(frames, photons, isa, film, &mut shared.slots, clock) {
             let Shared { slots, connections, .. } = &mut shared;
             let stack = &mut self.stack;
             let observer = &mut *clock.observer;
-            connections.finish(frame, level, slots, film, observer, &mut |rays, fans, blocked, observer| {
-                bvh::any_in_fans(level, &frame.scene.bvh, rays, fans, stack, blocked);
-                report_connections(level, blocked, observer);
+            connections.finish(frame, isa, slots, film, observer, &mut |rays, fans, blocked, observer| {
+                bvh::any_in_bundles(isa, &frame.scene.bvh, rays, fans, stack, blocked);
+                report_connections(isa, blocked, observer);
             });
             clock.statistics.rays.connect += std::mem::take(&mut connections.traced);
             clock.stage(Stage::Connect);
@@ -95,7 +95,7 @@ impl Wave {
         &mut self,
         pilot: &Pilot,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         slots: &mut Slots,
         clock: &mut Clock,
     ) -> bool {
@@ -106,7 +106,7 @@ impl Wave {
         let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
         let (mut aside, mut observer) = (Statistics::default(), Aside(&mut *clock.observer));
         let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut observer };
-        while self.trace_units(frames, photons, level, &mut film, slots, &mut own) {
+        while self.trace_units(frames, photons, isa, &mut film, slots, &mut own) {
             slots.measure(&film);
         }
         if own.observer.stops(0) {
@@ -122,25 +122,25 @@ impl Wave {
         &mut self,
         Frames { frame, plain }: Frames,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         film: &mut Film,
         slots: &mut Slots,
         clock: &mut Clock,
     ) -> bool {
-        if !self.generate_shared(frame, level, film, slots, clock) {
+        if !self.generate_shared(frame, isa, film, slots, clock) {
             return false;
         }
-        self.first_vertices(frame, photons, level, film, slots, clock);
-        self.second_vertices(frame, photons, level, slots, clock);
+        self.first_vertices(frame, photons, isa, film, slots, clock);
+        self.second_vertices(frame, photons, isa, slots, clock);
         while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
-            self.vertices(frame, photons, level, slots, false, clock);
+            self.vertices(frame, photons, isa, slots, false, clock);
             self.advance(slots, clock);
         }
         slots.settle();
         self.pending.spill_from(&mut self.alone);
         self.paths.fill_from(&mut self.pending);
         while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
-            self.vertices(plain, photons, level, &mut Within(&mut *film), false, clock);
+            self.vertices(plain, photons, isa, &mut Within(&mut *film), false, clock);
             self.advance(&mut Within(&mut *film), clock);
         }
         !clock.observer.stops(0)
@@ -150,7 +150,7 @@ impl Wave {
     fn generate_shared(
         &mut self,
         frame: &Frame,
-        level: Level,
+        isa: Isa,
         film: &mut Film,
         slots: &mut Slots,
         clock: &mut Clock,
@@ -166,7 +166,7 @@ impl Wave {
             }
         });
         if more {
-            self.begin(frame, level, count, clock);
+            self.begin(frame, isa, count, clock);
         }
         more
     }
@@ -177,16 +177,16 @@ impl Wave {
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         sink: &mut dyn Sink,
         asks: bool,
         clock: &mut Clock,
     ) {
-        self.intersect(frame, level, clock);
-        self.retire(frame, photons, level, Some(sink), clock);
-        self.shade_paths(frame, photons, level, asks, clock);
-        self.report_paths(frame, photons, level, clock.observer);
-        self.shadows(frame, level, clock);
+        self.intersect(frame, isa, clock);
+        self.retire(frame, photons, isa, Some(sink), clock);
+        self.shade_paths(frame, photons, isa, asks, clock);
+        self.report_paths(frame, photons, isa, clock.observer);
+        self.shadows(frame, isa, clock);
         self.report_ends(clock.observer);
     }
 
@@ -195,13 +195,13 @@ impl Wave {
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         film: &mut Film,
         slots: &mut Slots,
         clock: &mut Clock,
     ) {
         let mut film = Within(film);
-        self.vertices(frame, photons, level, &mut film, true, clock);
+        self.vertices(frame, photons, isa, &mut film, true, clock);
         let materials = self.hits.materials(self.paths.columns.len());
         for (i, (path, _)) in self.paths.found().enumerate() {
             slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.receives[i]);
@@ -237,25 +237,25 @@ impl Wave {
         &mut self,
         frame: &Frame,
         photons: Option<Photons>,
-        level: Level,
+        isa: Isa,
         slots: &mut Slots,
         clock: &mut Clock,
     ) {
-        self.intersect(frame, level, clock);
+        self.intersect(frame, isa, clock);
         for (i, primitive) in self.hits.primitives(self.paths.columns.len()).iter().enumerate() {
             if *primitive == NONE {
                 let path = self.paths.load::<f32>(i);
                 slots.miss(frame, (path.pixel.0, path.sample.0), path.direction);
             }
         }
-        self.retire(frame, photons, level, Some(slots), clock);
-        self.shade_paths(frame, photons, level, true, clock);
-        self.report_paths(frame, photons, level, clock.observer);
+        self.retire(frame, photons, isa, Some(slots), clock);
+        self.shade_paths(frame, photons, isa, true, clock);
+        self.report_paths(frame, photons, isa, clock.observer);
         for ((path, emitted), lent) in self.paths.found().zip(&self.roles.lent) {
             slots.second(path, emitted, lent.as_ref());
         }
         self.put_aside(clock);
-        self.shadows(frame, level, clock);
+        self.shadows(frame, isa, clock);
         self.report_ends(clock.observer);
         for (path, radiance) in self.paths.found() {
             slots.lit(path, radiance);

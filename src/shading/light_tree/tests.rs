@@ -9,7 +9,7 @@ use crate::compile::light_tree::{LightBounds, build};
 use crate::math::{Aabb, NONE, Vec3};
 use crate::sampling::Stream;
 use crate::shading::facing::facing;
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
 /// A diffuse rectangle, `corner + u * edges.0 + v * edges.1`.
 #[derive(Clone, Copy)]
@@ -405,14 +405,14 @@ fn every_level_gives_the_same_bits() {
     let tree = build(&lights);
     let numbers: Vec<f32> = (0..7 * 512).map(|_| stream.random_range(-1.0..1.0)).collect();
     // Wider lanes write in another order.
-    let sorted = |level, both| {
-        let mut bits = dispatch(level, Choose(&tree, &numbers, both));
+    let sorted = |isa, both| {
+        let mut bits = dispatch(isa, Choose(&tree, &numbers, both));
         bits.sort_unstable();
         bits
     };
-    for level in Level::available() {
+    for isa in Isa::available() {
         for both in [true, false] {
-            assert!(sorted(level, both) == sorted(Level::PORTABLE, both), "{level:?}");
+            assert!(sorted(isa, both) == sorted(Isa::PORTABLE, both), "{isa:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ use std::num::Wrapping;
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::sampling::sobol;
-use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 
 /// Cosines in the table: the nodes are at squares, closer together at grazing angles.
 const COSINES: usize = 40;
@@ -59,7 +59,7 @@ impl Table {
 
     /// Takes some hundredths of a second.
     pub(super) fn new() -> Self {
-        let (level, points) = (Level::detect(), Points::new(SAMPLES));
+        let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let (mut entries, mut means, mut cosines) = (Vec::new(), Vec::new(), Vec::new());
         for r in 0..ROUGHNESSES {
             let roughness = r as f32 / (ROUGHNESSES - 1) as f32;
@@ -68,7 +68,7 @@ impl Table {
                 let node = c as f32 / (COSINES - 1) as f32;
                 let cosine = (node * node).max(1e-4);
                 let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-                let (albedo, cosine) = integrate(level, w, Ggx { x: alpha, y: alpha }, &points);
+                let (albedo, cosine) = integrate(isa, w, Ggx { x: alpha, y: alpha }, &points);
                 entries.extend([albedo.straight, albedo.grazing]);
                 cosines.extend(cosine);
             }
@@ -121,13 +121,8 @@ impl Points {
 
 /// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts; and mean and standard deviation
 /// of the angles' cosines.
-pub(super) fn integrate(
-    level: Level,
-    w: Vector<f32>,
-    ggx: Ggx<f32>,
-    points: &Points,
-) -> (Albedo<f32>, [f32; 2]) {
-    dispatch(level, Integral { w, ggx, points })
+pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, points: &Points) -> (Albedo<f32>, [f32; 2]) {
+    dispatch(isa, Integral { w, ggx, points })
 }
 
 struct Integral<'a> {

@@ -6,7 +6,7 @@ use super::albedo::{Points, between};
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::shading::fresnel;
-use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 
 /// Ratios of indices on each side, by (η − 1)/(η + 1): nodes at squares, closer together about 1.
 const RATIOS: usize = 17;
@@ -40,7 +40,7 @@ impl Table {
 
     /// Takes a tenth of a second.
     pub(super) fn new() -> Self {
-        let (level, points) = (Level::detect(), Points::new(SAMPLES));
+        let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let mut table = Self::EMPTY;
         for (inside, node) in sides(RATIOS) {
             let eta = ratio(node, RATIOS, LAST, inside);
@@ -50,7 +50,7 @@ impl Table {
                 for c in 0..COSINES {
                     let cosine = Cosine { eta, inside }.of_node(c, COSINES);
                     let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-                    let entry = integrate(level, w, Ggx { x: alpha, y: alpha }, eta, &points);
+                    let entry = integrate(isa, w, Ggx { x: alpha, y: alpha }, eta, &points);
                     table.kept.push(entry.kept);
                     table.reflected.push(entry.reflected);
                 }
@@ -223,14 +223,8 @@ impl<F: Float> Cosine<F> {
 
 /// The division of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take
 /// from each.
-pub(super) fn integrate(
-    level: Level,
-    w: Vector<f32>,
-    ggx: Ggx<f32>,
-    eta: f32,
-    points: &Points,
-) -> Divided<f32> {
-    dispatch(level, Integral { w, ggx, eta, points })
+pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, eta: f32, points: &Points) -> Divided<f32> {
+    dispatch(isa, Integral { w, ggx, eta, points })
 }
 
 struct Integral<'a> {
@@ -312,8 +306,8 @@ mod tests {
             let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
             let alpha = roughness * roughness;
             let ggx = Ggx { x: alpha, y: alpha };
-            let exact = integrate(Level::detect(), w, ggx, eta, &points);
-            let whole = exact.kept * albedo::integrate(Level::detect(), w, ggx, &points).0.whole();
+            let exact = integrate(Isa::detect(), w, ggx, eta, &points);
+            let whole = exact.kept * albedo::integrate(Isa::detect(), w, ggx, &points).0.whole();
             let own = albedo::directional(tables.mirror, cosine, roughness, true).whole();
             let found = tables.glass.directional(cosine, roughness, eta, true);
             let off =

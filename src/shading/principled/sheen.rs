@@ -5,7 +5,7 @@ use super::albedo::between;
 use super::glass::plane;
 use crate::math::elementary::{pow, sin_cos_turns};
 use crate::math::{Color, Vector};
-use crate::simd::{Float, Int, Kernel, Lanes, Level, dispatch};
+use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 
 const COSINES: usize = 32;
 const ROUGHNESSES: usize = 32;
@@ -32,13 +32,13 @@ fn lobe<F: Float>(roughness: F, cos_h: F, cos_o: F, cos_i: F) -> F {
 
 /// Albedos of white fibres.
 pub(super) fn table() -> Vec<f32> {
-    let (level, mut table) = (Level::detect(), Vec::new());
+    let (isa, mut table) = (Isa::detect(), Vec::new());
     for r in 0..ROUGHNESSES {
         for c in 0..COSINES {
             // Closer together at grazing angles, where the lobe is.
             let node = c as f32 / (COSINES - 1) as f32;
             let (cos_o, roughness) = ((node * node).max(1e-3), r as f32 / (ROUGHNESSES - 1) as f32);
-            table.push(dispatch(level, Integral { cos_o, roughness }));
+            table.push(dispatch(isa, Integral { cos_o, roughness }));
         }
     }
     table

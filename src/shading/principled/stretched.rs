@@ -5,7 +5,7 @@ use super::albedo::{Albedo, Points, between, entry, integrate};
 use super::ggx::Ggx;
 use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
-use crate::simd::{Float, Int, Level};
+use crate::simd::{Float, Int, Isa};
 
 /// √ of the narrower α.
 const ROUGHNESSES: usize = 12;
@@ -31,7 +31,7 @@ impl Table {
 
     /// Takes some hundredths of a second.
     pub(super) fn new() -> Self {
-        let (level, points) = (Level::detect(), Points::new(SAMPLES));
+        let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let part = |i: usize, count: usize| i as f32 / (count - 1) as f32;
         let mut table = Table { entries: Vec::new(), means: Vec::new() };
         let mut widths = Vec::new();
@@ -45,7 +45,7 @@ impl Table {
                     for c in 0..COSINES {
                         let cosine = (part(c, COSINES) * part(c, COSINES)).max(1e-4);
                         let w = direction(cosine, part(a, AZIMUTHS));
-                        let (albedo, _) = integrate(level, w, ggx, &points);
+                        let (albedo, _) = integrate(isa, w, ggx, &points);
                         table.entries.extend([albedo.straight, albedo.grazing]);
                     }
                 }
@@ -164,7 +164,7 @@ mod tests {
             let ggx = Ggx { x: r * r + (1.0 - r * r) * s * s, y: r * r };
             let w = direction(c.max(0.01), a);
             let (found, exact) =
-                (directional(table, w, &ggx, true), integrate(Level::detect(), w, ggx, &points).0);
+                (directional(table, w, &ggx, true), integrate(Isa::detect(), w, ggx, &points).0);
             let off = (found.whole() - exact.whole()).abs();
             (worst, square) = (worst.max(off), square + off * off);
         }

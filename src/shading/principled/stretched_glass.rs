@@ -6,7 +6,7 @@ use super::glass::{Cosine, Divided, between_ratios, integrate, ratio, sides};
 use super::stretched::{azimuth, direction, place};
 use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
-use crate::simd::{Float, Int, Level, Outlined};
+use crate::simd::{Float, Int, Isa, Outlined};
 
 /// Ratios of indices on each side: nodes as in [`super::glass`].
 const RATIOS: usize = 9;
@@ -32,7 +32,7 @@ impl Table {
 
     /// Takes a tenth of a second.
     pub(super) fn new() -> Self {
-        let (level, points) = (Level::detect(), Points::new(SAMPLES));
+        let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let mut table = Self::EMPTY;
         let part = |i: usize, count: usize| i as f32 / (count - 1) as f32;
         let widths: Vec<_> = (0..ROUGHNESSES * STRENGTHS)
@@ -49,7 +49,7 @@ impl Table {
                     for c in 0..COSINES {
                         let cosine = Cosine { eta, inside }.of_node(c, COSINES);
                         let w = direction(cosine, part(a, AZIMUTHS));
-                        let Divided { kept, reflected } = integrate(level, w, *ggx, eta, &points);
+                        let Divided { kept, reflected } = integrate(isa, w, *ggx, eta, &points);
                         table.entries.extend([kept, reflected]);
                     }
                 }
@@ -164,8 +164,8 @@ mod tests {
             let r = 0.05 + 0.95 * r;
             let ggx = Ggx { x: r * r + (1.0 - r * r) * s * s, y: r * r };
             let w = direction(c.max(0.01), (a * std::f32::consts::FRAC_PI_2).cos());
-            let exact = integrate(Level::detect(), w, ggx, eta, &points);
-            let whole = exact.kept * albedo::integrate(Level::detect(), w, ggx, &points).0.whole();
+            let exact = integrate(Isa::detect(), w, ggx, eta, &points);
+            let whole = exact.kept * albedo::integrate(Isa::detect(), w, ggx, &points).0.whole();
             let own = stretched::directional(tables.stretched, w, &ggx, true).whole();
             let found = tables.stretched_glass.directional(w, &ggx, eta, true);
             let off =

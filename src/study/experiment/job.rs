@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use super::results::Row;
 use super::shapes;
-use crate::bvh::narrow::Narrow;
+use crate::bvh::binary_traversal::BinaryBvh;
 use crate::bvh::traverse::closest_one;
-use crate::bvh::{self, Asker, Bvh, Coherence, HitsMut, Rays, Stack, brute};
+use crate::bvh::{self, AnyHitFilter, Bvh, Coherence, HitsMut, Rays, Stack, brute};
 use crate::error::LoadError;
 use crate::film::{PixelSum, metrics};
 use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
@@ -18,7 +18,7 @@ use crate::memory;
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
 use crate::scene::CompiledScene;
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 use crate::world::{Camera, Caustics, Falloff, Light, Shape, Sharing, Transform, World};
 
 /// An image.
@@ -259,14 +259,15 @@ impl Kernel for Singly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for i in 0..self.rays.len() {
-            self.hits.t[i] = closest_one::<L>(self.bvh, &self.rays.ray(i), Asker::CREDULOUS, self.stack).t;
+            self.hits.t[i] =
+                closest_one::<L>(self.bvh, &self.rays.ray(i), AnyHitFilter::ACCEPT_ALL, self.stack).t;
         }
     }
 }
 
 /// Traces scattered rays on this thread.
 fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut Row) {
-    let (level, bvh) = (Level::detect(), &compiled.bvh);
+    let (isa, bvh) = (Isa::detect(), &compiled.bvh);
     let triangles = compiled.geometry.triangles.len().max(1) as u64;
     let count = match by {
         Tracing::BruteForce => u64::from(count).min(MOST_TESTS / triangles).max(1) as u32,
@@ -277,12 +278,12 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
     let mut stack = Stack::new(bvh);
     let narrow = (by == Tracing::Binary).then(|| {
         let geometry = &compiled.geometry;
-        let world = bvh::Geometry {
+        let world = bvh::PrimitiveArrays {
             positions: &geometry.positions,
             triangles: &geometry.triangles[..geometry.world_triangles as usize],
             spheres: &[],
         };
-        Narrow::new(&world, bvh.quality)
+        BinaryBvh::new(&world, bvh.quality)
     });
     if let Some(narrow) = &narrow {
         row.set(Measure::TreeBytes, narrow.bytes() as f64);
@@ -290,20 +291,20 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
     let (start, before) = (Instant::now(), cpu());
     match by {
         Tracing::Queue => {
-            bvh::closest(level, bvh, batch.rays(), Coherence::Scattered, &mut stack, hits.hits_mut());
+            bvh::closest(isa, bvh, batch.rays(), Coherence::Scattered, &mut stack, hits.hits_mut());
         }
         Tracing::Single => {
             let (rays, hits, stack) = (batch.rays(), hits.hits_mut(), &mut stack);
-            dispatch(level, Singly { bvh, rays, hits, stack });
+            dispatch(isa, Singly { bvh, rays, hits, stack });
         }
         Tracing::Binary => {
             if let Some(narrow) = &narrow {
-                narrow.closest(level, batch.rays(), hits.hits_mut());
+                narrow.closest(isa, batch.rays(), hits.hits_mut());
             }
         }
         Tracing::BruteForce => {
             for i in 0..batch.len() {
-                let hit = brute::closest(level, bvh, &batch.rays().ray(i));
+                let hit = brute::closest(isa, bvh, &batch.rays().ray(i));
                 hits.hits_mut().t[i] = hit.t;
             }
         }

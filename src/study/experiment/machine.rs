@@ -1,11 +1,11 @@
 //! What a study ran on.
 
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// Names and values, for a table.
 pub fn describe() -> Vec<(&'static str, String)> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
-    let levels: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
+    let levels: Vec<&str> = Isa::available().into_iter().map(Isa::name).collect();
     let mut facts = vec![
         ("program", format!("rayfront {}", env!("CARGO_PKG_VERSION"))),
         ("system", format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH)),

@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::ProfilePlan;
 use crate::bvh::Stack;
-use crate::bvh::tally::{Visits, visits};
+use crate::bvh::counters::{Visits, visits};
 use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
 use crate::integrator::photons::map::Photon;
 use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES};
@@ -16,7 +16,7 @@ use crate::integrator::wavefront::vertices::VERTEX_BYTES;
 use crate::integrator::{Frame, Schedule, Stage};
 use crate::math::{Ray, Vector};
 use crate::render::{Options, Session};
-use crate::simd::Level;
+use crate::simd::Isa;
 use crate::world::Transport;
 
 /// Rays that have had the same number of bounces.
@@ -127,7 +127,7 @@ pub fn of_region(frame: &Arc<Frame>, options: Options, samples: u32) -> Flows {
     let session = Session::of(frame.clone(), samples, options);
     let mut counter = Counter {
         frame,
-        level: options.level,
+        isa: options.isa,
         stack: Stack::new(&frame.scene.bvh),
         ways: HashMap::new(),
         flows: Flows::default(),
@@ -140,7 +140,7 @@ pub fn of_region(frame: &Arc<Frame>, options: Options, samples: u32) -> Flows {
 
 struct Counter<'a> {
     frame: &'a Frame,
-    level: Level,
+    isa: Isa,
     stack: Stack,
     /// How each waiting path came to be.
     ways: HashMap<PathKey, SmallVec<[Continuation; 1]>>,
@@ -202,7 +202,7 @@ impl Counter<'_> {
     fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
         let vector = |[x, y, z]: [f32; 3]| Vector { x, y, z };
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min: 0.0, t_max };
-        visits(self.level, &self.frame.scene.bvh, &ray, any, &mut self.stack)
+        visits(self.isa, &self.frame.scene.bvh, &ray, any, &mut self.stack)
     }
 }
 

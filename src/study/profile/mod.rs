@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use crate::integrator::{Frame, RayCounts, Schedule, Sorting, Stage, Stop};
 use crate::render::{Options, Session, ThreadError, on_threads};
-use crate::simd::Level;
+use crate::simd::Isa;
 
 /// How to measure.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub struct ProfilePlan {
     /// Paths of a wave.
     pub wave: usize,
     /// Instruction set.
-    pub level: Level,
+    pub isa: Isa,
     /// CPU seconds of the process so far, where the system tells.
     pub cpu_seconds: fn() -> Option<f64>,
 }
@@ -31,7 +31,7 @@ pub struct ProfilePlan {
 impl ProfilePlan {
     /// To render in a schedule.
     pub fn options(&self, schedule: Schedule) -> Options {
-        Options { schedule, wave: self.wave, level: self.level, ..Options::default() }
+        Options { schedule, wave: self.wave, isa: self.isa, ..Options::default() }
     }
 }
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::film::Film;
 use crate::integrator::{Frame, Schedule};
 use crate::render::{Options, Session, ThreadError, on_threads};
-use crate::simd::Level;
+use crate::simd::Isa;
 pub use narrow::{Difference, First};
 
 /// Sizes of waves that are tried.
@@ -23,7 +23,7 @@ pub struct Way {
     /// Paths of a wave; 0 for the recursive schedule, which has none.
     pub wave: usize,
     /// Instruction set.
-    pub level: Level,
+    pub isa: Isa,
     /// How many threads.
     pub threads: usize,
 }
@@ -32,8 +32,8 @@ impl Way {
     fn options(&self) -> Options {
         // Several tiles even for small images, or the other threads would have no work.
         let tile = if self.threads == 1 { 64 } else { 16 };
-        let (schedule, wave, level) = (self.schedule, self.wave.max(1), self.level);
-        Options { schedule, wave, level, tile, ..Options::default() }
+        let (schedule, wave, isa) = (self.schedule, self.wave.max(1), self.isa);
+        Options { schedule, wave, isa, tile, ..Options::default() }
     }
 }
 
@@ -80,9 +80,9 @@ pub fn ways(cores: usize) -> Vec<Way> {
     threads.dedup();
     let mut ways = Vec::new();
     for threads in threads {
-        for level in Level::available() {
-            ways.push(Way { schedule: Schedule::Recursive, wave: 0, level, threads });
-            let wavefront = |wave| Way { schedule: Schedule::Wavefront, wave, level, threads };
+        for isa in Isa::available() {
+            ways.push(Way { schedule: Schedule::Recursive, wave: 0, isa, threads });
+            let wavefront = |wave| Way { schedule: Schedule::Wavefront, wave, isa, threads };
             ways.extend(WAVES.map(wavefront));
         }
     }

@@ -48,7 +48,7 @@ fn run(change: impl Fn(&mut Frame), hits: fn(&Way) -> bool) -> Verification {
 fn all_ways_agree() {
     let mut done = Vec::new();
     let found = verify(frame(|_| ()), 2, &ways(3), &mut |n| done.push(n)).unwrap();
-    assert_eq!(found.outcomes.len(), 3 * 5 * Level::available().len());
+    assert_eq!(found.outcomes.len(), 3 * 5 * Isa::available().len());
     assert_eq!((found.mismatches(), done.len()), (0, found.outcomes.len()));
     assert!(found.difference.is_none());
 }
@@ -82,7 +82,7 @@ fn a_planted_fault_is_found_where_it_is() {
     ];
     for (number, (fault, stage, bounce)) in faults.into_iter().enumerate() {
         let found = run(fault, |way| way.schedule == Schedule::Wavefront && way.wave == 7);
-        assert_eq!(found.mismatches(), 2 * Level::available().len(), "fault {number}");
+        assert_eq!(found.mismatches(), 2 * Isa::available().len(), "fault {number}");
         let difference = found.difference.expect("a difference");
         assert_eq!(difference.sides[0].way.schedule, Schedule::Recursive);
         assert_eq!(difference.sides[1].way.wave, 7);

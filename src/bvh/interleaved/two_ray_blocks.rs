@@ -2,18 +2,18 @@
 
 use std::hint::select_unpredictable;
 
-use super::super::answers::Answers;
+use super::super::hit_sink::HitSink;
 use super::super::layout::{BLOCK, Bvh, Child, SPHERE, SphereBlock, TriangleBlock};
 use super::super::leaf::{acceptable, is_better};
-use super::super::prepare::Row;
-use super::super::presence::Word;
-use super::super::triangle::{Asked, BlockHits, Exact, Shear};
+use super::super::prepare::RayRow;
+use super::super::sidedness::PrimitiveRef;
+use super::super::triangle::{AcceptedRange, BlockHits, Exact, Shear};
 use super::super::{sphere, triangle};
 use crate::math::{Hit, Ray};
 use crate::simd::{Float, Mask};
 
 /// A block that rays look at.
-pub trait Block {
+pub trait LeafBlock {
     /// A ray as the test wants it.
     type Line: Copy;
     /// In the primitives' ids.
@@ -22,19 +22,23 @@ pub trait Block {
     /// The block that a child word points at.
     fn of(bvh: &Bvh, child: Child) -> &Self;
     /// A ray as the test wants it, from its row and its direction.
-    fn line(row: &Row, direction: &[f32; 3]) -> Self::Line;
+    fn line(row: &RayRow, direction: &[f32; 3]) -> Self::Line;
     /// Which primitives they are.
     fn words(&self) -> &[u32; BLOCK];
     /// The canonical test, with a block in one register. Where t is doubtful, it is left so.
-    fn meet<F: Float>(&self, line: &Self::Line, asked: &Asked<F>) -> BlockHits<F>;
+    fn meet<F: Float>(&self, line: &Self::Line, asked: &AcceptedRange<F>) -> BlockHits<F>;
     /// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there
     /// are 16.
-    fn meet_two<F: Float>(blocks: [&Self; 2], lines: [&Self::Line; 2], asked: &Asked<F>) -> BlockHits<F>;
+    fn meet_two<F: Float>(
+        blocks: [&Self; 2],
+        lines: [&Self::Line; 2],
+        asked: &AcceptedRange<F>,
+    ) -> BlockHits<F>;
     /// t where it was doubtful.
     fn exact_t(&self, place: usize, ray: &Ray<f32>) -> f32;
 }
 
-impl Block for TriangleBlock {
+impl LeafBlock for TriangleBlock {
     type Line = Shear;
     const FLAG: u32 = 0;
 
@@ -43,7 +47,7 @@ impl Block for TriangleBlock {
         &bvh.triangles[child.index()]
     }
     #[inline(always)]
-    fn line(row: &Row, _: &[f32; 3]) -> Shear {
+    fn line(row: &RayRow, _: &[f32; 3]) -> Shear {
         row.shear()
     }
     #[inline(always)]
@@ -51,11 +55,11 @@ impl Block for TriangleBlock {
         &self.words
     }
     #[inline(always)]
-    fn meet<F: Float>(&self, line: &Shear, asked: &Asked<F>) -> BlockHits<F> {
+    fn meet<F: Float>(&self, line: &Shear, asked: &AcceptedRange<F>) -> BlockHits<F> {
         triangle::intersect_roughly(self, 0, line, asked)
     }
     #[inline(always)]
-    fn meet_two<F: Float>(blocks: [&Self; 2], lines: [&Shear; 2], asked: &Asked<F>) -> BlockHits<F> {
+    fn meet_two<F: Float>(blocks: [&Self; 2], lines: [&Shear; 2], asked: &AcceptedRange<F>) -> BlockHits<F> {
         triangle::intersect_two(blocks, lines, asked)
     }
     #[inline(always)]
@@ -64,7 +68,7 @@ impl Block for TriangleBlock {
     }
 }
 
-impl Block for SphereBlock {
+impl LeafBlock for SphereBlock {
     type Line = sphere::Line;
     const FLAG: u32 = SPHERE;
 
@@ -73,7 +77,7 @@ impl Block for SphereBlock {
         &bvh.spheres[child.index()]
     }
     #[inline(always)]
-    fn line(row: &Row, direction: &[f32; 3]) -> sphere::Line {
+    fn line(row: &RayRow, direction: &[f32; 3]) -> sphere::Line {
         sphere::Line { origin: row.origin(), direction: *direction }
     }
     #[inline(always)]
@@ -81,11 +85,15 @@ impl Block for SphereBlock {
         &self.words
     }
     #[inline(always)]
-    fn meet<F: Float>(&self, line: &sphere::Line, asked: &Asked<F>) -> BlockHits<F> {
+    fn meet<F: Float>(&self, line: &sphere::Line, asked: &AcceptedRange<F>) -> BlockHits<F> {
         sphere::intersect(self, 0, line, asked.t_min)
     }
     #[inline(always)]
-    fn meet_two<F: Float>(blocks: [&Self; 2], lines: [&sphere::Line; 2], asked: &Asked<F>) -> BlockHits<F> {
+    fn meet_two<F: Float>(
+        blocks: [&Self; 2],
+        lines: [&sphere::Line; 2],
+        asked: &AcceptedRange<F>,
+    ) -> BlockHits<F> {
         sphere::intersect_two(blocks, lines, asked.t_min)
     }
     fn exact_t(&self, _: usize, _: &Ray<f32>) -> f32 {
@@ -95,7 +103,7 @@ impl Block for SphereBlock {
 }
 
 /// A ray at a block, all of whose primitives are there.
-pub struct Glance<'a, B: Block, E> {
+pub struct TwoRayTest<'a, B: LeafBlock, E> {
     pub block: &'a B,
     pub line: B::Line,
     /// Where it enters the block's box; it does not matter where any hit will do.
@@ -108,19 +116,19 @@ pub struct Glance<'a, B: Block, E> {
     pub exact: E,
 }
 
-impl<B: Block, E: Exact + Copy> Glance<'_, B, E> {
+impl<B: LeafBlock, E: Exact + Copy> TwoRayTest<'_, B, E> {
     /// The canonical test, with blocks in one register: puts a hit that is better than `best` there, without a branch on
     /// whether there is one.
     #[inline(always)]
-    pub fn test<F: Float, A: Answers>(&self, best: &mut Hit) {
-        let asked = Asked::between(self.t_min, best.t);
+    pub fn test<F: Float, A: HitSink>(&self, best: &mut Hit) {
+        let asked = AcceptedRange::between(self.t_min, best.t);
         let hits = self.block.meet::<F>(&self.line, &asked);
-        self.take::<A>(&Seen::new::<A, F>(&hits, F::splat(self.near), &asked), 0, best);
+        self.take::<A>(&TwoRayMasks::new::<A, F>(&hits, F::splat(self.near), &asked), 0, best);
     }
 
     /// Takes what was seen in eight lanes from `first` on.
     #[inline(always)]
-    fn take<A: Answers>(&self, seen: &Seen, first: usize, best: &mut Hit) {
+    fn take<A: HitSink>(&self, seen: &TwoRayMasks, first: usize, best: &mut Hit) {
         let (bits, doubtful) = (seen.hits >> first & 0xff, seen.doubtful >> first & 0xff);
         let (found, place) = (bits != 0, bits.trailing_zeros() as usize % 8);
         let lane = first + place;
@@ -128,7 +136,7 @@ impl<B: Block, E: Exact + Copy> Glance<'_, B, E> {
             && (A::ANY || (bits & bits.wrapping_sub(1) == 0) & !(found & (seen.values.t[lane] == best.t)));
         if !is_settled {
             let Self { block, near, t_min, instance, exact, .. } = *self;
-            let closer = CloserLook { block, near, t_min, instance, exact, bits, doubtful, first };
+            let closer = ExactTest { block, near, t_min, instance, exact, bits, doubtful, first };
             return closer.take(&seen.values, A::ANY, best);
         }
         if A::ANY {
@@ -138,51 +146,54 @@ impl<B: Block, E: Exact + Copy> Glance<'_, B, E> {
         best.t = select_unpredictable(found, seen.values.t[lane], best.t);
         best.u = select_unpredictable(found, seen.values.u[lane], best.u);
         best.v = select_unpredictable(found, seen.values.v[lane], best.v);
-        best.primitive =
-            select_unpredictable(found, Word(self.block.words()[place]).number() | B::FLAG, best.primitive);
+        best.primitive = select_unpredictable(
+            found,
+            PrimitiveRef(self.block.words()[place]).number() | B::FLAG,
+            best.primitive,
+        );
         best.instance = select_unpredictable(found, self.instance, best.instance);
     }
 }
 
-/// [`Glance::test`] for two rays in sixteen lanes.
+/// [`TwoRayTest::test`] for two rays in sixteen lanes.
 #[inline(always)]
-pub fn test_two<F: Float, A: Answers, B: Block, E: Exact + Copy>(
-    [a, b]: [&Glance<B, E>; 2],
+pub fn test_two<F: Float, A: HitSink, B: LeafBlock, E: Exact + Copy>(
+    [a, b]: [&TwoRayTest<B, E>; 2],
     [best, other]: [&mut Hit; 2],
 ) {
-    let asked = Asked {
+    let asked = AcceptedRange {
         lanes: F::Mask::first(F::WIDTH),
         t_min: F::splat_halves(a.t_min, b.t_min),
         t_max: F::splat_halves(best.t, other.t),
     };
     let hits = B::meet_two::<F>([a.block, b.block], [&a.line, &b.line], &asked);
-    let seen = Seen::new::<A, F>(&hits, F::splat_halves(a.near, b.near), &asked);
+    let seen = TwoRayMasks::new::<A, F>(&hits, F::splat_halves(a.near, b.near), &asked);
     a.take::<A>(&seen, 0, best);
     b.take::<A>(&seen, 8, other);
 }
 
 /// What there was to see.
-struct Seen {
+struct TwoRayMasks {
     /// Which hits count, by bits.
     hits: u32,
     /// Where t is less exact than it should be; whether such hits count is not known.
     doubtful: u32,
-    values: SeenValues,
+    values: TwoRayValues,
 }
 
 /// By lanes.
-struct SeenValues {
+struct TwoRayValues {
     t: [f32; 16],
     u: [f32; 16],
     v: [f32; 16],
 }
 
-impl Seen {
+impl TwoRayMasks {
     #[inline(always)]
-    fn new<A: Answers, F: Float>(hits: &BlockHits<F>, near: F, asked: &Asked<F>) -> Self {
+    fn new<A: HitSink, F: Float>(hits: &BlockHits<F>, near: F, asked: &AcceptedRange<F>) -> Self {
         let (t, mask) = acceptable(hits, if A::ANY { asked.t_min } else { near }, asked.t_min, asked.t_max);
         let lanes = [0.0; 16];
-        let mut values = SeenValues { t: lanes, u: lanes, v: lanes };
+        let mut values = TwoRayValues { t: lanes, u: lanes, v: lanes };
         t.store(&mut values.t);
         hits.u.store(&mut values.u);
         hits.v.store(&mut values.v);
@@ -192,8 +203,8 @@ impl Seen {
 }
 
 /// What one glance does not settle: t has to be computed exactly, or more than one primitive is hit, or one is as far as
-/// the best hit so far. See [`Glance`] and [`Seen`].
-struct CloserLook<'a, B, E> {
+/// the best hit so far. See [`TwoRayTest`] and [`TwoRayMasks`].
+struct ExactTest<'a, B, E> {
     block: &'a B,
     near: f32,
     t_min: f32,
@@ -204,10 +215,10 @@ struct CloserLook<'a, B, E> {
     first: usize,
 }
 
-impl<B: Block, E: Exact> CloserLook<'_, B, E> {
+impl<B: LeafBlock, E: Exact> ExactTest<'_, B, E> {
     #[cold]
     #[inline(never)]
-    fn take(self, values: &SeenValues, any: bool, best: &mut Hit) {
+    fn take(self, values: &TwoRayValues, any: bool, best: &mut Hit) {
         let (limit, mut todo) = (best.t, self.bits | self.doubtful);
         while todo != 0 {
             let place = todo.trailing_zeros() as usize % 8;
@@ -227,7 +238,7 @@ impl<B: Block, E: Exact> CloserLook<'_, B, E> {
                 best.primitive = 0;
                 return;
             }
-            let primitive = Word(self.block.words()[place]).number() | B::FLAG;
+            let primitive = PrimitiveRef(self.block.words()[place]).number() | B::FLAG;
             let found = Hit { t, u: values.u[lane], v: values.v[lane], primitive, instance: self.instance };
             if is_better(&found, best) {
                 *best = found;

@@ -17,7 +17,7 @@ const MOST: f32 = 0.7;
 
 /// Two kernels, and how they compare.
 #[derive(Clone, Copy)]
-pub(super) struct Race {
+pub(super) struct KernelTimer {
     /// Natural logarithm of how many times as long the first one takes, if they have been compared.
     ratio: Option<f32>,
     /// What the faster one took for a ray of the last queue.
@@ -29,9 +29,10 @@ pub(super) struct Race {
     left: u32,
 }
 
-impl Race {
+impl KernelTimer {
     /// The first one is taken to be faster until they have been compared.
-    pub const NEW: Race = Race { ratio: None, before: None, between: None, turns: TURNS[0], left: 0 };
+    pub const NEW: KernelTimer =
+        KernelTimer { ratio: None, before: None, between: None, turns: TURNS[0], left: 0 };
 
     /// The one that is faster, as far as is known.
     pub fn faster(&self) -> usize {
@@ -45,7 +46,7 @@ impl Race {
     }
 
     /// What one of them took for a ray, in whatever unit.
-    pub fn has_taken(&mut self, runner: usize, time: f32) {
+    pub fn record(&mut self, runner: usize, time: f32) {
         let faster = self.faster();
         let time = time.max(f32::MIN_POSITIVE);
         if runner != faster {
@@ -88,20 +89,20 @@ mod tests {
     use super::*;
 
     /// Has them answer this many queues, for each of which they take these times; returns how many each of them got.
-    fn run(race: &mut Race, queues: u32, took: [f32; 2]) -> [u32; 2] {
+    fn run(race: &mut KernelTimer, queues: u32, took: [f32; 2]) -> [u32; 2] {
         let mut runs = [0; 2];
         for queue in 0..queues {
             let runner = race.next();
             runs[runner] += 1;
             // Queues become dearer and cheaper again.
-            race.has_taken(runner, took[runner] * (1.5 + (queue as f32 * 0.1).sin()));
+            race.record(runner, took[runner] * (1.5 + (queue as f32 * 0.1).sin()));
         }
         runs
     }
 
     #[test]
     fn the_faster_one_runs_and_may_change() {
-        let mut race = Race::NEW;
+        let mut race = KernelTimer::NEW;
         let [_, second] = run(&mut race, 300, [100.0, 200.0]);
         assert!((4..12).contains(&second), "{second}");
         let [_, second] = run(&mut race, 500, [200.0, 100.0]);
@@ -110,7 +111,7 @@ mod tests {
 
     #[test]
     fn who_is_as_fast_is_compared_more_often() {
-        let mut race = Race::NEW;
+        let mut race = KernelTimer::NEW;
         let [_, second] = run(&mut race, 300, [100.0, 105.0]);
         assert!(second > 30, "{second}");
     }

@@ -7,62 +7,62 @@
 //! and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
 //! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
-mod glance;
-mod places;
+mod ray_slots;
+mod two_ray_blocks;
 
 use std::hint::select_unpredictable;
 use std::marker::PhantomData;
 
-use super::answers::Answers;
+use super::hit_sink::HitSink;
 use super::layout::{BLOCK, Bvh, Child, ChildKind, SphereBlock, TriangleBlock};
-use super::leaf::{self, Visit};
-use super::prepare::{BATCH, Fill, Prepared, Row};
+use super::leaf::{self, LeafContext};
+use super::prepare::{BATCH, Fill, PreparedRays, RayRow};
 use super::ray::{LocalRay, is_finite, to_local};
-use super::traverse::{Entry, LEAVE_INSTANCE};
+use super::traverse::{LEAVE_INSTANCE, SubtreeEntry};
 use super::triangle::Exact;
 use super::{Rays, sphere};
 use crate::math::{Hit, NONE, Ray};
-use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, Waiting, opaque};
-use glance::{Block, Glance};
-use places::{Memory, Places, take_first};
+use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, TraversalStack, opaque};
+use ray_slots::{ChildAddresses, RaySlots, take_first};
+use two_ray_blocks::{LeafBlock, TwoRayTest};
 
 /// Rays in flight.
 const RAYS: usize = 32;
 /// Of what waits, so many entries are looked at at once.
-const BELOW: usize = Waiting::FIRST as usize;
+const BELOW: usize = TraversalStack::FIRST as usize;
 /// The child word of a ray that has ended.
 const END: u32 = u32::MAX - 1;
 
 /// A thread's rays and their stacks.
-pub(super) struct Flight {
-    rays: Box<[InFlight; RAYS]>,
+pub(super) struct InterleavedRays {
+    rays: Box<[ActiveRay; RAYS]>,
     /// Those that are in an instance, as they are in the world.
-    outside: Box<[Row; RAYS]>,
-    stacks: Box<[Waiting; RAYS]>,
-    prepared: Box<Prepared>,
+    outside: Box<[RayRow; RAYS]>,
+    stacks: Box<[TraversalStack; RAYS]>,
+    prepared: Box<PreparedRays>,
 }
 
-/// [`Flight::trace`].
-pub(super) struct FlightQuery<'a, 'r, A> {
-    pub flight: &'a mut Flight,
+/// [`StreamsOrInterleaved::trace`].
+pub(super) struct InterleavedQuery<'a, 'r, A> {
+    pub interleaved: &'a mut InterleavedRays,
     pub bvh: &'a Bvh,
     pub rays: Rays<'r>,
-    pub answers: &'a mut A,
+    pub sink: &'a mut A,
 }
 
-impl<A: Answers> Kernel for FlightQuery<'_, '_, A> {
+impl<A: HitSink> Kernel for InterleavedQuery<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.flight.trace::<L, A>(self.bvh, self.rays, self.answers);
+        self.interleaved.trace::<L, A>(self.bvh, self.rays, self.sink);
     }
 }
 
 /// A ray on its way.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-struct InFlight {
-    row: Row,
+struct ActiveRay {
+    row: RayRow,
     /// Where it is.
     child: Child,
     /// Entries of its stack. The one above these is where it is, or was when it came to this level.
@@ -78,14 +78,14 @@ struct InFlight {
     direction: [f32; 3],
 }
 
-impl Flight {
+impl InterleavedRays {
     /// For queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         // Within an instance, the world's entries stay where they are.
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
         let capacity = trees * bvh.stack_size + 2;
-        let ray = InFlight {
-            row: Row::default(),
+        let ray = ActiveRay {
+            row: RayRow::default(),
             child: Child(END),
             top: 0,
             index: 0,
@@ -96,21 +96,21 @@ impl Flight {
         };
         Self {
             rays: Box::new([ray; RAYS]),
-            outside: Box::new([Row::default(); RAYS]),
-            stacks: Box::new(std::array::from_fn(|_| Waiting::new(capacity, END))),
+            outside: Box::new([RayRow::default(); RAYS]),
+            stacks: Box::new(std::array::from_fn(|_| TraversalStack::new(capacity, END))),
             prepared: Box::default(),
         }
     }
 
     /// Answers a queue.
     #[inline(always)]
-    fn trace<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, rays: Rays, answers: &mut A) {
-        let memory = Memory::new(bvh);
-        let (flight, stacks) = (&mut *self.rays, &mut *self.stacks);
+    fn trace<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, rays: Rays, sink: &mut A) {
+        let memory = ChildAddresses::new(bvh);
+        let (interleaved, stacks) = (&mut *self.rays, &mut *self.stacks);
         let mut queue = Queue { bvh, rays, next: 0, prepared: &mut self.prepared };
-        let mut places = Places::default();
-        for (ray, f) in flight.iter_mut().enumerate() {
-            queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places);
+        let mut places = RaySlots::default();
+        for (ray, f) in interleaved.iter_mut().enumerate() {
+            queue.refill::<L, A>(ray, f, &mut stacks[ray], sink, &mut places);
         }
         while places.alive != 0 {
             // One step for each ray. (Those that come to triangles in this round could go on at once, but then finding
@@ -118,23 +118,23 @@ impl Flight {
             let [mut todo, triangles, others] = places.take();
             while todo != 0 {
                 let ray = take_first(&mut todo);
-                let child = flight[ray].step::<L, A>(bvh, &mut stacks[ray]);
+                let child = interleaved[ray].step::<L, A>(bvh, &mut stacks[ray]);
                 memory.send::<A>(&mut places, ray, child);
             }
             let leaves = Leaves { bvh, rays: &queue.rays, memory: &memory };
-            leaves.test::<L, A, TriangleBlock>(flight, stacks, triangles, &mut places);
+            leaves.test::<L, A, TriangleBlock>(interleaved, stacks, triangles, &mut places);
             let mut todo = others;
             if !bvh.spheres.is_empty() {
-                let spheres = at_spheres(flight, others);
-                leaves.test::<L, A, SphereBlock>(flight, stacks, spheres, &mut places);
+                let spheres = at_spheres(interleaved, others);
+                leaves.test::<L, A, SphereBlock>(interleaved, stacks, spheres, &mut places);
                 todo &= !spheres;
             }
             while todo != 0 {
                 let ray = take_first(&mut todo);
-                let f = &mut flight[ray];
+                let f = &mut interleaved[ray];
                 if f.child.0 == END {
-                    answers.put(f.index as usize, &f.best);
-                    queue.refill::<L, A>(ray, f, &mut stacks[ray], answers, &mut places);
+                    sink.write(f.index as usize, &f.best);
+                    queue.refill::<L, A>(ray, f, &mut stacks[ray], sink, &mut places);
                     continue;
                 }
                 f.change_place::<L, A>(bvh, &queue.rays, &mut stacks[ray], &mut self.outside[ray]);
@@ -144,12 +144,12 @@ impl Flight {
     }
 }
 
-impl InFlight {
+impl ActiveRay {
     /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
     #[inline(always)]
-    fn step<L: Lanes, A: Answers>(&mut self, bvh: &Bvh, stack: &mut Waiting) -> Child {
+    fn step<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, stack: &mut TraversalStack) -> Child {
         let below = self.peek::<L, A>(stack);
-        let waiting = stack.word(below);
+        let pending = stack.word(below);
         let node = &bvh.nodes[self.child.0 as usize];
         let (near, far) = self.row.slabs().meet_children::<L::Node>(node, self.best.t);
         let (words, nears) = stack.from(self.top);
@@ -166,17 +166,17 @@ impl InFlight {
             )
         };
         let entered = count != 0;
-        self.child.0 = select_unpredictable(entered, opaque(word), waiting);
+        self.child.0 = select_unpredictable(entered, opaque(word), pending);
         self.top = select_unpredictable(entered, (self.top + count).wrapping_sub(1), below);
         self.child
     }
 
     /// The canonical test of its block.
     #[inline(always)]
-    fn test<L: Lanes, A: Answers, B: Block>(&mut self, bvh: &Bvh, rays: &Rays, stack: &Waiting) {
+    fn test<L: Lanes, A: HitSink, B: LeafBlock>(&mut self, bvh: &Bvh, rays: &Rays, stack: &TraversalStack) {
         if bvh.conditional || L::Block::WIDTH < BLOCK {
             let near = self.near::<A>(stack);
-            L::outlined(AskingTest { ray: self, near, bvh, rays, answers: PhantomData::<A> });
+            L::outlined(FilteredTest { ray: self, near, bvh, rays, sink: PhantomData::<A> });
         } else {
             self.glance::<A, B>(bvh, rays, stack).test::<L::Block, A>(&mut self.best);
         }
@@ -184,34 +184,34 @@ impl InFlight {
 
     /// The ray at its block.
     #[inline(always)]
-    fn glance<'a, A: Answers, B: Block>(
+    fn glance<'a, A: HitSink, B: LeafBlock>(
         &self,
         bvh: &'a Bvh,
         rays: &'a Rays<'a>,
-        stack: &Waiting,
-    ) -> Glance<'a, B, RaySource<'a>> {
+        stack: &TraversalStack,
+    ) -> TwoRayTest<'a, B, RaySource<'a>> {
         let Self { t_min, instance, index, .. } = *self;
         let exact = RaySource { bvh, rays, index, instance };
         let (block, line) = (B::of(bvh, self.child), B::line(&self.row, &self.direction));
-        Glance { block, line, near: self.near::<A>(stack), t_min, instance, exact }
+        TwoRayTest { block, line, near: self.near::<A>(stack), t_min, instance, exact }
     }
 
     #[inline(always)]
-    fn visit<'a>(&self, bvh: &'a Bvh, rays: &Rays<'a>, near: f32) -> Visit<'a> {
-        let asker = rays.asker(self.index as usize);
-        Visit::new(bvh, near, self.t_min, self.instance, asker)
+    fn visit<'a>(&self, bvh: &'a Bvh, rays: &Rays<'a>, near: f32) -> LeafContext<'a> {
+        let filter = rays.filter(self.index as usize);
+        LeafContext::new(bvh, near, self.t_min, self.instance, filter)
     }
 
     /// Where it has entered what it is at; 0 where any hit will do, since there it does not matter.
     #[inline(always)]
-    fn near<A: Answers>(&self, stack: &Waiting) -> f32 {
+    fn near<A: HitSink>(&self, stack: &TraversalStack) -> f32 {
         if A::ANY { 0.0 } else { stack.near(self.top) }
     }
 
     /// The place on the stack of what is next. For the nearest hit, what lies beyond the best hit is passed over. If all
     /// that is looked at lies beyond it, the last of it is taken, which is useless but does no harm.
     #[inline(always)]
-    fn peek<L: Lanes, A: Answers>(&self, stack: &Waiting) -> u32 {
+    fn peek<L: Lanes, A: HitSink>(&self, stack: &TraversalStack) -> u32 {
         let mut beyond = 0;
         if !A::ANY {
             let nears = stack.nears_below(self.top);
@@ -226,7 +226,7 @@ impl InFlight {
 
     /// Goes to what is next, or ends.
     #[inline(always)]
-    fn pop<L: Lanes, A: Answers>(&mut self, stack: &Waiting) {
+    fn pop<L: Lanes, A: HitSink>(&mut self, stack: &TraversalStack) {
         self.top = self.peek::<L, A>(stack);
         let ended = A::ANY && !self.best.is_miss();
         self.child.0 = select_unpredictable(ended, END, opaque(stack.word(self.top)));
@@ -234,12 +234,12 @@ impl InFlight {
 
     /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
     #[inline(always)]
-    fn change_place<L: Lanes, A: Answers>(
+    fn change_place<L: Lanes, A: HitSink>(
         &mut self,
         bvh: &Bvh,
         rays: &Rays,
-        stack: &mut Waiting,
-        outside: &mut Row,
+        stack: &mut TraversalStack,
+        outside: &mut RayRow,
     ) {
         if self.child.0 == LEAVE_INSTANCE {
             self.row.copy(outside);
@@ -270,38 +270,42 @@ impl InFlight {
 struct Leaves<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,
-    memory: &'a Memory,
+    memory: &'a ChildAddresses,
 }
 
 impl Leaves<'_> {
     /// Tests the blocks of those rays that are at one, and sends them on.
     #[inline(always)]
-    fn test<L: Lanes, A: Answers, B: Block>(
+    fn test<L: Lanes, A: HitSink, B: LeafBlock>(
         &self,
-        flight: &mut [InFlight; RAYS],
-        stacks: &[Waiting; RAYS],
+        interleaved: &mut [ActiveRay; RAYS],
+        stacks: &[TraversalStack; RAYS],
         mut todo: u32,
-        places: &mut Places,
+        places: &mut RaySlots,
     ) {
         while todo != 0 {
             let ray = take_first(&mut todo);
             if L::Queue::WIDTH == 2 * BLOCK && todo != 0 {
                 let other = take_first(&mut todo);
-                if let Ok(two) = flight.get_disjoint_mut([ray, other]) {
+                if let Ok(two) = interleaved.get_disjoint_mut([ray, other]) {
                     self.test_two::<L, A, B>(two, [&stacks[ray], &stacks[other]]);
                 }
-                self.send::<L, A>(&mut flight[ray], &stacks[ray], ray, places);
-                self.send::<L, A>(&mut flight[other], &stacks[other], other, places);
+                self.send::<L, A>(&mut interleaved[ray], &stacks[ray], ray, places);
+                self.send::<L, A>(&mut interleaved[other], &stacks[other], other, places);
             } else {
-                flight[ray].test::<L, A, B>(self.bvh, self.rays, &stacks[ray]);
-                self.send::<L, A>(&mut flight[ray], &stacks[ray], ray, places);
+                interleaved[ray].test::<L, A, B>(self.bvh, self.rays, &stacks[ray]);
+                self.send::<L, A>(&mut interleaved[ray], &stacks[ray], ray, places);
             }
         }
     }
 
     /// Two rays at once.
     #[inline(always)]
-    fn test_two<L: Lanes, A: Answers, B: Block>(&self, [a, b]: [&mut InFlight; 2], stacks: [&Waiting; 2]) {
+    fn test_two<L: Lanes, A: HitSink, B: LeafBlock>(
+        &self,
+        [a, b]: [&mut ActiveRay; 2],
+        stacks: [&TraversalStack; 2],
+    ) {
         let Self { bvh, rays, .. } = *self;
         if bvh.conditional {
             a.test::<L, A, B>(bvh, rays, stacks[0]);
@@ -309,12 +313,18 @@ impl Leaves<'_> {
             return;
         }
         let glances = [&a.glance::<A, B>(bvh, rays, stacks[0]), &b.glance::<A, B>(bvh, rays, stacks[1])];
-        glance::test_two::<L::Queue, A, _, _>(glances, [&mut a.best, &mut b.best]);
+        two_ray_blocks::test_two::<L::Queue, A, _, _>(glances, [&mut a.best, &mut b.best]);
     }
 
     /// On to what is next on a ray's stack.
     #[inline(always)]
-    fn send<L: Lanes, A: Answers>(&self, f: &mut InFlight, stack: &Waiting, ray: usize, places: &mut Places) {
+    fn send<L: Lanes, A: HitSink>(
+        &self,
+        f: &mut ActiveRay,
+        stack: &TraversalStack,
+        ray: usize,
+        places: &mut RaySlots,
+    ) {
         f.pop::<L, A>(stack);
         self.memory.send::<A>(places, ray, f.child);
     }
@@ -322,25 +332,25 @@ impl Leaves<'_> {
 
 /// Those of the rays that are at spheres.
 #[inline(always)]
-fn at_spheres(flight: &[InFlight; RAYS], rays: u32) -> u32 {
+fn at_spheres(interleaved: &[ActiveRay; RAYS], rays: u32) -> u32 {
     let (mut todo, mut found) = (rays, 0);
     while todo != 0 {
         let ray = take_first(&mut todo);
-        found |= u32::from(flight[ray].child.kind() == ChildKind::Spheres) << ray;
+        found |= u32::from(interleaved[ray].child.kind() == ChildKind::Spheres) << ray;
     }
     found
 }
 
-/// [`InFlight::test`] where some primitives may not be there.
-struct AskingTest<'a, 'r, A> {
-    ray: &'a mut InFlight,
+/// [`Interleaved::test`] where some primitives may not be there.
+struct FilteredTest<'a, 'r, A> {
+    ray: &'a mut ActiveRay,
     near: f32,
     bvh: &'a Bvh,
     rays: &'a Rays<'r>,
-    answers: PhantomData<A>,
+    sink: PhantomData<A>,
 }
 
-impl<A: Answers> Kernel for AskingTest<'_, '_, A> {
+impl<A: HitSink> Kernel for FilteredTest<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -385,32 +395,32 @@ struct Queue<'a> {
     rays: Rays<'a>,
     /// The first that has not been prepared.
     next: usize,
-    prepared: &'a mut Prepared,
+    prepared: &'a mut PreparedRays,
 }
 
 impl Queue<'_> {
     /// Puts the next ray in place `ray`; those that can hit nothing are answered on the way.
     #[inline(always)]
-    fn refill<L: Lanes, A: Answers>(
+    fn refill<L: Lanes, A: HitSink>(
         &mut self,
         ray: usize,
-        f: &mut InFlight,
-        stack: &mut Waiting,
-        answers: &mut A,
-        places: &mut Places,
+        f: &mut ActiveRay,
+        stack: &mut TraversalStack,
+        sink: &mut A,
+        places: &mut RaySlots,
     ) {
         places.alive &= !(1 << ray);
         while self.prepared.is_empty() {
             if self.next >= self.rays.len() {
                 return;
             }
-            self.prepare::<L, A>(answers);
+            self.prepare::<L, A>(sink);
         }
         let place = self.prepared.take();
         let p = &*self.prepared;
         let start = p.read::<L::Queue>(place, &mut f.row);
-        f.top = Waiting::FIRST;
-        Entry { near: stack.from(Waiting::FIRST).1[0], child: f.child } = start;
+        f.top = TraversalStack::FIRST;
+        SubtreeEntry { near: stack.from(TraversalStack::FIRST).1[0], child: f.child } = start;
         f.index = p.first + place as u32;
         f.best = Hit { t: f.row.t_max(), ..Hit::MISS };
         f.instance = NONE;
@@ -425,13 +435,13 @@ impl Queue<'_> {
 
     /// Prepares the next rays.
     #[inline(always)]
-    fn prepare<L: Lanes, A: Answers>(&mut self, answers: &mut A) {
+    fn prepare<L: Lanes, A: HitSink>(&mut self, sink: &mut A) {
         let count = (self.rays.len() - self.next).min(BATCH);
         let (first, rays) = (self.next, &self.rays);
         L::outlined(Fill { prepared: self.prepared, bvh: self.bvh, rays, first, count });
-        let mut missed = !self.prepared.waiting & (((1u64 << count) - 1) as u32);
+        let mut missed = !self.prepared.pending & (((1u64 << count) - 1) as u32);
         while missed != 0 {
-            answers.put(self.next + missed.trailing_zeros() as usize, &Hit::MISS);
+            sink.write(self.next + missed.trailing_zeros() as usize, &Hit::MISS);
             missed &= missed - 1;
         }
         self.next += count;

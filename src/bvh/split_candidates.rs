@@ -4,10 +4,10 @@
 
 use glam::Vec4;
 
-use super::assemble::Geometry;
+use super::assemble::PrimitiveArrays;
 use super::binning::{BINS, Binning};
 use super::layout::{BLOCK, ChildKind};
-use super::reference::{Extent, Reference};
+use super::reference::{Reference, SimdAabb};
 
 /// Of larger ranges, about this many references are looked at.
 const SAMPLE: usize = 512;
@@ -31,13 +31,13 @@ pub struct SplitPlane {
 #[derive(Clone, Copy)]
 pub struct SplitSide {
     /// Around the parts there.
-    pub bounds: Extent,
+    pub bounds: SimdAabb,
     /// How many references, those that are cut among them.
     pub count: usize,
 }
 
 impl SplitSide {
-    const EMPTY: SplitSide = SplitSide { bounds: Extent::EMPTY, count: 0 };
+    const EMPTY: SplitSide = SplitSide { bounds: SimdAabb::EMPTY, count: 0 };
 
     fn union(self, other: SplitSide) -> SplitSide {
         SplitSide { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
@@ -49,7 +49,7 @@ impl SplitSide {
 }
 
 /// What fell into each slab of the three axes.
-pub struct Slabs {
+pub struct SplitCandidates {
     /// How many of them there are on each axis.
     used: usize,
     low: Vec4,
@@ -60,12 +60,12 @@ pub struct Slabs {
     /// How many end in it.
     end: [[u32; 3]; BINS],
     /// Around the parts in it.
-    boxes: [[Extent; 3]; BINS],
+    boxes: [[SimdAabb; 3]; BINS],
 }
 
-impl Slabs {
+impl SplitCandidates {
     /// References in `bounds`, by slabs.
-    pub fn new(references: &[Reference], bounds: &Extent, geometry: &Geometry) -> Self {
+    pub fn new(references: &[Reference], bounds: &SimdAabb, geometry: &PrimitiveArrays) -> Self {
         let used = (4 + references.len() / 8).min(BINS);
         let mut slabs = Self {
             used,
@@ -74,7 +74,7 @@ impl Slabs {
             binning: Binning::new(bounds, used),
             begin: [[0; 3]; BINS],
             end: [[0; 3]; BINS],
-            boxes: [[Extent::EMPTY; 3]; BINS],
+            boxes: [[SimdAabb::EMPTY; 3]; BINS],
         };
         let stride = (references.len() / SAMPLE).max(1);
         let large = bounds.half_area() * LARGE;
@@ -90,7 +90,7 @@ impl Slabs {
 
     /// Adds a reference that counts for `weight`.
     #[inline(always)]
-    fn add(&mut self, reference: &Reference, weight: u32, geometry: &Geometry) {
+    fn add(&mut self, reference: &Reference, weight: u32, geometry: &PrimitiveArrays) {
         let part = reference.extent();
         let (mut first, mut last) = (self.binning.bins(part.min), self.binning.bins(part.max));
         if reference.kind() != ChildKind::Triangles {
@@ -112,7 +112,7 @@ impl Slabs {
 
     /// Adds a triangle to all slabs from the first to the last one. Between two planes lie its corners there, and where
     /// its edges meet the planes.
-    fn add_parts(&mut self, axis: usize, [first, last]: [usize; 2], part: &Extent, corners: [[f32; 3]; 3]) {
+    fn add_parts(&mut self, axis: usize, [first, last]: [usize; 2], part: &SimdAabb, corners: [[f32; 3]; 3]) {
         let (low, step) = (self.low[axis], self.size[axis] / self.used as f32);
         // Rounded down, also before the first one.
         let slab = |at: f32| (((at - low) / step).clamp(-1.0, BINS as f32) + 2.0) as i32 - 2;
@@ -134,7 +134,7 @@ impl Slabs {
 
     /// Adds a point that lies in these slabs.
     #[inline(always)]
-    fn add_point(&mut self, axis: usize, range: [i32; 2], slabs: [i32; 2], point: Vec4, part: &Extent) {
+    fn add_point(&mut self, axis: usize, range: [i32; 2], slabs: [i32; 2], point: Vec4, part: &SimdAabb) {
         let point = point.max(part.min).min(part.max);
         for slab in slabs {
             if slab >= range[0] && slab <= range[1] {

@@ -5,13 +5,13 @@ use crate::math::{Hit, NONE};
 use crate::simd::{Float, Int};
 
 /// What takes answers.
-pub(super) trait Answers {
+pub(super) trait HitSink {
     /// Whether the first hit is as good as the nearest.
     const ANY: bool;
     /// The answer for a ray. A miss has no primitive.
-    fn put(&mut self, index: usize, hit: &Hit);
+    fn write(&mut self, index: usize, hit: &Hit);
     /// The answers for rays that follow each other.
-    fn put_all(&mut self, first: usize, hits: &Hits);
+    fn write_all(&mut self, first: usize, hits: &Hits);
 }
 
 /// Hits by columns, all of one length.
@@ -25,8 +25,8 @@ pub(super) struct Hits<'a> {
 
 /// Answers `count` rays that follow each other, a lane each: t, u, v; primitive and instance.
 #[inline(always)]
-pub(super) fn put_lanes<F: Float, A: Answers>(
-    answers: &mut A,
+pub(super) fn write_lanes<F: Float, A: HitSink>(
+    sink: &mut A,
     first: usize,
     count: usize,
     along: [F; 3],
@@ -47,32 +47,32 @@ pub(super) fn put_lanes<F: Float, A: Answers>(
         primitive: &primitive[..count],
         instance: &instance[..count],
     };
-    answers.put_all(first, &hits);
+    sink.write_all(first, &hits);
 }
 
 /// Answers for a part of a queue.
-pub(super) struct Shifted<'a, A> {
-    pub answers: &'a mut A,
+pub(super) struct Offset<'a, A> {
+    pub sink: &'a mut A,
     /// Where the part begins.
     pub by: usize,
 }
 
-impl<A: Answers> Answers for Shifted<'_, A> {
+impl<A: HitSink> HitSink for Offset<'_, A> {
     const ANY: bool = A::ANY;
     #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
-        self.answers.put(self.by + index, hit);
+    fn write(&mut self, index: usize, hit: &Hit) {
+        self.sink.write(self.by + index, hit);
     }
     #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
-        self.answers.put_all(self.by + first, hits);
+    fn write_all(&mut self, first: usize, hits: &Hits) {
+        self.sink.write_all(self.by + first, hits);
     }
 }
 
-impl Answers for HitsMut<'_> {
+impl HitSink for HitsMut<'_> {
     const ANY: bool = false;
     #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
+    fn write(&mut self, index: usize, hit: &Hit) {
         let missed = hit.is_miss();
         self.t[index] = if missed { f32::INFINITY } else { hit.t };
         self.u[index] = hit.u;
@@ -81,7 +81,7 @@ impl Answers for HitsMut<'_> {
         self.instance[index] = hit.instance;
     }
     #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
+    fn write_all(&mut self, first: usize, hits: &Hits) {
         let range = first..first + hits.t.len();
         for ((to, t), primitive) in self.t[range.clone()].iter_mut().zip(hits.t).zip(hits.primitive) {
             *to = if *primitive == NONE { f32::INFINITY } else { *t };
@@ -96,14 +96,14 @@ impl Answers for HitsMut<'_> {
 /// 1 for each ray that is blocked, 0 for the others.
 pub(super) struct Occluded<'a>(pub &'a mut [u32]);
 
-impl Answers for Occluded<'_> {
+impl HitSink for Occluded<'_> {
     const ANY: bool = true;
     #[inline(always)]
-    fn put(&mut self, index: usize, hit: &Hit) {
+    fn write(&mut self, index: usize, hit: &Hit) {
         self.0[index] = u32::from(!hit.is_miss());
     }
     #[inline(always)]
-    fn put_all(&mut self, first: usize, hits: &Hits) {
+    fn write_all(&mut self, first: usize, hits: &Hits) {
         for (to, primitive) in self.0[first..first + hits.primitive.len()].iter_mut().zip(hits.primitive) {
             *to = u32::from(*primitive != NONE);
         }

@@ -9,7 +9,7 @@ use crate::math::Hit;
 
 /// From which side a primitive is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Presence {
+pub enum Sidedness {
     /// From everywhere.
     #[default]
     Always = 0,
@@ -17,34 +17,34 @@ pub enum Presence {
     Front = 1,
     /// From the other side.
     Back = 2,
-    /// That is for [`Surfaces`] to say.
-    Asked = 3,
+    /// That is for [`HitPredicate`] to say.
+    Filtered = 3,
 }
 
-impl Presence {
-    const ALL: [Presence; 4] = [Presence::Always, Presence::Front, Presence::Back, Presence::Asked];
+impl Sidedness {
+    const ALL: [Sidedness; 4] = [Sidedness::Always, Sidedness::Front, Sidedness::Back, Sidedness::Filtered];
 }
 
 /// The sides of primitives that rays meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
+pub enum FaceCulling {
     /// The ones that are there.
-    There,
+    AsBuilt,
     /// The ones that are there for a ray the other way along the same line.
     Opposite,
     /// Both, if one is there.
-    Both,
+    Off,
 }
 
-impl Sides {
+impl FaceCulling {
     /// The presence of a primitive for such rays.
     #[inline(always)]
-    pub(super) fn of(self, presence: Presence) -> Presence {
-        match (presence, self) {
-            (Presence::Always | Presence::Asked, _) | (_, Sides::There) => presence,
-            (_, Sides::Both) => Presence::Always,
-            (Presence::Front, Sides::Opposite) => Presence::Back,
-            (Presence::Back, Sides::Opposite) => Presence::Front,
+    pub(super) fn of(self, sidedness: Sidedness) -> Sidedness {
+        match (sidedness, self) {
+            (Sidedness::Always | Sidedness::Filtered, _) | (_, FaceCulling::AsBuilt) => sidedness,
+            (_, FaceCulling::Off) => Sidedness::Always,
+            (Sidedness::Front, FaceCulling::Opposite) => Sidedness::Back,
+            (Sidedness::Back, FaceCulling::Opposite) => Sidedness::Front,
         }
     }
 }
@@ -54,51 +54,52 @@ impl Sides {
 pub struct Crossing {
     /// Where.
     pub hit: Hit,
-    /// Whether it comes from the front (see [`Presence::Front`]).
+    /// Whether it comes from the front (see [`Sidedness::Front`]).
     pub front: bool,
 }
 
-/// Says of primitives that are [`Presence::Asked`] whether they are there.
-pub trait Surfaces: Sync {
+/// Says of primitives that are [`Sidedness::AcceptedRange`] whether they are there.
+pub trait HitPredicate: Sync {
     /// Whether the ray of that number meets something there. The same question has the same answer,
     /// however often and in whatever order it is asked.
-    fn is_there(&self, ray: usize, crossing: &Crossing) -> bool;
+    fn accepts(&self, ray: usize, crossing: &Crossing) -> bool;
 }
 
 /// All that is hit is there.
-struct AllPresent;
+struct AcceptAll;
 
-impl Surfaces for AllPresent {
-    fn is_there(&self, _: usize, _: &Crossing) -> bool {
+impl HitPredicate for AcceptAll {
+    fn accepts(&self, _: usize, _: &Crossing) -> bool {
         true
     }
 }
 
 /// A ray that can ask.
 #[derive(Clone, Copy)]
-pub struct Asker<'a> {
-    surfaces: &'a dyn Surfaces,
+pub struct AnyHitFilter<'a> {
+    predicate: &'a dyn HitPredicate,
     ray: usize,
-    sides: Sides,
+    sides: FaceCulling,
 }
 
-impl<'a> Asker<'a> {
+impl<'a> AnyHitFilter<'a> {
     /// For whom everything is there.
-    pub const CREDULOUS: Asker<'static> = Asker { surfaces: &AllPresent, ray: 0, sides: Sides::There };
+    pub const ACCEPT_ALL: AnyHitFilter<'static> =
+        AnyHitFilter { predicate: &AcceptAll, ray: 0, sides: FaceCulling::AsBuilt };
 
     /// The ray of a number.
-    pub fn new(surfaces: &'a dyn Surfaces, ray: usize) -> Self {
-        Self { surfaces, ray, sides: Sides::There }
+    pub fn new(surfaces: &'a dyn HitPredicate, ray: usize) -> Self {
+        Self { predicate: surfaces, ray, sides: FaceCulling::AsBuilt }
     }
 
     /// Sets the sides that the ray meets; at first the ones that are there.
-    pub fn meeting(self, sides: Sides) -> Self {
+    pub fn with_culling(self, sides: FaceCulling) -> Self {
         Self { sides, ..self }
     }
 
     /// The sides that the ray meets, and all rays that are traced with it.
     #[inline(always)]
-    pub(super) fn sides(&self) -> Sides {
+    pub(super) fn culling(&self) -> FaceCulling {
         self.sides
     }
 
@@ -111,28 +112,28 @@ impl<'a> Asker<'a> {
     /// Whether the ray meets something at a crossing.
     #[cold]
     #[inline(never)]
-    pub(super) fn meets(&self, hit: &Hit, front: bool) -> bool {
-        self.surfaces.is_there(self.ray, &Crossing { hit: *hit, front })
+    pub(super) fn accepts(&self, hit: &Hit, front: bool) -> bool {
+        self.predicate.accepts(self.ray, &Crossing { hit: *hit, front })
     }
 }
 
-/// The number of a block's primitive without [`SPHERE`], and in the two high bits its [`Presence`].
+/// The number of a block's primitive without [`SPHERE`], and in the two high bits its [`Sidedness`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Word(pub u32);
+pub struct PrimitiveRef(pub u32);
 
-impl Word {
+impl PrimitiveRef {
     /// The place of a block is not used.
-    pub const UNUSED: Word = Word(u32::MAX);
+    pub const UNUSED: PrimitiveRef = PrimitiveRef(u32::MAX);
     /// Shift of the presence.
     pub const SHIFT: i32 = 30;
     /// The largest number of a primitive.
     pub const MAX_NUMBER: u32 = (1 << Self::SHIFT) - 2;
 
     /// A word from its parts; of a sphere's id the flag is left out.
-    pub fn new(id: u32, presence: Presence) -> Self {
+    pub fn new(id: u32, sidedness: Sidedness) -> Self {
         let number = id & !SPHERE;
         assert!(number <= Self::MAX_NUMBER, "more than 2^30 primitives");
-        Self(number | (presence as u32) << Self::SHIFT)
+        Self(number | (sidedness as u32) << Self::SHIFT)
     }
 
     /// The number.
@@ -143,8 +144,8 @@ impl Word {
 
     /// From which side it is there.
     #[inline(always)]
-    pub fn presence(self) -> Presence {
-        Presence::ALL[(self.0 >> Self::SHIFT) as usize & 3]
+    pub fn sidedness(self) -> Sidedness {
+        Sidedness::ALL[(self.0 >> Self::SHIFT) as usize & 3]
     }
 
     /// Whether there is a primitive.
@@ -156,21 +157,21 @@ impl Word {
 
 /// A primitive that a ray may meet.
 #[derive(Clone, Copy)]
-pub(super) struct Candidate {
+pub(super) struct PrimitiveCandidate {
     pub id: u32,
-    pub presence: Presence,
+    pub sidedness: Sidedness,
 }
 
-impl Candidate {
+impl PrimitiveCandidate {
     /// A triangle in the world.
     #[inline(always)]
-    pub fn triangle(word: Word) -> Self {
-        Self { id: word.number(), presence: word.presence() }
+    pub fn triangle(word: PrimitiveRef) -> Self {
+        Self { id: word.number(), sidedness: word.sidedness() }
     }
 
     /// A sphere in the world.
     #[inline(always)]
-    pub fn sphere(word: Word) -> Self {
-        Self { id: word.number() | SPHERE, presence: word.presence() }
+    pub fn sphere(word: PrimitiveRef) -> Self {
+        Self { id: word.number() | SPHERE, sidedness: word.sidedness() }
     }
 }

@@ -1,6 +1,6 @@
 //! Where the rays in flight are, and which memory they need next.
 
-use super::super::answers::Answers;
+use super::super::hit_sink::HitSink;
 use super::super::layout::{Bvh, Child, NODE_LINES, Node, SphereBlock, TriangleBlock};
 use super::RAYS;
 use crate::simd::prefetch;
@@ -11,14 +11,14 @@ const BLOCK_LINES: usize = size_of::<TriangleBlock>() / 64;
 /// Where the rays are. (Not lists of them in memory: the place in a list would depend on what the ray before
 /// has found, and loads wait for stores whose addresses are not known.)
 #[derive(Clone, Copy, Default)]
-pub struct Places {
+pub struct RaySlots {
     /// Rays at nodes in the low half, rays at triangles in the high one.
     pub at: u64,
     /// Rays that have not ended, or whose end nobody has seen.
     pub alive: u32,
 }
 
-impl Places {
+impl RaySlots {
     /// Notes where a ray is; of which kind that is.
     #[inline(always)]
     pub fn put(&mut self, ray: usize, child: Child) -> usize {
@@ -46,7 +46,7 @@ pub fn take_first(rays: &mut u32) -> usize {
 }
 
 /// Where the tree is in memory, by kinds of children.
-pub struct Memory {
+pub struct ChildAddresses {
     /// The first one.
     start: [usize; 4],
     /// Bytes of each.
@@ -55,7 +55,7 @@ pub struct Memory {
     rest: [usize; 4],
 }
 
-impl Memory {
+impl ChildAddresses {
     /// Of a tree.
     pub fn new(bvh: &Bvh) -> Self {
         let (nodes, triangles) = (bvh.nodes.as_ptr() as usize, bvh.triangles.as_ptr() as usize);
@@ -70,7 +70,7 @@ impl Memory {
 
     /// Notes where a ray is and asks for the memory of its next step.
     #[inline(always)]
-    pub fn send<A: Answers>(&self, places: &mut Places, ray: usize, child: Child) {
+    pub fn send<A: HitSink>(&self, places: &mut RaySlots, ray: usize, child: Child) {
         let kind = places.put(ray, child);
         let address = self.start[kind].wrapping_add(child.index().wrapping_mul(self.size[kind]));
         if A::ANY {

@@ -5,25 +5,25 @@
 //! differ in nothing but the way to the leaves.
 
 use super::BuildQuality;
-use super::assemble::{Geometry, triangle_block};
+use super::assemble::{PrimitiveArrays, triangle_block};
 use super::binary::{BinaryNode, Tree};
 use super::build::build;
 use super::layout::TriangleBlock;
-use super::leaf::{self, Visit};
+use super::leaf::{self, LeafContext};
 use super::primitives::Primitives;
 use super::ray::LocalRay;
 use super::{HitsMut, Rays};
 use crate::math::{Aabb, Hit, Ray};
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
 /// A binary tree over triangles.
-pub struct Narrow {
-    nodes: Vec<Flat>,
+pub struct BinaryBvh {
+    nodes: Vec<BinaryBvhNode>,
     blocks: Vec<TriangleBlock>,
 }
 
 /// 32 bytes.
-struct Flat {
+struct BinaryBvhNode {
     bounds: Aabb,
     /// A leaf's block; else the second child, whose sibling follows its parent.
     next: u32,
@@ -32,31 +32,31 @@ struct Flat {
 }
 
 const LEAF: u32 = 3;
-const _: () = assert!(size_of::<Flat>() == 32);
+const _: () = assert!(size_of::<BinaryBvhNode>() == 32);
 
-impl Narrow {
+impl BinaryBvh {
     /// Over all triangles of `geometry`, built as the wide tree is.
-    pub fn new(geometry: &Geometry, quality: BuildQuality) -> Self {
+    pub fn new(geometry: &PrimitiveArrays, quality: BuildQuality) -> Self {
         let count = geometry.triangles.len() as u32;
-        let mut narrow = Self { nodes: Vec::new(), blocks: Vec::new() };
+        let mut binary = Self { nodes: Vec::new(), blocks: Vec::new() };
         if count == 0 {
-            return narrow;
+            return binary;
         }
         let primitives = Primitives { geometry, triangles: 0..count, spheres: 0..0, instances: Vec::new() };
         let Tree { nodes, order } = build(&primitives, quality);
-        narrow.nodes.reserve_exact(nodes.len());
+        binary.nodes.reserve_exact(nodes.len());
         for (index, node) in nodes.iter().enumerate() {
             let (next, axis) = if !node.has_children() {
                 let ids = &order[node.offset as usize..][..usize::from(node.count)];
-                narrow.blocks.push(triangle_block(geometry, ids));
-                (narrow.blocks.len() - 1, LEAF)
+                binary.blocks.push(triangle_block(geometry, ids));
+                (binary.blocks.len() - 1, LEAF)
             } else {
                 let second = index + node.second();
                 (second, gap_axis(&nodes[index + 1], &nodes[second]))
             };
-            narrow.nodes.push(Flat { bounds: node.bounds, next: next as u32, axis });
+            binary.nodes.push(BinaryBvhNode { bounds: node.bounds, next: next as u32, axis });
         }
-        narrow
+        binary
     }
 
     /// Bytes that it takes.
@@ -65,8 +65,8 @@ impl Narrow {
     }
 
     /// The nearest hit of each ray, as [`super::closest`] finds it.
-    pub fn closest(&self, level: Level, rays: Rays, hits: HitsMut) {
-        dispatch(level, NarrowWalk { tree: self, rays, hits });
+    pub fn closest(&self, isa: Isa, rays: Rays, hits: HitsMut) {
+        dispatch(isa, BinaryWalk { tree: self, rays, hits });
     }
 }
 
@@ -78,13 +78,13 @@ fn gap_axis(first: &BinaryNode, second: &BinaryNode) -> u32 {
     axis | if way[axis as usize] < 0.0 { 4 } else { 0 }
 }
 
-struct NarrowWalk<'a> {
-    tree: &'a Narrow,
+struct BinaryWalk<'a> {
+    tree: &'a BinaryBvh,
     rays: Rays<'a>,
     hits: HitsMut<'a>,
 }
 
-impl Kernel for NarrowWalk<'_> {
+impl Kernel for BinaryWalk<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
@@ -92,12 +92,12 @@ impl Kernel for NarrowWalk<'_> {
         for i in 0..self.rays.len() {
             let ray = self.rays.get(i);
             let hit = self.tree.walk::<L>(&ray, &mut stack);
-            super::answers::Answers::put(&mut self.hits, i, &hit);
+            super::hit_sink::HitSink::write(&mut self.hits, i, &hit);
         }
     }
 }
 
-impl Narrow {
+impl BinaryBvh {
     #[inline(always)]
     fn walk<L: Lanes>(&self, ray: &Ray<f32>, stack: &mut Vec<u32>) -> Hit {
         let local = LocalRay::new(*ray);
@@ -114,7 +114,7 @@ impl Narrow {
                     break;
                 };
                 if node.axis == LEAF {
-                    let visit = Visit::everywhere(near, ray.t_min);
+                    let visit = LeafContext::everywhere(near, ray.t_min);
                     let block = &self.blocks[node.next as usize];
                     leaf::triangles::<L, HitsMut>(block, ray, &local.shear, visit, &mut best);
                     break;

@@ -3,26 +3,26 @@
 
 use std::marker::PhantomData;
 
-use super::super::answers::Answers;
+use super::super::hit_sink::HitSink;
 use super::super::layout::Child;
 use super::super::leaf::is_better;
-use super::super::traverse::Entry;
+use super::super::traverse::SubtreeEntry;
 use super::beam::Beam;
-use super::rays::{Active, Bits, GROUPS, PacketColumn, RAYS};
+use super::rays::{Active, GROUPS, PacketColumn, RAYS, SetBits};
 use super::scene::PacketScene;
-use super::walk::{Boxes, PacketWalk, Pass};
+use super::walk::{BoxStack, PacketWalk, Pass};
 use super::{FEWEST, PASSES};
 use crate::math::Hit;
-use crate::simd::{Float, Kernel, Lanes, Waiting};
+use crate::simd::{Float, Kernel, Lanes, TraversalStack};
 
 /// Rays in an instance's space.
-pub struct Placed {
+pub struct InstancePacket {
     walk: PacketWalk,
     /// Which of the packet's rays they are.
     places: PacketColumn<u32>,
 }
 
-impl Placed {
+impl InstancePacket {
     /// No rays.
     pub fn new() -> Self {
         Self { walk: PacketWalk::new(), places: PacketColumn([0; RAYS]) }
@@ -30,33 +30,33 @@ impl Placed {
 }
 
 /// The rays of a packet that enter an instance, all of whose primitives are there, as a function of its own.
-pub struct InInstance<'q, 'a, A> {
-    pub placed: &'q mut Placed,
+pub struct InstanceWalk<'q, 'a, A> {
+    pub placed: &'q mut InstancePacket,
     /// The packet, which has come to the instance's box.
     pub outer: &'q mut PacketWalk,
-    pub boxes: &'q mut Boxes,
+    pub boxes: &'q mut BoxStack,
     pub scene: PacketScene<'a>,
     /// The instance.
     pub child: Child,
     pub groups: u32,
     /// Rays that are done are taken out.
     pub active: &'q mut Active,
-    pub keys: &'q mut Waiting,
-    pub answers: PhantomData<A>,
+    pub keys: &'q mut TraversalStack,
+    pub sink: PhantomData<A>,
 }
 
-impl<A: Answers> Kernel for InInstance<'_, '_, A> {
+impl<A: HitSink> Kernel for InstanceWalk<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let instance = &self.scene.bvh.instances[self.child.index()];
         let of_packet = (&self.outer.rays, &self.outer.near);
-        let Placed { walk, places } = &mut *self.placed;
+        let InstancePacket { walk, places } = &mut *self.placed;
         let count = walk.rays.take_to::<L::Queue>(instance, of_packet, (self.groups, self.active), places);
-        let mut waiting = walk.rays.waiting::<L::Queue>(count);
+        let mut pending = walk.rays.pending::<L::Queue>(count);
         for _ in 0..PASSES {
             let rays = &self.placed.walk.rays;
-            let Some(active) = rays.next_pass::<L::Queue>(&mut waiting) else { break };
+            let Some(active) = rays.next_pass::<L::Queue>(&mut pending) else { break };
             let beam = Beam::around::<L::Queue>(rays, &active, &instance.root);
             match beam.filter(|_| active.count() >= FEWEST) {
                 Some(beam) if beam.apex.is_some() => self.pass::<L, true>(active, &beam),
@@ -64,14 +64,14 @@ impl<A: Answers> Kernel for InInstance<'_, '_, A> {
                 None => self.one_by_one::<L>(&active),
             }
         }
-        self.one_by_one::<L>(&waiting);
+        self.one_by_one::<L>(&pending);
         for place in 0..count {
             self.write::<L>(place);
         }
     }
 }
 
-impl<A: Answers> InInstance<'_, '_, A> {
+impl<A: HitSink> InstanceWalk<'_, '_, A> {
     /// Takes a pass through the instance's tree.
     #[inline(always)]
     fn pass<L: Lanes, const APEX: bool>(&mut self, active: Active, beam: &Beam) {
@@ -89,7 +89,7 @@ impl<A: Answers> InInstance<'_, '_, A> {
             child,
             groups: active.groups,
             keys: &mut *self.keys,
-            answers: self.answers,
+            sink: self.sink,
         });
         self.boxes.visits = visits;
     }
@@ -98,11 +98,11 @@ impl<A: Answers> InInstance<'_, '_, A> {
     #[inline(always)]
     fn one_by_one<L: Lanes>(&mut self, rest: &Active) {
         let width = L::Queue::WIDTH;
-        for group in Bits(rest.groups) {
-            for lane in Bits(rest.lanes[group % GROUPS]) {
+        for group in SetBits(rest.groups) {
+            for lane in SetBits(rest.lanes[group % GROUPS]) {
                 let place = (group * width + lane) % RAYS;
                 let ray = self.placed.places.0[place] as usize % RAYS;
-                let start = Entry { near: self.placed.walk.rays.floor.0[place], child: self.child };
+                let start = SubtreeEntry { near: self.placed.walk.rays.floor.0[place], child: self.child };
                 if self.outer.single::<L, A>(self.scene, ray, start, self.keys) {
                     self.active.remove(ray / width % GROUPS, 1 << (ray % width));
                 }

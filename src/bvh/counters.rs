@@ -1,16 +1,16 @@
-//! What a ray costs, counted by the kernel for one ray. Without counting, the same kernel is called with `NoTally`,
+//! What a ray costs, counted by the kernel for one ray. Without counting, the same kernel is called with `NoCounter`,
 //! and then nothing of it is compiled.
 
 use super::Bvh;
 use super::layout::{SphereBlock, TriangleBlock};
-use super::presence::{Asker, Word};
 use super::query::Stack;
+use super::sidedness::{AnyHitFilter, PrimitiveRef};
 use super::traverse::{any_counted, closest_counted};
 use crate::math::Ray;
-use crate::simd::{Kernel, Lanes, Level, dispatch};
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
 /// Is told where a ray goes.
-pub(super) trait Tally {
+pub(super) trait Counter {
     /// Into a node, whose children's boxes are tested.
     fn node(&mut self);
     /// Into a leaf of that many primitives.
@@ -20,9 +20,9 @@ pub(super) trait Tally {
 }
 
 /// Counts nothing.
-pub(super) struct NoTally;
+pub(super) struct NoCounter;
 
-impl Tally for NoTally {
+impl Counter for NoCounter {
     #[inline(always)]
     fn node(&mut self) {}
     #[inline(always)]
@@ -54,7 +54,7 @@ impl Visits {
     }
 }
 
-impl Tally for Visits {
+impl Counter for Visits {
     #[inline(always)]
     fn node(&mut self) {
         self.nodes += 1;
@@ -73,18 +73,18 @@ impl Tally for Visits {
 /// How many places of a block are taken.
 #[inline(always)]
 pub(super) fn triangles(block: &TriangleBlock) -> usize {
-    block.words.iter().filter(|word| Word(**word).is_used()).count()
+    block.words.iter().filter(|word| PrimitiveRef(**word).is_used()).count()
 }
 
 /// The same for spheres.
 #[inline(always)]
 pub(super) fn spheres(block: &SphereBlock) -> usize {
-    block.words.iter().filter(|word| Word(**word).is_used()).count()
+    block.words.iter().filter(|word| PrimitiveRef(**word).is_used()).count()
 }
 
 /// What it costs to find a ray's nearest hit, or with `any` whether there is one, by itself.
-pub fn visits(level: Level, bvh: &Bvh, ray: &Ray<f32>, any: bool, stack: &mut Stack) -> Visits {
-    dispatch(level, Count { bvh, ray, any, stack })
+pub fn visits(isa: Isa, bvh: &Bvh, ray: &Ray<f32>, any: bool, stack: &mut Stack) -> Visits {
+    dispatch(isa, Count { bvh, ray, any, stack })
 }
 
 struct Count<'a> {
@@ -100,9 +100,9 @@ impl Kernel for Count<'_> {
     fn run<L: Lanes>(self) -> Visits {
         let mut visits = Visits::default();
         if self.any {
-            any_counted::<L, _>(self.bvh, self.ray, Asker::CREDULOUS, self.stack, &mut visits);
+            any_counted::<L, _>(self.bvh, self.ray, AnyHitFilter::ACCEPT_ALL, self.stack, &mut visits);
         } else {
-            closest_counted::<L, _>(self.bvh, self.ray, Asker::CREDULOUS, self.stack, &mut visits);
+            closest_counted::<L, _>(self.bvh, self.ray, AnyHitFilter::ACCEPT_ALL, self.stack, &mut visits);
         }
         visits
     }

@@ -3,7 +3,7 @@
 use super::sixteen::SIXTEEN;
 
 /// A stack of words and of distances. Places are not checked: beyond its capacity, they begin again at the bottom.
-pub struct Waiting {
+pub struct TraversalStack {
     words: Box<[u32]>,
     nears: Box<[f32]>,
     /// The number of places, a power of two, less one.
@@ -13,7 +13,7 @@ pub struct Waiting {
 /// Numbers of a cache line.
 const LINE: usize = 64 / size_of::<u32>();
 
-impl Waiting {
+impl TraversalStack {
     /// The first place. Below it lie as many words and distances.
     pub const FIRST: u32 = 8;
 
@@ -66,11 +66,11 @@ mod tests {
 
     #[test]
     fn what_is_written_is_found_and_the_bottom_stays() {
-        let mut stack = Waiting::new(20, 7);
+        let mut stack = TraversalStack::new(20, 7);
         let last = stack.last as u32;
-        assert!(last >= 20 + Waiting::FIRST - 1);
-        assert_eq!(stack.word(Waiting::FIRST - 1), 7);
-        for place in [Waiting::FIRST, 12, last] {
+        assert!(last >= 20 + TraversalStack::FIRST - 1);
+        assert_eq!(stack.word(TraversalStack::FIRST - 1), 7);
+        for place in [TraversalStack::FIRST, 12, last] {
             let (words, nears) = stack.from(place);
             for i in 0..SIXTEEN {
                 (words[i], nears[i]) = (100 + i as u32, i as f32);
@@ -83,7 +83,7 @@ mod tests {
                 assert_eq!(*stack.nears_below(above), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
             }
         }
-        assert_eq!(stack.word(Waiting::FIRST - 1), 7);
+        assert_eq!(stack.word(TraversalStack::FIRST - 1), 7);
         // Below the bottom and beyond the top there is something, whatever it is.
         stack.nears_below(0);
         stack.word(u32::MAX);

@@ -10,15 +10,15 @@
 use std::ops::Range;
 
 use super::Rays;
-use super::answers::{Answers, put_lanes};
 use super::direction_classes::{DirectionClasses, OCTANTS, class_of, padded};
+use super::hit_sink::{HitSink, write_lanes};
 use super::layout::{Bvh, Child, ChildKind};
-use super::leaf::{Askers, Best};
-use super::presence::{Asker, Candidate, Word};
+use super::leaf::{AnyHitFilters, Best};
 use super::ray::slab_scales;
 use super::shaft::{Obstacles, Shaft};
+use super::sidedness::{AnyHitFilter, PrimitiveCandidate, PrimitiveRef};
 use super::sphere;
-use super::triangle::{Asked, ExactRays, Shear, TrianglePlane, intersect_rays, seen_from};
+use super::triangle::{AcceptedRange, ExactRays, Shear, TrianglePlane, intersect_rays, seen_from};
 use crate::math::NONE;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
@@ -26,7 +26,7 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 const MOST_BLOCKS: usize = 12;
 
 /// The leaves of a tree.
-pub(super) struct FewLeaves {
+pub(super) struct LeafList {
     leaves: Vec<Leaf>,
     /// What is in them, one leaf after another.
     obstacles: Obstacles,
@@ -36,38 +36,38 @@ pub(super) struct FewLeaves {
     conditional: bool,
 }
 
-/// [`FewLeaves::trace`].
-pub(super) struct FewQuery<'a, 'r, A> {
-    pub few: &'a FewLeaves,
+/// [`LeafList::trace`].
+pub(super) struct LeafListQuery<'a, 'r, A> {
+    pub few: &'a LeafList,
     pub rays: &'a Rays<'r>,
     pub classes: &'a mut DirectionClasses,
-    pub answers: &'a mut A,
+    pub sink: &'a mut A,
 }
 
-impl<A: Answers> Kernel for FewQuery<'_, '_, A> {
+impl<A: HitSink> Kernel for LeafListQuery<'_, '_, A> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.few.trace::<L, A>(self.rays, self.classes, self.answers);
+        self.few.trace::<L, A>(self.rays, self.classes, self.sink);
     }
 }
 
 /// Answers a fan of rays of a queue, and says whether it did: rays without ends have no shaft.
-pub(super) struct FanQuery<'a, 'r, A> {
-    pub few: &'a FewLeaves,
+pub(super) struct LeafListBundleQuery<'a, 'r, A> {
+    pub few: &'a LeafList,
     pub rays: &'a Rays<'r>,
-    pub fan: Range<usize>,
-    pub answers: &'a mut A,
+    pub bundle: Range<usize>,
+    pub sink: &'a mut A,
 }
 
-impl<A: Answers> Kernel for FanQuery<'_, '_, A> {
+impl<A: HitSink> Kernel for LeafListBundleQuery<'_, '_, A> {
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let Self { few, rays, fan, answers } = self;
-        let Some(shaft) = Shaft::around::<L::Queue>(rays, fan.clone()) else { return false };
+        let Self { few, rays, bundle, sink } = self;
+        let Some(shaft) = Shaft::around::<L::Queue>(rays, bundle.clone()) else { return false };
         let obstacles = few.obstacles.within::<L::Queue>(&shaft);
-        few.trace_fan::<L::Queue, A>(rays, fan, obstacles, answers);
+        few.trace_bundle::<L::Queue, A>(rays, bundle, obstacles, sink);
         true
     }
 }
@@ -79,22 +79,22 @@ struct Leaf {
     first: usize,
     all: u32,
     planes: [[f32; 3]; 2],
-    triangles: [Vec<Triangle>; 3],
-    spheres: Vec<Sphere>,
+    triangles: [Vec<ListedTriangle>; 3],
+    spheres: Vec<ListedSphere>,
 }
 
-struct Sphere {
+struct ListedSphere {
     center: [f32; 3],
     radius: f32,
-    candidate: Candidate,
+    candidate: PrimitiveCandidate,
 }
 
 /// A triangle with renamed axes.
-struct Triangle {
+struct ListedTriangle {
     corners: [[f32; 3]; 3],
     /// With axes as they are.
     plane: TrianglePlane,
-    candidate: Candidate,
+    candidate: PrimitiveCandidate,
 }
 
 /// Rays, a lane each.
@@ -120,7 +120,7 @@ struct RayGroup<F: Float> {
     best: Best<F>,
 }
 
-impl FewLeaves {
+impl LeafList {
     /// The leaves of a tree, if they are few and there is no instance.
     pub fn new(bvh: &Bvh) -> Option<Self> {
         let root = bvh.root?;
@@ -167,7 +167,7 @@ impl FewLeaves {
 
     /// Answers all rays.
     #[inline(always)]
-    fn trace<L: Lanes, A: Answers>(&self, rays: &Rays, classes: &mut DirectionClasses, answers: &mut A) {
+    fn trace<L: Lanes, A: HitSink>(&self, rays: &Rays, classes: &mut DirectionClasses, sink: &mut A) {
         let width = L::Queue::WIDTH;
         let ends = classes.sort::<L::Queue>(rays, self.conditional);
         let mut first = 0;
@@ -178,26 +178,26 @@ impl FewLeaves {
                 let (origin, direction, t_min, t_max) = classes.rays::<L::Queue>(at);
                 let lines = Lines { origin, direction, t_min, t_max };
                 let mut group = RayGroup::new(&lines, Mask::first(lanes), octant, axis);
-                let askers = Waiting { rays, classes, at };
-                self.visit::<L::Queue, A>(octant, axis, u128::MAX, &mut group, &askers);
+                let filters = QueuedGroup { rays, classes, at };
+                self.visit::<L::Queue, A>(octant, axis, u128::MAX, &mut group, &filters);
                 let Best { t, u, v, primitive } = group.best;
                 classes.keep(at, [t, u, v], primitive);
             }
             first = end;
         }
-        classes.answer::<L::Queue, A>(rays.len(), answers);
+        classes.answer::<L::Queue, A>(rays.len(), sink);
     }
 
     /// Answers rays that may meet some of the obstacles, bit by bit. They go much the same way.
     #[inline(always)]
-    fn trace_fan<F: Float, A: Answers>(
+    fn trace_bundle<F: Float, A: HitSink>(
         &self,
         rays: &Rays,
-        fan: Range<usize>,
+        bundle: Range<usize>,
         obstacles: u128,
-        answers: &mut A,
+        sink: &mut A,
     ) {
-        for at in fan.clone().step_by(F::WIDTH) {
+        for at in bundle.clone().step_by(F::WIDTH) {
             let (mut origin, mut direction) = ([F::zero(); 3], [F::zero(); 3]);
             for axis in 0..3 {
                 origin[axis] = padded(&rays.origin[axis][at..]);
@@ -205,7 +205,7 @@ impl FewLeaves {
             }
             let (t_min, t_max) = (padded(&rays.t_min[at..]), padded(&rays.t_max[at..]));
             let lines = Lines::<F> { origin, direction, t_min, t_max };
-            let lanes = F::WIDTH.min(fan.end - at);
+            let lanes = F::WIDTH.min(bundle.end - at);
             let mut primitive = F::Int::splat(NONE);
             let class = class_of(&lines.direction);
             let mut classes = [0; 16];
@@ -217,24 +217,24 @@ impl FewLeaves {
                 left &= !mask.bits();
                 let (octant, axis) = (way as usize % OCTANTS, way as usize / OCTANTS % 3);
                 let mut group = RayGroup::new(&lines, mask, octant, axis);
-                let askers = InQueue { rays, at };
-                self.visit::<F, A>(octant, axis, obstacles, &mut group, &askers);
+                let filters = InQueue { rays, at };
+                self.visit::<F, A>(octant, axis, obstacles, &mut group, &filters);
                 primitive = F::Int::select(mask, group.best.primitive, primitive);
             }
             let nowhere = [F::zero(); 3];
-            put_lanes(answers, at, lanes, nowhere, [primitive, F::Int::splat(NONE)]);
+            write_lanes(sink, at, lanes, nowhere, [primitive, F::Int::splat(NONE)]);
         }
     }
 
     /// Takes rays of one class through the leaves, looking at some of the obstacles.
     #[inline(always)]
-    fn visit<F: Float, A: Answers>(
+    fn visit<F: Float, A: HitSink>(
         &self,
         octant: usize,
         axis: usize,
         obstacles: u128,
         group: &mut RayGroup<F>,
-        askers: &impl Askers,
+        filters: &impl AnyHitFilters,
     ) {
         for leaf in &self.front_to_back[octant] {
             let leaf = &self.leaves[usize::from(*leaf)];
@@ -250,9 +250,9 @@ impl FewLeaves {
                 let place = bits.trailing_zeros() as usize;
                 bits &= bits - 1;
                 if let Some(triangle) = leaf.triangles[axis].get(place) {
-                    group.test::<A>(triangle, near, entered, askers);
+                    group.test::<A>(triangle, near, entered, filters);
                 } else if let Some(sphere) = leaf.spheres.get(place) {
-                    group.test_sphere::<A>(sphere, near, entered, askers);
+                    group.test_sphere::<A>(sphere, near, entered, filters);
                 }
             }
             if A::ANY && !group.best.t.ge(F::zero()).any() {
@@ -266,11 +266,11 @@ impl Leaf {
     fn new(bvh: &Bvh, child: Child, planes: [[f32; 3]; 2]) -> Self {
         if child.kind() == ChildKind::Spheres {
             let block = &bvh.spheres[child.index()];
-            let places = (0..block.words.len()).filter(|place| Word(block.words[*place]).is_used());
-            let spheres = places.map(|place| Sphere {
+            let places = (0..block.words.len()).filter(|place| PrimitiveRef(block.words[*place]).is_used());
+            let spheres = places.map(|place| ListedSphere {
                 center: block.center.map(|axis| axis[place]),
                 radius: block.radius[place],
-                candidate: Candidate::sphere(Word(block.words[place])),
+                candidate: PrimitiveCandidate::sphere(PrimitiveRef(block.words[place])),
             });
             return Self {
                 first: 0,
@@ -283,13 +283,13 @@ impl Leaf {
         let block = &bvh.triangles[child.index()];
         let triangles = std::array::from_fn(|longest| {
             let [x, y, z] = Shear::AXES[longest];
-            let places = (0..block.words.len()).filter(|place| Word(block.words[*place]).is_used());
+            let places = (0..block.words.len()).filter(|place| PrimitiveRef(block.words[*place]).is_used());
             let renamed = places.map(|place| {
                 let corners = block.corners(place);
-                Triangle {
+                ListedTriangle {
                     corners: corners.map(|corner| [corner[x], corner[y], corner[z]]),
                     plane: TrianglePlane::new(corners),
-                    candidate: Candidate::triangle(Word(block.words[place])),
+                    candidate: PrimitiveCandidate::triangle(PrimitiveRef(block.words[place])),
                 }
             });
             renamed.collect()
@@ -305,15 +305,15 @@ impl Leaf {
 }
 
 /// The rays of a group in their queue.
-struct Waiting<'a> {
+struct QueuedGroup<'a> {
     rays: &'a Rays<'a>,
     classes: &'a DirectionClasses,
     at: usize,
 }
 
-impl Askers for Waiting<'_> {
-    fn asker(&self, lane: usize) -> Asker<'_> {
-        self.rays.asker(self.classes.number(self.at + lane))
+impl AnyHitFilters for QueuedGroup<'_> {
+    fn filter(&self, lane: usize) -> AnyHitFilter<'_> {
+        self.rays.filter(self.classes.number(self.at + lane))
     }
 }
 
@@ -323,9 +323,9 @@ struct InQueue<'a> {
     at: usize,
 }
 
-impl Askers for InQueue<'_> {
-    fn asker(&self, lane: usize) -> Asker<'_> {
-        self.rays.asker(self.at + lane)
+impl AnyHitFilters for InQueue<'_> {
+    fn filter(&self, lane: usize) -> AnyHitFilter<'_> {
+        self.rays.filter(self.at + lane)
     }
 }
 
@@ -399,22 +399,34 @@ impl<F: Float> RayGroup<F> {
 
     /// One triangle against all rays that have entered its leaf.
     #[inline(always)]
-    fn test<A: Answers>(&mut self, triangle: &Triangle, near: F, entered: F::Mask, askers: &impl Askers) {
+    fn test<A: HitSink>(
+        &mut self,
+        triangle: &ListedTriangle,
+        near: F,
+        entered: F::Mask,
+        filters: &impl AnyHitFilters,
+    ) {
         let seen = seen_from(&triangle.corners, &self.renamed);
         let best = self.best.t;
-        let asked = Asked { lanes: entered, t_min: self.t_min, t_max: best };
+        let asked = AcceptedRange { lanes: entered, t_min: self.t_min, t_max: best };
         let exact = OnPlane { plane: &triangle.plane, origin: &self.origin, direction: &self.direction };
         let hits = intersect_rays(seen, &self.shear, &asked, &exact);
         if hits.mask.any() {
-            self.best.take::<A>(&hits, triangle.candidate, near, self.t_min, askers);
+            self.best.take::<A>(&hits, triangle.candidate, near, self.t_min, filters);
         }
     }
 
     /// One sphere against all rays that have entered its leaf.
     #[inline(always)]
-    fn test_sphere<A: Answers>(&mut self, sphere: &Sphere, near: F, entered: F::Mask, askers: &impl Askers) {
+    fn test_sphere<A: HitSink>(
+        &mut self,
+        sphere: &ListedSphere,
+        near: F,
+        entered: F::Mask,
+        filters: &impl AnyHitFilters,
+    ) {
         let placed = (sphere.center, sphere.radius);
         let hits = sphere::intersect_rays(placed, self.origin, self.direction, self.t_min, entered);
-        self.best.take::<A>(&hits, sphere.candidate, near, self.t_min, askers);
+        self.best.take::<A>(&hits, sphere.candidate, near, self.t_min, filters);
     }
 }
